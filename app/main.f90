@@ -1,0 +1,3 @@
+program gracecg_main
+    implicit none
+end program gracecg_main

@@ -1,0 +1,3 @@
+program benchmark
+    implicit none
+end program benchmark

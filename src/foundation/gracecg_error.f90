@@ -1,0 +1,153 @@
+!> What can go wrong, said so that a person can mend it.
+!>
+!> Every fallible procedure has `type(error_t), allocatable, intent(out) :: error`: not allocated
+!> means success. The library never stops and never prints. A message is one or more lines: what is
+!> wrong and where (file, line, key, value), what is allowed, and what to do.
+module gracecg_error
+    use gracecg_kinds, only: dp
+    implicit none
+    private
+    public :: error_t, fail, fail_in_file, fail_out_of_range, add_context
+    public :: nearest_name, number_text
+
+    type :: error_t
+        !! One failure
+        character(:), allocatable :: message    !! Complete sentences, lines separated by new_line('a')
+    end type error_t
+
+contains
+
+    !> Allocates `error` with a message.
+    subroutine fail(error, message)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: message
+
+        allocate (error)
+        error%message = message
+    end subroutine fail
+
+    !> A failure at a place in a text file; shows the line itself.
+    subroutine fail_in_file(error, file, line_number, message, line)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: file            !! Path as the user gave it
+        integer, intent(in) :: line_number          !! Counted from 1; 0 when no line applies
+        character(*), intent(in) :: message
+        character(*), intent(in), optional :: line  !! The offending line
+
+        character(12) :: number
+        character(:), allocatable :: place
+
+        place = file
+        if (line_number > 0) then
+            write (number, '(i0)') line_number
+            place = file//':'//trim(number)
+        end if
+        call fail(error, place//': '//message)
+        if (present(line)) then
+            error%message = error%message//new_line('a')//'  | '//trim(line)
+        end if
+    end subroutine fail_in_file
+
+    !> A number outside its allowed range.
+    subroutine fail_out_of_range(error, name, value, low, high, unit)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: name            !! Name of the quantity, as the user knows it
+        real(dp), intent(in) :: value, low, high    !! The value and its allowed range, both ends included
+        character(*), intent(in), optional :: unit
+
+        character(:), allocatable :: suffix
+
+        suffix = ''
+        if (present(unit)) then
+            if (len_trim(unit) > 0) suffix = ' '//trim(unit)
+        end if
+        call fail(error, name//' = '//number_text(value)//suffix//' is outside the allowed range '// &
+                  number_text(low)//' to '//number_text(high)//suffix)
+    end subroutine fail_out_of_range
+
+    !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
+    subroutine add_context(error, context)
+        type(error_t), allocatable, intent(inout) :: error
+        character(*), intent(in) :: context
+
+        if (allocated(error)) error%message = context//': '//error%message
+    end subroutine add_context
+
+    !> The shortest text that shows a number to about seven digits, without padding.
+    function number_text(value) result(text)
+        real(dp), intent(in) :: value
+        character(:), allocatable :: text
+
+        character(32) :: buffer
+
+        if (value == 0) then
+            text = '0'
+            return
+        end if
+        if (abs(value) < 1e7_dp .and. value == anint(value)) then
+            write (buffer, '(i0)') nint(value)
+        else if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
+            write (buffer, '(f0.6)') value
+            call strip_zeros(buffer)
+        else
+            write (buffer, '(es14.6)') value
+        end if
+        buffer = adjustl(buffer)
+        if (buffer(1:1) == '.') buffer = '0'//buffer(:31)
+        if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:31)
+        text = trim(buffer)
+
+    contains
+
+        subroutine strip_zeros(digits)
+            character(*), intent(inout) :: digits
+            integer :: last
+
+            last = len_trim(digits)
+            do while (last > 1 .and. digits(last:last) == '0')
+                digits(last:last) = ' '
+                last = last - 1
+            end do
+            if (digits(last:last) == '.') digits(last:last) = ' '
+        end subroutine strip_zeros
+    end function number_text
+
+    !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
+    !> when none is near: for "did you mean".
+    function nearest_name(name, known) result(nearest)
+        character(*), intent(in) :: name
+        character(*), intent(in) :: known(:)
+        character(:), allocatable :: nearest
+
+        integer :: i, distance, best
+
+        nearest = ''
+        best = max(2, len_trim(name)/2)
+        do i = 1, size(known)
+            distance = edit_distance(trim(name), trim(known(i)))
+            if (distance <= best) then
+                best = distance - 1
+                nearest = trim(known(i))
+            end if
+        end do
+    end function nearest_name
+
+    !> Levenshtein distance: insertions, deletions and replacements that turn `a` into `b`.
+    pure integer function edit_distance(a, b) result(distance)
+        character(*), intent(in) :: a, b
+
+        integer :: row(0:len(b)), i, j, diagonal, above
+
+        row = [(j, j=0, len(b))]
+        do i = 1, len(a)
+            diagonal = row(0)
+            row(0) = i
+            do j = 1, len(b)
+                above = row(j)
+                row(j) = min(above + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+                diagonal = above
+            end do
+        end do
+        distance = row(len(b))
+    end function edit_distance
+end module gracecg_error

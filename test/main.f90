@@ -1,0 +1,105 @@
+!> Runs the test suites.
+!>
+!> fpm test -- [--fast] [--list] [SUITE [TEST]]: all suites, the fast ones, one suite, or one test.
+!> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
+program tester
+    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
+        select_suite
+    use test_quaternion, only: collect_quaternion
+    implicit none
+
+    !> Suites that take long when compiled with run-time checks: left out by --fast.
+    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo']
+
+    type(testsuite_type), allocatable :: suites(:)
+    character(:), allocatable :: suite_name, test_name, argument
+    integer :: i, position, total, failed
+    logical :: fast
+
+    suites = [ &
+             new_testsuite('quaternion', collect_quaternion)]
+
+    fast = .false.
+    suite_name = ''
+    test_name = ''
+    do i = 1, command_argument_count()
+        argument = get_argument(i)
+        select case (argument)
+        case ('--fast')
+            fast = .true.
+        case ('--list')
+            call list_suites(output_unit)
+            stop
+        case default
+            if (suite_name == '') then
+                suite_name = argument
+            else
+                test_name = argument
+            end if
+        end select
+    end do
+
+    total = 0
+    failed = 0
+    if (suite_name /= '') then
+        position = select_suite(suites, suite_name)
+        if (position == 0) then
+            write (error_unit, '(a)') 'no test suite "'//suite_name//'"; the suites are:'
+            call list_suites(error_unit)
+            error stop 1
+        end if
+        write (output_unit, '(a)') suite_name
+        if (test_name /= '') then
+            call run_selected(suites(position)%collect, test_name, output_unit, failed)
+            if (failed < 0) then
+                write (error_unit, '(a)') 'no test "'//test_name//'" in suite "'//suite_name//'"'
+                error stop 1
+            end if
+            total = 1
+        else
+            call run_testsuite(suites(position)%collect, output_unit, failed)
+            total = count_tests(suites(position))
+        end if
+    else
+        do i = 1, size(suites)
+            if (fast .and. any(SLOW == suites(i)%name)) cycle
+            write (output_unit, '(a)') suites(i)%name
+            flush (output_unit)
+            call run_testsuite(suites(i)%collect, output_unit, failed)
+            flush (output_unit)
+            total = total + count_tests(suites(i))
+        end do
+    end if
+    write (output_unit, '(/, i0, a, i0, a)') total - failed, ' passed, ', failed, ' failed'
+    if (failed > 0 .or. total == 0) error stop 1
+
+contains
+
+    integer function count_tests(suite) result(n)
+        type(testsuite_type), intent(in) :: suite
+        type(unittest_type), allocatable :: tests(:)
+
+        call suite%collect(tests)
+        n = size(tests)
+    end function count_tests
+
+    subroutine list_suites(unit)
+        integer, intent(in) :: unit
+        integer :: k
+
+        do k = 1, size(suites)
+            write (unit, '(2x, a)') suites(k)%name
+        end do
+    end subroutine list_suites
+
+    function get_argument(number) result(text)
+        integer, intent(in) :: number
+        character(:), allocatable :: text
+        integer :: length
+
+        call get_command_argument(number, length=length)
+        allocate (character(length) :: text)
+        call get_command_argument(number, text)
+    end function get_argument
+end program tester

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Turns the tables of data/ into Fortran modules.
+
+    tools/embed_tables.py            writes the modules that are out of date
+    tools/embed_tables.py --check    writes nothing; status 1 when one is out of date or left over
+"""
+import importlib.util
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TABLES = ROOT / "src" / "environment" / "tables"
+
+
+def generated():
+    sys.path.insert(0, str(ROOT / "tools"))
+    for path in sorted((ROOT / "tools" / "embed").glob("*.py")):
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        generator = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(generator)
+        for name, text in generator.generate(ROOT / "data").items():
+            yield (ROOT / "src" / name if "/" in name else TABLES / name), text
+
+
+def main():
+    check = "--check" in sys.argv[1:]
+    stale, written = [], set()
+    for path, text in generated():
+        written.add(path)
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        stale.append(path)
+        if not check:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    stale += [p for p in TABLES.glob("*.f90") if p not in written]
+    for path in stale:
+        print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
+    return 1 if check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
