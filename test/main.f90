@@ -7,6 +7,8 @@ program tester
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
         select_suite
     use test_quaternion, only: collect_quaternion
+    use test_lapack, only: collect_lapack
+    use test_runge_kutta, only: collect_runge_kutta
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -18,7 +20,9 @@ program tester
     logical :: fast
 
     suites = [ &
-             new_testsuite('quaternion', collect_quaternion)]
+             new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('lapack', collect_lapack), &
+             new_testsuite('runge-kutta', collect_runge_kutta)]
 
     fast = .false.
     suite_name = ''

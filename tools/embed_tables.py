@@ -33,7 +33,7 @@ def main():
         if not check:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    stale += [p for p in TABLES.glob("*.f90") if p not in written]
+    stale += [p for p in (ROOT / "src").rglob("gracecg_table_*.f90") if p not in written]
     for path in stale:
         print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
     return 1 if check and stale else 0
