@@ -1,0 +1,67 @@
+!> How the instruments' true noise passes through a weighted least-squares fit whose weights are not
+!> the noise's: covariance of x = N^-1 G e is N^-1 G E{e e^T} G^T N^-1 (the "sandwich").
+module gracecg_noise_propagation
+    use gracecg_kinds, only: dp
+    use gracecg_quaternion, only: rotation_matrix
+    use gracecg_attitude_fit, only: kinematic_partials
+    use gracecg_preprocessing, only: interpolation_t
+    implicit none
+    private
+    public :: stationary_noise_covariance, star_noise_covariance
+
+contains
+
+    !> sum over pairs of epochs of g_i r(|k_i - k_j|) g_j^T for one accelerometer axis.
+    pure function stationary_noise_covariance(gain, epoch, autocovariance) result(covariance)
+        real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x samples
+        integer, intent(in) :: epoch(:)                 !! Increasing index k of each sample
+        real(dp), intent(in) :: autocovariance(0:)      !! r(lag), at least to the longest lag
+        real(dp) :: covariance(size(gain, 1), size(gain, 1))
+
+        real(dp) :: passed(size(gain, 1))
+        integer :: i, j, p
+
+        covariance = 0
+        do j = 1, size(epoch)
+            passed = gain(:, j)*autocovariance(0)/2     ! the other half comes with the transpose
+            do i = 1, j - 1
+                passed = passed + gain(:, i)*autocovariance(epoch(j) - epoch(i))
+            end do
+            do p = 1, size(passed)
+                covariance(:, p) = covariance(:, p) + passed*gain(p, j)
+            end do
+        end do
+        covariance = covariance + transpose(covariance)
+    end function stationary_noise_covariance
+
+    !> The same for white star-camera noise that reaches the estimator through linearly interpolated
+    !> quaternions (CSR-TM-00-01 section 4.5): neighbouring pseudo-observations share samples.
+    pure function star_noise_covariance(gain, source, sigma, mounting, star_quaternion) result(covariance)
+        real(dp), intent(in) :: gain(:, :, :)           !! N^-1 W H: parameters x 4 x pseudo-observations
+        type(interpolation_t), intent(in) :: source(:)  !! Origin of each pseudo-observation
+        real(dp), intent(in) :: sigma(3)                !! About the camera's axes, rad
+        real(dp), intent(in) :: mounting(4)             !! Quaternion body to camera
+        real(dp), intent(in) :: star_quaternion(:, :)   !! (4, samples), inertial to body
+        real(dp) :: covariance(size(gain, 1), size(gain, 1))
+
+        real(dp) :: sample_gain(size(gain, 1), 4, size(star_quaternion, 2))
+        real(dp) :: to_camera_sigma(3, 3), spread_gain(size(gain, 1), 3)
+        integer :: i, s
+
+        sample_gain = 0
+        do i = 1, size(source)
+            s = source(i)%first
+            sample_gain(:, :, s) = sample_gain(:, :, s) + (1 - source(i)%fraction)*gain(:, :, i)
+            sample_gain(:, :, s + 1) = sample_gain(:, :, s + 1) + source(i)%fraction*gain(:, :, i)
+        end do
+        ! a small turn theta in body axes changes q by kinematic_partials(q) theta; theta in body
+        ! axes is the transposed mounting times theta in camera axes
+        to_camera_sigma = transpose(rotation_matrix(mounting))*spread(sigma, 1, 3)
+        covariance = 0
+        do s = 1, size(star_quaternion, 2)
+            spread_gain = matmul(sample_gain(:, :, s), &
+                                 matmul(kinematic_partials(star_quaternion(:, s)), to_camera_sigma))
+            covariance = covariance + matmul(spread_gain, transpose(spread_gain))
+        end do
+    end function star_noise_covariance
+end module gracecg_noise_propagation

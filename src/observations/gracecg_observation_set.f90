@@ -1,0 +1,253 @@
+!> The observation set of one calibration: the only thing that simulation and estimation share.
+!>
+!> It holds what the instruments delivered and what an operator knows. It never holds the truth.
+module gracecg_observation_set
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: DEGREE
+    use gracecg_error, only: error_t, fail, number_text
+    use gracecg_settings, only: settings_t, FULL_RANGE
+    use gracecg_time, only: utc_t, parse_utc, utc_text
+    use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
+        MAX_DIPOLE
+    implicit none
+    private
+    public :: observation_set_t, calibration_setup_t, check_observations, HEADS
+    public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
+
+    integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
+
+    !> What an operator knows of the satellite, the manoeuvre and the instruments.
+    type :: calibration_setup_t
+        character(64) :: name = 'calibration'           !! For output
+        type(utc_t) :: epoch                            !! Time 0 of all time tags
+        real(dp) :: duration = 0                        !! Length of the arc, s
+        real(dp) :: mass = 0                            !! kg
+        real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
+        type(torque_rods_t) :: rods                     !! The manoeuvre
+        real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
+        real(dp) :: star_camera_interval = 0.5_dp
+        real(dp) :: magnetometer_interval = 1.0_dp
+        real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
+        integer :: camera = 1                           !! The head whose quaternions are used
+        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
+        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
+        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
+        real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
+        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
+        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
+        real(dp) :: guess_offset(3) = 0                 !! d*, m
+        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
+        real(dp) :: star_camera_weight = 1              !! Of every quaternion component
+    end type calibration_setup_t
+
+    !> Samples of the three instruments. Times are seconds from the epoch.
+    type :: observation_set_t
+        type(calibration_setup_t) :: setup
+        real(dp), allocatable :: accelerometer_time(:)  !! (n)
+        real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
+        real(dp), allocatable :: star_camera_time(:)    !! (p)
+        integer, allocatable :: star_camera_head(:)     !! (p), 1..HEADS
+        real(dp), allocatable :: quaternion(:, :)       !! (4, p), inertial to camera, scalar last
+        real(dp), allocatable :: magnetometer_time(:)   !! (r)
+        real(dp), allocatable :: field(:, :)            !! (3, r), body axes, T
+    end type observation_set_t
+
+    real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
+
+contains
+
+    !> The settings of satellite and manoeuvre: groups calibration, mass_properties and rod.
+    subroutine describe_manoeuvre(settings, setup)
+        class(settings_t), intent(inout) :: settings
+        type(calibration_setup_t), intent(inout) :: setup
+
+        character(40) :: epoch
+        real(dp) :: moments(3), products(3)
+        type(error_t), allocatable :: problem
+
+        epoch = utc_text(setup%epoch)
+        call settings%group('calibration', 'The calibration: arc and time')
+        call settings%text_value('name', setup%name, 'of the calibration')
+        call settings%text_value('epoch', epoch, 'UTC, ISO 8601: time 0 of all time tags', required=.true.)
+        call parse_utc(trim(epoch), setup%epoch, problem)
+        if (allocated(problem)) call settings%reject('epoch', problem%message)
+        call settings%real_value('duration', setup%duration, 1.0_dp, 86400.0_dp, 's, length of the arc', &
+                                 unit='s')
+        call settings%end_group()
+
+        moments = [setup%inertia(1, 1), setup%inertia(2, 2), setup%inertia(3, 3)]
+        products = [setup%inertia(1, 2), setup%inertia(2, 3), setup%inertia(1, 3)]
+        call settings%group('mass_properties', 'Mass, and inertia about the proof-mass centre')
+        call settings%real_value('mass', setup%mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.true.)
+        call settings%real_values('moments_of_inertia', moments, 1e-6_dp, 1e9_dp, &
+                                  'Ixx, Iyy, Izz in kg m^2', unit='kg m^2', required=.true.)
+        call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &
+                                  'Ixy, Iyz, Izx in kg m^2, with the sign of Ixy = -integral of x y dm', &
+                                  unit='kg m^2')
+        call settings%end_group()
+        setup%inertia = reshape([moments(1), products(1), products(3), &
+                                 products(1), moments(2), products(2), &
+                                 products(3), products(2), moments(3)], [3, 3])
+        call describe_rods(settings, setup%rods)
+    end subroutine describe_manoeuvre
+
+    !> The manoeuvre: one group `rod` for each activation of a torque rod.
+    subroutine describe_rods(settings, rods)
+        class(settings_t), intent(inout) :: settings
+        type(torque_rods_t), intent(inout) :: rods
+
+        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
+        type(error_t), allocatable :: problem
+        integer :: n, i
+
+        n = rods%count
+        activations = rods%activations
+        call settings%count('rod', n)
+        if (n > MAX_ACTIVATIONS) then
+            call settings%group('rod', '', MAX_ACTIVATIONS + 1)
+            call settings%reject('axis', 'at most 16 groups &rod are allowed')
+            return
+        end if
+        do i = 1, n
+            call settings%group('rod', 'Magnetic moment amplitude sin(2 pi frequency (t - start) + phase)', i)
+            call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
+            call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
+                                     'A m^2', unit='A m^2', required=.true.)
+            call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
+                                     unit='Hz', required=.true.)
+            call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
+                                     DEGREE, 'deg')
+            call settings%real_value('start', activations(i)%start, 0.0_dp, 86400.0_dp, 's', unit='s')
+            call settings%real_value('stop', activations(i)%stop, 0.0_dp, 86400.0_dp, 's', unit='s', &
+                                     required=.true.)
+            if (allocated(settings%failure)) return
+            call new_torque_rods(rods, activations(:i), problem)
+            if (allocated(problem)) call settings%reject('amplitude', problem%message)
+            call settings%end_group()
+        end do
+        if (n == 0) rods%count = 0
+    end subroutine describe_rods
+
+    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer.
+    subroutine describe_instruments(settings, setup)
+        class(settings_t), intent(inout) :: settings
+        type(calibration_setup_t), intent(inout) :: setup
+
+        integer :: head
+
+        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
+        call settings%real_value('interval', setup%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
+        call settings%real_values('noise_level', setup%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
+                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
+        call settings%real_values('noise_corner', setup%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
+                                  unit='Hz')
+        call settings%integer_value('noise_sides', setup%accelerometer_psd_sides, 1, 2, &
+                                    'the spectrum is one- (1) or two-sided (2)')
+        call settings%end_group()
+        call settings%group('star_camera', 'Star camera: mounting and noise')
+        call settings%real_value('interval', setup%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%integer_value('head', setup%camera, 1, HEADS, 'whose quaternions are used')
+        call settings%real_values('noise_about_axes', setup%star_camera_sigma, 0.0_dp, 1.0_dp, &
+                                  'rad, about camera x, y and boresight', unit='rad')
+        do head = 1, HEADS
+            call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
+                                      setup%mounting(:, head), -1.0_dp, 1.0_dp, &
+                                      'quaternion body to camera, scalar last')
+            call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
+                                  setup%mounting(:, head))
+        end do
+        call settings%end_group()
+        call settings%group('magnetometer', 'Magnetometer')
+        call settings%real_value('interval', setup%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%end_group()
+    end subroutine describe_instruments
+
+    !> Initial guesses and weights: group estimation.
+    subroutine describe_estimation(settings, setup)
+        class(settings_t), intent(inout) :: settings
+        type(calibration_setup_t), intent(inout) :: setup
+
+        call settings%group('estimation', 'Initial guesses and weights of the estimators')
+        call settings%real_values('guess_quaternion', setup%guess_quaternion, -1.0_dp, 1.0_dp, &
+                                  'inertial to body, scalar last; normalised before use', required=.true.)
+        if (.not. norm2(setup%guess_quaternion) > 0.5_dp) then
+            call settings%reject('guess_quaternion', 'is too far from unit length')
+        end if
+        call settings%real_values('guess_angular_velocity', setup%guess_angular_velocity, -1.0_dp, 1.0_dp, &
+                                  'rad/s', unit='rad/s', required=.true.)
+        call settings%real_values('guess_offset_mm', setup%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
+                                  1e-3_dp, 'mm')
+        call settings%real_values('accelerometer_weight', setup%accelerometer_weight, tiny(1.0_dp), &
+                                  FULL_RANGE, 'of the axes')
+        call settings%real_value('star_camera_weight', setup%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
+                                 'of every quaternion component')
+        call settings%end_group()
+    end subroutine describe_estimation
+
+    !> Refuses a quaternion that is not of unit length.
+    subroutine check_quaternion(settings, key, quaternion)
+        class(settings_t), intent(inout) :: settings
+        character(*), intent(in) :: key
+        real(dp), intent(in) :: quaternion(4)
+
+        if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
+            call settings%reject(key, 'is not a unit quaternion: its length is '// &
+                                 number_text(norm2(quaternion))//'; allowed is 1 within 1e-6')
+        end if
+    end subroutine check_quaternion
+
+    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that do not
+    !> increase, quaternions that are not unit, an impossible inertia tensor.
+    subroutine check_observations(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: head
+
+        call check_series('accelerometer', observations%accelerometer_time, &
+                          observations%acceleration, error)
+        if (allocated(error)) return
+        call check_series('magnetometer', observations%magnetometer_time, observations%field, error)
+        if (allocated(error)) return
+        do head = 1, HEADS
+            if (.not. any(observations%star_camera_head == head)) cycle
+            call check_series('star camera '//number_text(real(head, dp)), &
+                              pack(observations%star_camera_time, observations%star_camera_head == head), &
+                              observations%quaternion, error)
+            if (allocated(error)) return
+        end do
+        associate (setup => observations%setup)
+            if (.not. any(observations%star_camera_head == setup%camera)) then
+                call fail(error, 'there are no star-camera samples of head '// &
+                          number_text(real(setup%camera, dp))//', the head that the setup names')
+            else if (any(abs(norm2(observations%quaternion, 1) - 1) > 1e-3_dp)) then
+                call fail(error, 'star camera: a quaternion is not of unit length')
+            else if (.not. setup%duration > 0) then
+                call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
+            end if
+        end associate
+    end subroutine check_observations
+
+    subroutine check_series(name, times, values, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: times(:), values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k
+
+        if (size(times) < 2) then
+            call fail(error, name//': fewer than two samples')
+            return
+        end if
+        if (.not. all(abs(values) <= huge(1.0_dp)) .or. .not. all(abs(times) <= huge(1.0_dp))) then
+            call fail(error, name//': a sample is NaN or infinite')
+            return
+        end if
+        do k = 2, size(times)
+            if (times(k) > times(k - 1)) cycle
+            call fail(error, name//': time tags must increase, but '//number_text(times(k))// &
+                      ' s follows '//number_text(times(k - 1))//' s')
+            return
+        end do
+    end subroutine check_series
+end module gracecg_observation_set

@@ -1,0 +1,169 @@
+!> The fitting dynamics and their state transition matrix.
+module test_attitude_fit
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: TWO_PI
+    use gracecg_quaternion, only: rotation_matrix, normalised
+    use gracecg_attitude_fit
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_attitude_fit
+
+    !> CSR-TM-00-01 section 5.2, kg m^2
+    real(dp), parameter :: INERTIA(3, 3) = reshape([70.23_dp, -3.0_dp, -2.883_dp, -3.0_dp, 345.14_dp, &
+                                                    -0.348_dp, -2.883_dp, -0.348_dp, 388.84_dp], [3, 3])
+    real(dp), parameter :: Q_0(4) = [-0.70085473_dp, -3.1e-6_dp, 0.71330403_dp, 3.1e-6_dp]
+    real(dp), parameter :: OMEGA_0(3) = [2e-5_dp, 1.1149e-3_dp, -1e-5_dp]
+
+contains
+
+    subroutine collect_attitude_fit(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('phi-22-against-differences', test_phi_22), &
+                    new_unittest('phi-11-and-12-against-differences', test_phi_quaternion), &
+                    new_unittest('rate-partials-against-differences', test_rate_partials), &
+                    new_unittest('angular-momentum-conserved', test_momentum), &
+                    new_unittest('order-four', test_order), &
+                    new_unittest('both-integrations-agree', test_agreement)]
+    end subroutine collect_attitude_fit
+
+    !> 60 s of a torque like the report's case 1.
+    function example_fit(steps, torque_size) result(fit)
+        integer, intent(in) :: steps
+        real(dp), intent(in) :: torque_size     !! N m
+        type(attitude_fit_t) :: fit
+
+        real(dp) :: torque(3, 2*steps + 1), interval
+        integer :: j
+
+        interval = 60.0_dp/steps
+        do j = 0, 2*steps
+            torque(:, j + 1) = torque_size*[0.6_dp, -1.0_dp, 0.8_dp]*sin(TWO_PI*0.1_dp*j*interval/2)
+        end do
+        fit = new_attitude_fit(INERTIA, interval, torque)
+    end function example_fit
+
+    subroutine test_phi_22(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_rotation_t) :: nominal, plus, minus
+        real(dp), parameter :: STEP = 1e-5_dp
+        real(dp) :: change(3), differences(3)
+        integer :: i
+
+        fit = example_fit(600, 1e-3_dp)
+        call fit%fit_rotation(OMEGA_0, nominal)
+        do i = 1, 3
+            change = 0
+            change(i) = STEP
+            call fit%fit_rotation(OMEGA_0 + change, plus)
+            call fit%fit_rotation(OMEGA_0 - change, minus)
+            differences = (plus%omega(:, 600) - minus%omega(:, 600))/(2*STEP)
+            call check(error, maxval(abs(differences - nominal%phi_22(:, i, 600))) < 1e-9_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_phi_22
+
+    subroutine test_phi_quaternion(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_attitude_t) :: nominal, plus, minus
+        type(fitted_rotation_t) :: rotation
+        real(dp), parameter :: STEP = 1e-5_dp
+        real(dp) :: change(7), differences(4), found(4)
+        integer :: i
+
+        fit = example_fit(600, 1e-3_dp)
+        call fit%fit_attitude(Q_0, OMEGA_0, nominal, rotation)
+        do i = 1, 7
+            change = 0
+            change(i) = STEP
+            call fit%fit_attitude(Q_0 + change(1:4), OMEGA_0 + change(5:7), plus, rotation)
+            call fit%fit_attitude(Q_0 - change(1:4), OMEGA_0 - change(5:7), minus, rotation)
+            differences = (plus%q(:, 600) - minus%q(:, 600))/(2*STEP)
+            if (i <= 4) then
+                found = nominal%phi_11(:, i, 600)
+            else
+                found = nominal%phi_12(:, i - 4, 600)
+            end if
+            call check(error, maxval(abs(differences - found)) < 1e-6_dp*max(1.0_dp, maxval(abs(found))))
+            if (allocated(error)) return
+        end do
+    end subroutine test_phi_quaternion
+
+    subroutine test_rate_partials(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        real(dp) :: change(3), lambda(3, 3), differences(3)
+        real(dp), parameter :: OMEGA(3) = [0.3_dp, -0.7_dp, 0.2_dp], STEP = 1e-3_dp
+        integer :: i
+
+        fit = example_fit(2, 1e-3_dp)
+        lambda = fit%rate_partials(OMEGA)
+        do i = 1, 3
+            change = 0
+            change(i) = STEP
+            differences = (fit%angular_acceleration(0, OMEGA + change) - &
+                           fit%angular_acceleration(0, OMEGA - change))/(2*STEP)
+            call check(error, maxval(abs(differences - lambda(:, i))) < 1e-12_dp)   ! quadratic: exact
+            if (allocated(error)) return
+        end do
+    end subroutine test_rate_partials
+
+    !> Without torque J omega keeps its inertial direction and size, and q stays of unit length.
+    subroutine test_momentum(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_attitude_t) :: attitude
+        type(fitted_rotation_t) :: rotation
+        real(dp), parameter :: FAST(3) = [0.05_dp, 0.1_dp, -0.02_dp]
+        real(dp) :: start(3), finish(3)
+
+        fit = example_fit(600, 0.0_dp)
+        call fit%fit_attitude(normalised(Q_0), FAST, attitude, rotation)
+        start = matmul(transpose(rotation_matrix(attitude%q(:, 0))), matmul(INERTIA, rotation%omega(:, 0)))
+        finish = matmul(transpose(rotation_matrix(attitude%q(:, 600))), matmul(INERTIA, rotation%omega(:, 600)))
+        call check(error, norm2(finish - start) < 1e-9_dp*norm2(start))
+        if (allocated(error)) return
+        call check(error, abs(norm2(attitude%q(:, 600)) - 1) < 1e-10_dp)
+    end subroutine test_momentum
+
+    !> Global error against a fine integration shrinks as h^4.
+    subroutine test_order(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: order
+
+        order = log(final_error(30)/final_error(60))/log(2.0_dp)
+        call check(error, order > 3.6_dp .and. order < 4.6_dp)
+    contains
+        real(dp) function final_error(steps)
+            integer, intent(in) :: steps
+            type(attitude_fit_t) :: fit
+            type(fitted_rotation_t) :: coarse, fine
+            real(dp), parameter :: FAST(3) = [0.05_dp, 0.1_dp, -0.02_dp]
+
+            fit = example_fit(steps, 1.0_dp)
+            call fit%fit_rotation(FAST, coarse)
+            fit = example_fit(3000, 1.0_dp)
+            call fit%fit_rotation(FAST, fine)
+            final_error = norm2(coarse%omega(:, steps) - fine%omega(:, 3000))
+        end function final_error
+    end subroutine test_order
+
+    subroutine test_agreement(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(attitude_fit_t) :: fit
+        type(fitted_attitude_t) :: attitude
+        type(fitted_rotation_t) :: alone, together
+
+        fit = example_fit(600, 1e-3_dp)
+        call fit%fit_rotation(OMEGA_0, alone)
+        call fit%fit_attitude(Q_0, OMEGA_0, attitude, together)
+        call check(error, maxval(abs(alone%omega - together%omega)), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(alone%omega_dot(:, 37) - &
+                                     fit%angular_acceleration(74, alone%omega(:, 37)))), 0.0_dp)
+    end subroutine test_agreement
+end module test_attitude_fit

@@ -1,0 +1,47 @@
+"""The numbers that CSR-TM-00-01 prints: axis windows of its figures, RMS of its tables."""
+import fortran_table as table
+
+
+def text_array(name, values, comment):
+    length = max(map(len, values))
+    literals = [f"'{v}'" for v in values]
+    return table.parameter_array(
+        name, [literals[0].replace("'", f"character({length}) :: '", 1)] + literals[1:],
+        kind=f"character({length})", comment=comment)
+
+
+def rows_of(path):
+    lines = list(table.data_lines(path))
+    header = lines[0].split(",")
+    return [dict(zip(header, line.split(","))) for line in lines[1:]]
+
+
+def generate(data):
+    windows = rows_of(data / "report_figure_windows.csv")
+    body = (
+        text_array("WINDOW_SATELLITE", [w["satellite"] for w in windows], "front or back")
+        + text_array("WINDOW_FIGURE", [w["figure"] for w in windows], "Number of the figure")
+        + text_array("WINDOW_QUANTITY", [w["quantity"] for w in windows], "Name of the curve")
+        + text_array("WINDOW_AXIS", [w["axis"] for w in windows], "Body axis")
+        + table.parameter_array("WINDOW_LOW", [table.real(w["low"]) for w in windows], comment="Lower limit, SI")
+        + table.parameter_array("WINDOW_HIGH", [table.real(w["high"]) for w in windows], comment="Upper limit, SI")
+    )
+    name = "gracecg_table_figure_windows"
+    title = "Axis windows of CSR-TM-00-01 Figures 5.2-5.8."
+    files = {f"campaign/{name}.f90": table.module(name, title, "report_figure_windows.csv", body)}
+
+    rows = rows_of(data / "report_rms_tables.csv")
+    algorithms = ["assest_fde", "assest_rde", "ascfest", "ascrest"]
+    values = [table.real(r[a]) for a in algorithms for r in rows]
+    body = (
+        text_array("RMS_CASE", [f"{r['satellite']}-{r['case']}" for r in rows], "Case of each row")
+        + text_array("RMS_AXIS", [r["axis"] for r in rows], "Body axis of each row")
+        + text_array("RMS_ALGORITHM", [a.replace("_", "-") for a in algorithms], "Algorithm of each column")
+        + table.parameter_array("RMS_VALUES", values, comment="RMS column after column, mm")
+        + f"    !> RMS of the CG offset, mm: rows x algorithms\n    real(dp), parameter, public :: RMS_PUBLISHED"
+        f"({len(rows)}, {len(algorithms)}) = reshape(RMS_VALUES, [{len(rows)}, {len(algorithms)}])\n"
+    )
+    name = "gracecg_table_report_rms"
+    title = "Tables 6.1 and 6.2 of CSR-TM-00-01: RMS of the CG offset over 15 runs."
+    files[f"campaign/{name}.f90"] = table.module(name, title, "report_rms_tables.csv", body)
+    return files
