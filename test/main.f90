@@ -7,6 +7,10 @@ program tester
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
         select_suite
     use test_quaternion, only: collect_quaternion
+    use test_time, only: collect_time
+    use test_space_weather, only: collect_space_weather
+    use test_thermosphere, only: collect_thermosphere
+    use test_wind, only: collect_wind
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -18,7 +22,11 @@ program tester
     logical :: fast
 
     suites = [ &
-             new_testsuite('quaternion', collect_quaternion)]
+             new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('time', collect_time), &
+             new_testsuite('space-weather', collect_space_weather), &
+             new_testsuite('thermosphere', collect_thermosphere), &
+             new_testsuite('wind', collect_wind)]
 
     fast = .false.
     suite_name = ''
