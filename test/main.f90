@@ -9,6 +9,10 @@ program tester
     use test_quaternion, only: collect_quaternion
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
+    use test_time, only: collect_time
+    use test_space_weather, only: collect_space_weather
+    use test_thermosphere, only: collect_thermosphere
+    use test_wind, only: collect_wind
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -22,7 +26,11 @@ program tester
     suites = [ &
              new_testsuite('quaternion', collect_quaternion), &
              new_testsuite('lapack', collect_lapack), &
-             new_testsuite('runge-kutta', collect_runge_kutta)]
+             new_testsuite('runge-kutta', collect_runge_kutta), &
+             new_testsuite('time', collect_time), &
+             new_testsuite('space-weather', collect_space_weather), &
+             new_testsuite('thermosphere', collect_thermosphere), &
+             new_testsuite('wind', collect_wind)]
 
     fast = .false.
     suite_name = ''

@@ -1,0 +1,221 @@
+!> Solar flux and geomagnetic activity, as the thermosphere models of the report's time take them.
+!>
+!> F10.7 is the observed flux (not reduced to 1 au), in solar flux units, 1 sfu = 1e-22 W/(m^2 Hz).
+!> Kp comes in thirds and stands in the tables as ten times the value, rounded: 27 is 2 2/3. It is
+!> given out as the printed tenths, 2.7, which is what programs of the time used.
+module gracecg_space_weather
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail, fail_in_file, add_context, number_text
+    use gracecg_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
+    use gracecg_data_file, only: data_line_t, read_data_lines, split_fields, real_of_field
+    use gracecg_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
+        SPACE_WEATHER_F107_MEAN, SPACE_WEATHER_KP_TENTHS
+    implicit none
+    private
+    public :: space_weather_t, embedded_space_weather, read_space_weather
+
+    type :: space_weather_t
+        !! Indices by day; the days rise but may have gaps
+        private
+        integer, allocatable :: mjd(:)              !! Modified Julian day
+        real(dp), allocatable :: f107(:)            !! Observed flux of the day, sfu
+        real(dp), allocatable :: f107_mean(:)       !! Mean over 81 days centred on the day, sfu
+        real(dp), allocatable :: kp(:, :)           !! (8, day): UT 0-3 h, 3-6 h ... 21-24 h
+    contains
+        procedure :: indices_at
+    end type space_weather_t
+
+    integer, parameter :: INTERVALS = 8                 !! of Kp in a day
+    real(dp), parameter :: INTERVAL_LENGTH = 10800.0_dp !! s
+
+    ! Columns of a file: date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 Kp, sum of Kp, 8 ap, Ap
+    integer, parameter :: COLUMNS = 24, F107_COLUMN = 2, F107_MEAN_COLUMN = 4
+    integer, parameter :: FIRST_KP_COLUMN = 7, LAST_KP_COLUMN = 14
+    real(dp), parameter :: FLUX_RANGE(2) = [50.0_dp, 1000.0_dp]     !! sfu
+
+contains
+
+    !> The embedded table: December 1988 to February 1989 (the report's epoch) and the year 2000.
+    function embedded_space_weather() result(table)
+        type(space_weather_t) :: table
+
+        allocate (table%mjd, source=SPACE_WEATHER_MJD)
+        allocate (table%f107, source=SPACE_WEATHER_F107)
+        allocate (table%f107_mean, source=SPACE_WEATHER_F107_MEAN)
+        allocate (table%kp(INTERVALS, size(SPACE_WEATHER_MJD)))
+        table%kp = reshape(SPACE_WEATHER_KP_TENTHS/10.0_dp, shape(table%kp))
+    end function embedded_space_weather
+
+    !> The indices a thermosphere model wants at a time: the flux of the day before, the 81-day mean
+    !> of the day, and Kp of the interval that holds the time three hours earlier. Fails outside the
+    !> table.
+    subroutine indices_at(self, utc, f107_previous_day, f107_mean, kp_3h_before, error)
+        class(space_weather_t), intent(in) :: self
+        type(utc_t), intent(in) :: utc
+        real(dp), intent(out) :: f107_previous_day      !! Observed F10.7, sfu
+        real(dp), intent(out) :: f107_mean              !! Observed F10.7, sfu
+        real(dp), intent(out) :: kp_3h_before           !! 0 to 9
+        type(error_t), allocatable, intent(out) :: error
+
+        type(utc_t) :: earlier
+        integer :: today, yesterday, interval
+
+        f107_previous_day = 0
+        f107_mean = 0
+        kp_3h_before = 0
+        call check_utc_in_range(utc, error)
+        if (allocated(error)) return
+        today = row_of(self, utc%mjd)
+        yesterday = row_of(self, utc%mjd - 1)
+        if (today == 0 .or. yesterday == 0) then
+            call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
+                      spans_text(self%mjd)//', and the day before is needed too; give f107, '// &
+                      'f107_mean and kp, or a table of that time')
+            return
+        end if
+        f107_previous_day = self%f107(yesterday)
+        f107_mean = self%f107_mean(today)
+        earlier = utc_plus(utc, -INTERVAL_LENGTH)
+        interval = min(int(earlier%seconds/INTERVAL_LENGTH) + 1, INTERVALS) ! leap second: the last
+        kp_3h_before = self%kp(interval, merge(today, yesterday, earlier%mjd == utc%mjd))
+    end subroutine indices_at
+
+    !> The row of a day, 0 when the table has none.
+    pure integer function row_of(table, mjd) result(row)
+        type(space_weather_t), intent(in) :: table
+        integer, intent(in) :: mjd
+
+        row = findloc(table%mjd, mjd, 1)
+    end function row_of
+
+    !> `1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31`.
+    function spans_text(mjd) result(text)
+        integer, intent(in) :: mjd(:)
+        character(:), allocatable :: text
+
+        integer :: i, first
+
+        text = ''
+        first = 1
+        do i = 1, size(mjd)
+            if (i < size(mjd)) then
+                if (mjd(i + 1) == mjd(i) + 1) cycle
+            end if
+            if (text /= '') text = text//' and '
+            text = text//date_text(mjd(first))//' to '//date_text(mjd(i))
+            first = i + 1
+        end do
+    end function spans_text
+
+    function date_text(mjd) result(text)
+        integer, intent(in) :: mjd
+        character(:), allocatable :: text
+
+        text = utc_text(utc_t(mjd, 0.0_dp))
+        text = text(:10)
+    end function date_text
+
+    !> Reads a table of the columns: date (YYYY-MM-DD), F10.7 observed, F10.7 at 1 au, 81-day means
+    !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
+    !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
+    subroutine read_space_weather(file, table, error)
+        character(*), intent(in) :: file
+        type(space_weather_t), intent(out) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_line_t), allocatable :: lines(:)
+        character(:), allocatable :: complaint
+        integer :: i, n
+
+        call read_data_lines(file, lines, error)
+        if (allocated(error)) return
+        n = size(lines)
+        allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
+        do i = 1, n
+            call parse_row(lines(i)%text, table%mjd(i), table%f107(i), table%f107_mean(i), &
+                           table%kp(:, i), complaint)
+            if (complaint == '' .and. i > 1) then
+                if (table%mjd(i) <= table%mjd(i - 1)) complaint = 'the days must rise, and '// &
+                    date_text(table%mjd(i))//' follows '//date_text(table%mjd(i - 1))
+            end if
+            if (complaint /= '') then
+                call fail_in_file(error, file, lines(i)%number, complaint, lines(i)%text)
+                return
+            end if
+        end do
+    end subroutine read_space_weather
+
+    !> One line of a file. `complaint` says what is wrong, or is empty.
+    subroutine parse_row(text, mjd, f107, f107_mean, kp, complaint)
+        character(*), intent(in) :: text
+        integer, intent(out) :: mjd
+        real(dp), intent(out) :: f107, f107_mean    !! sfu
+        real(dp), intent(out) :: kp(INTERVALS)
+        character(:), allocatable, intent(out) :: complaint
+
+        character(len(text)), allocatable :: fields(:)
+        type(error_t), allocatable :: error
+        type(utc_t) :: day
+        real(dp) :: numbers(2:COLUMNS)
+        logical :: valid
+        integer :: i
+
+        mjd = 0
+        f107 = 0
+        f107_mean = 0
+        kp = 0
+        complaint = ''
+        call split_fields(text, fields)
+        if (size(fields) /= COLUMNS) then
+            complaint = 'has '//number_text(real(size(fields), dp))//' fields instead of 24: '// &
+                'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of 10 Kp, their sum, 8 of ap, Ap'
+            return
+        end if
+        call parse_utc(fields(1), day, error)
+        if (allocated(error)) then
+            complaint = error%message
+            return
+        end if
+        do i = 2, COLUMNS
+            call real_of_field(fields(i), numbers(i), valid)
+            if (.not. valid) then
+                complaint = '"'//trim(fields(i))//'" is not a number'
+                return
+            end if
+        end do
+        mjd = day%mjd
+        f107 = numbers(F107_COLUMN)
+        f107_mean = numbers(F107_MEAN_COLUMN)
+        kp = numbers(FIRST_KP_COLUMN:LAST_KP_COLUMN)/10
+        if (.not. is_flux(f107)) then
+            complaint = 'F10.7 = '//number_text(f107)
+        else if (.not. is_flux(f107_mean)) then
+            complaint = '81-day mean of F10.7 = '//number_text(f107_mean)
+        end if
+        if (complaint /= '') then
+            complaint = complaint//' is outside the allowed range '//number_text(FLUX_RANGE(1))// &
+                ' to '//number_text(FLUX_RANGE(2))//' sfu'
+            return
+        end if
+        i = findloc(is_kp(kp), .false., 1)
+        if (i > 0) complaint = 'Kp is given as 10 Kp in thirds, 0 3 7 10 13 17 ... 90, not "'// &
+            trim(fields(FIRST_KP_COLUMN + i - 1))//'"'
+    end subroutine parse_row
+
+    elemental logical function is_flux(value)
+        real(dp), intent(in) :: value
+
+        is_flux = value >= FLUX_RANGE(1) .and. value <= FLUX_RANGE(2)
+    end function is_flux
+
+    !> True for 0.0, 0.3, 0.7, 1.0 ... 8.7, 9.0.
+    elemental logical function is_kp(value)
+        real(dp), intent(in) :: value
+
+        real(dp) :: nearest_third
+
+        nearest_third = nint(3*value)/3.0_dp
+        is_kp = value >= 0 .and. value <= 9 .and. &
+                abs(10*value - nint(10*nearest_third)) < 1e-9_dp
+    end function is_kp
+end module gracecg_space_weather

@@ -1,0 +1,199 @@
+!> Solar flux and geomagnetic activity by time, and the reader of such tables.
+module test_space_weather
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t
+    use gracecg_time, only: utc_t, parse_utc, utc_plus
+    use gracecg_space_weather
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_space_weather
+
+    character(*), parameter :: FIXTURES = 'test/fixtures/space_weather'
+
+contains
+
+    subroutine collect_space_weather(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('epoch-of-the-report', test_epoch), &
+                    new_unittest('kp-intervals', test_intervals), &
+                    new_unittest('81-day-mean-is-the-mean', test_mean), &
+                    new_unittest('outside-the-table', test_outside), &
+                    new_unittest('file-of-the-user', test_file), &
+                    new_unittest('file-with-crlf-and-no-last-newline', test_crlf), &
+                    new_unittest('corrupted-files', test_corrupted)]
+    end subroutine collect_space_weather
+
+    subroutine check_indices(error, table, time, f107, f107_mean, kp)
+        type(error_type), allocatable, intent(out) :: error
+        type(space_weather_t), intent(in) :: table
+        character(*), intent(in) :: time
+        real(dp), intent(in) :: f107, f107_mean, kp
+
+        type(utc_t) :: utc
+        type(error_t), allocatable :: failure
+        real(dp) :: found(3)
+
+        call parse_utc(time, utc, failure)
+        if (.not. allocated(failure)) then
+            call table%indices_at(utc, found(1), found(2), found(3), failure)
+        end if
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+        end if
+        call check(error, all(abs(found - [f107, f107_mean, kp]) < 1e-12_dp), time)
+    end subroutine check_indices
+
+    !> Ottawa flux of 1989-01-01 and Kp of its last three hours, 3-.
+    subroutine test_epoch(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_indices(error, embedded_space_weather(), '1989-01-02T00:00:00', &
+                           185.7_dp, 210.6_dp, 2.7_dp)
+    end subroutine test_epoch
+
+    !> 2000-01-04 closes with Kp 4-, the next day's are 40 33 33 33 23 30 37 40 tenths.
+    subroutine test_intervals(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+
+        table = embedded_space_weather()
+        call check_indices(error, table, '2000-01-05T02:59:59', 134.7_dp, 165.0_dp, 3.7_dp)
+        if (allocated(error)) return
+        call check_indices(error, table, '2000-01-05T03:00:00', 134.7_dp, 165.0_dp, 4.0_dp)
+        if (allocated(error)) return
+        call check_indices(error, table, '2000-01-05T17:59:59.9', 134.7_dp, 165.0_dp, 2.3_dp)
+        if (allocated(error)) return
+        call check_indices(error, table, '2000-01-05T23:59:59.9', 134.7_dp, 165.0_dp, 3.7_dp)
+        if (allocated(error)) return
+        call check_indices(error, table, '2000-01-06T00:00:00', 136.5_dp, 164.8_dp, 4.0_dp)
+    end subroutine test_intervals
+
+    !> The mean of a day against the daily values of the 40 days before to the 40 after it.
+    subroutine test_mean(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: DAYS = 366
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+        type(utc_t) :: first
+        real(dp) :: flux(DAYS), means(DAYS), kp, unused
+        integer :: i
+
+        table = embedded_space_weather()
+        call parse_utc('2000-01-01', first, failure)
+        do i = 2, DAYS
+            call table%indices_at(utc_plus(first, (i - 1)*86400.0_dp), flux(i - 1), means(i), kp, &
+                                  failure)
+            call check(error, .not. allocated(failure))
+            if (allocated(error)) return
+        end do
+        do i = 41, DAYS - 41
+            call check(error, sum(flux(i - 40:i + 40))/81, means(i), thr=0.0501_dp)
+            if (allocated(error)) return
+        end do
+        ! the day after the last row has its flux in the table, but no mean
+        call table%indices_at(utc_plus(first, DAYS*86400.0_dp), flux(DAYS), unused, kp, failure)
+        call check(error, allocated(failure))
+    end subroutine test_mean
+
+    !> The message names the spans of the table and the keys that can stand in for it. The first day
+    !> has no day before.
+    subroutine test_outside(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: TIMES(*) = ['1988-12-01', '1989-03-01', '1999-12-31', &
+                                               '2000-01-01', '2001-01-01', '1975-06-01']
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+        type(utc_t) :: utc
+        real(dp) :: found(3)
+        integer :: i
+
+        table = embedded_space_weather()
+        do i = 1, size(TIMES)
+            call parse_utc(TIMES(i), utc, failure)
+            call table%indices_at(utc, found(1), found(2), found(3), failure)
+            if (.not. allocated(failure)) then
+                call test_failed(error, 'indices for '//TIMES(i))
+                return
+            end if
+            call check(error, index(failure%message, TIMES(i)) > 0 .and. &
+                       index(failure%message, '1988-12-01 to 1989-02-28 and 2000-01-01 to '// &
+                             '2000-12-31') > 0 .and. &
+                       index(failure%message, 'f107, f107_mean and kp') > 0, failure%message)
+            if (allocated(error)) return
+        end do
+        call table%indices_at(utc_t(47528, -1.0_dp), found(1), found(2), found(3), failure)
+        call check(error, allocated(failure))
+    end subroutine test_outside
+
+    subroutine test_file(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+        type(utc_t) :: utc
+        real(dp) :: found(3)
+
+        call read_space_weather(FIXTURES//'.txt', table, failure)
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+        end if
+        call check_indices(error, table, '2001-03-31T06:00:00', 256.9_dp, 186.7_dp, 9.0_dp)
+        if (allocated(error)) return
+        call parse_utc('2001-04-02', utc, failure)
+        call table%indices_at(utc, found(1), found(2), found(3), failure)
+        call check(error, allocated(failure), 'a day after a gap needs the day before')
+    end subroutine test_file
+
+    subroutine test_crlf(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+
+        call read_space_weather(FIXTURES//'_crlf.txt', table, failure)
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+        end if
+        call check_indices(error, table, '2001-03-31T01:00:00', 256.9_dp, 186.7_dp, 4.0_dp)
+    end subroutine test_crlf
+
+    !> Each with a word that its message must hold.
+    subroutine test_corrupted(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(24), parameter :: BAD(2, 10) = reshape([character(24) :: &
+            '_missing.txt', 'cannot read', &
+            '_empty.txt', 'holds no data', &
+            '_columns.txt', 'txt:3: has 23 fields', &
+            '_date.txt', '01 to 28 of 2001-02', &
+            '_order.txt', 'the days must rise', &
+            '_repeated.txt', 'the days must rise', &
+            '_number.txt', '"NaN" is not a number', &
+            '_flux.txt', 'txt:3: F10.7 = 0 is', &
+            '_mean.txt', 'txt:2: 81-day mean', &
+            '_kp.txt', 'not "85"'], [2, 10])
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        do i = 1, size(BAD, 2)
+            call read_space_weather(FIXTURES//trim(BAD(1, i)), table, failure)
+            if (.not. allocated(failure)) then
+                call test_failed(error, 'accepted '//BAD(1, i))
+                return
+            end if
+            call check(error, index(failure%message, trim(BAD(2, i))) > 0 .and. &
+                       index(failure%message, trim(BAD(1, i))) > 0, failure%message)
+            if (allocated(error)) return
+        end do
+    end subroutine test_corrupted
+end module test_space_weather

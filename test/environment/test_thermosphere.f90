@@ -1,0 +1,443 @@
+!> Density models: published numbers, the physics they claim, and smoothness.
+module test_thermosphere
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan, ieee_is_finite
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: DEGREE, PI
+    use gracecg_error, only: error_t
+    use gracecg_thermosphere
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_thermosphere
+
+    ! Constants of DTM-77 (Barlier et al. 1978), for the identities
+    real(dp), parameter :: RADIUS = 6356.77e3_dp, GAS_CONSTANT = 8.314_dp
+
+contains
+
+    subroutine collect_thermosphere(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('dtm77-points-of-the-listing', test_listing), &
+                    new_unittest('dtm77-mass-density-is-the-sum', test_mass), &
+                    new_unittest('dtm77-diffusive-equilibrium', test_equilibrium), &
+                    new_unittest('dtm77-scale-height', test_scale_height), &
+                    new_unittest('dtm77-cyclic-in-local-time', test_cyclic), &
+                    new_unittest('dtm77-period-of-a-year', test_year), &
+                    new_unittest('dtm77-smooth-over-the-poles', test_poles), &
+                    new_unittest('dtm77-gradient-is-continuous', test_gradient), &
+                    new_unittest('dtm77-finite-everywhere', test_finite), &
+                    new_unittest('dtm77-below-its-lowest-height', test_below), &
+                    new_unittest('dtm77-nan-stays-nan', test_nan), &
+                    new_unittest('dtm77-indices-refused', test_indices), &
+                    new_unittest('exponential', test_exponential), &
+                    new_unittest('exponential-refused', test_exponential_refused), &
+                    new_unittest('density-wave', test_wave)]
+    end subroutine collect_thermosphere
+
+    !> The model at the report's epoch.
+    function epoch_model() result(model)
+        type(dtm77_t) :: model
+        type(error_t), allocatable :: failure
+
+        call new_dtm77(185.7_dp, 210.6_dp, 2.7_dp, model, failure)
+    end function epoch_model
+
+    function state_at(model, height, latitude, local_solar_time, day_of_year) result(state)
+        class(density_model_t), intent(in) :: model
+        real(dp), intent(in) :: height, latitude    !! m, rad
+        real(dp), intent(in) :: local_solar_time, day_of_year
+        type(atmosphere_state_t) :: state
+
+        call model%evaluate(atmosphere_point_t(height, latitude, local_solar_time, day_of_year), &
+                            state)
+    end function state_at
+
+    real(dp) function density_at(model, height, latitude, local_solar_time, day_of_year)
+        class(density_model_t), intent(in) :: model
+        real(dp), intent(in) :: height, latitude    !! m, rad
+        real(dp), intent(in) :: local_solar_time, day_of_year
+        type(atmosphere_state_t) :: state
+
+        state = state_at(model, height, latitude, local_solar_time, day_of_year)
+        density_at = state%density
+    end function density_at
+
+    !> The program printed in Aeronomica Acta A 185 (1977), appendix 1, keyed in, compiled and run
+    !> in double precision: day, F10.7, its mean, Kp, height km, local time h, latitude deg, then
+    !> temperature and exospheric temperature K, He, O, N2, O2 in 1/cm^3 and density kg/m^3.
+    subroutine test_listing(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: POINTS(14, 7) = reshape([ &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 17.25_dp, 0.0_dp, &
+            1316.017985_dp, 1317.268040_dp, 3.54655558e6_dp, 1.34187879e8_dp, 1.05648954e7_dp, &
+            2.90630968e5_dp, 4.09481373e-12_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 4.50_dp, 10.0_dp, &
+            1017.028182_dp, 1017.878935_dp, 4.70132786e6_dp, 7.98902419e7_dp, 1.26792590e6_dp, &
+            2.50178329e4_dp, 2.21376379e-12_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 470.0_dp, 0.0_dp, 89.0_dp, &
+            1021.967291_dp, 1022.764523_dp, 1.06465713e7_dp, 1.20315967e8_dp, 1.61964758e6_dp, &
+            2.31619305e4_dp, 3.34340102e-12_dp, &
+            172.0_dp, 150.0_dp, 150.0_dp, 2.0_dp, 300.0_dp, 15.0_dp, 45.0_dp, &
+            1172.163486_dp, 1196.086101_dp, 2.64776255e6_dp, 7.11666081e8_dp, 2.89092408e8_dp, &
+            1.37978221e7_dp, 3.30953677e-11_dp, &
+            355.0_dp, 92.0_dp, 92.0_dp, 2.0_dp, 600.0_dp, 3.0_dp, -30.0_dp, &
+            837.474931_dp, 837.531023_dp, 4.55108583e5_dp, 7.23973688e5_dp, 1.37931578e3_dp, &
+            1.48294734e1_dp, 2.23195934e-14_dp, &
+            80.0_dp, 200.0_dp, 150.0_dp, 4.0_dp, 120.0_dp, 12.0_dp, 20.0_dp, &
+            380.0_dp, 1137.200763_dp, 7.08425119e7_dp, 1.72714184e11_dp, 4.43787028e11_dp, &
+            4.775e10_dp, 2.77564755e-8_dp, &
+            264.0_dp, 70.0_dp, 70.0_dp, 0.0_dp, 1000.0_dp, 9.0_dp, 60.0_dp, &
+            809.807610_dp, 809.807681_dp, 1.39796374e5_dp, 3.16677674e2_dp, 2.01205259e-3_dp, &
+            3.24729984e-6_dp, 9.36828253e-16_dp], [14, 7])
+        type(dtm77_t) :: model
+        type(error_t), allocatable :: failure
+        type(atmosphere_state_t) :: state
+        real(dp) :: found(7)
+        integer :: i
+
+        do i = 1, size(POINTS, 2)
+            associate (p => POINTS(:, i))
+                call new_dtm77(p(2), p(3), p(4), model, failure)
+                call check(error, .not. allocated(failure))
+                if (allocated(error)) return
+                state = state_at(model, p(5)*1e3_dp, p(7)*DEGREE, p(6), p(1))
+                found = [state%temperature, state%exospheric_temperature, state%n_he*1e-6_dp, &
+                         state%n_o*1e-6_dp, state%n_n2*1e-6_dp, state%n_o2*1e-6_dp, state%density]
+                call check(error, all(abs(found/p(8:14) - 1) < 1e-8_dp))
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine test_listing
+
+    subroutine test_mass(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: ATOMIC_MASS_UNIT = 1.6605e-27_dp     ! kg; the model's is 1.6603
+        type(dtm77_t) :: model
+        type(atmosphere_state_t) :: s
+        integer :: i
+
+        model = epoch_model()
+        do i = 120, 1000, 20
+            s = state_at(model, i*1e3_dp, 0.4_dp, 14.0_dp, 1.0_dp)
+            call check(error, ATOMIC_MASS_UNIT*(4*s%n_he + 16*s%n_o + 28*s%n_n2 + 32*s%n_o2), &
+                       s%density, thr=2e-4_dp, rel=.true.)
+            if (allocated(error)) return
+        end do
+    end subroutine test_mass
+
+    !> Each gas rests in its own weight, d ln n/dz + (1 + alpha) d ln T/dz + M g/(R T) = 0 with
+    !> gravity falling as 1/r^2: the equation whose solution the model's profile is. Central
+    !> differences.
+    subroutine test_equilibrium(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: MASS(4) = [4e-3_dp, 16e-3_dp, 28e-3_dp, 32e-3_dp]    ! kg/mol
+        real(dp), parameter :: ALPHA(4) = [-0.38_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+        real(dp), parameter :: STEP = 20.0_dp   ! m
+        type(dtm77_t) :: model
+        type(atmosphere_state_t) :: below, here, above
+        real(dp) :: height, gravity, balance(4), weight(4), dlnt
+        integer :: i
+
+        model = epoch_model()
+        do i = 125, 985, 20
+            height = i*1e3_dp
+            below = state_at(model, height - STEP, 0.4_dp, 14.0_dp, 1.0_dp)
+            here = state_at(model, height, 0.4_dp, 14.0_dp, 1.0_dp)
+            above = state_at(model, height + STEP, 0.4_dp, 14.0_dp, 1.0_dp)
+            gravity = 9.80665_dp*(RADIUS/(RADIUS + height))**2
+            weight = MASS*gravity/(GAS_CONSTANT*here%temperature)
+            dlnt = log(above%temperature/below%temperature)/(2*STEP)
+            balance = log([above%n_he/below%n_he, above%n_o/below%n_o, above%n_n2/below%n_n2, &
+                           above%n_o2/below%n_o2])/(2*STEP) + (1 + ALPHA)*dlnt + weight
+            call check(error, all(abs(balance/weight) < 1e-6_dp))
+            if (allocated(error)) return
+        end do
+    end subroutine test_equilibrium
+
+    !> The density falls with height, at 466 km in some 70 km by a factor e (at high solar activity,
+    !> atomic oxygen at 1300 K: R T/(M g) = 79 km; with the others between 50 and 80 km).
+    subroutine test_scale_height(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: model
+        real(dp) :: scale_height, previous, density
+        integer :: i
+
+        model = epoch_model()
+        scale_height = 2e3_dp/log(density_at(model, 465e3_dp, 0.0_dp, 17.25_dp, 1.0_dp)/ &
+                                  density_at(model, 467e3_dp, 0.0_dp, 17.25_dp, 1.0_dp))
+        call check(error, scale_height > 50e3_dp .and. scale_height < 80e3_dp)
+        if (allocated(error)) return
+        previous = huge(previous)
+        do i = 120, 1500, 5
+            density = density_at(model, i*1e3_dp, 0.0_dp, 17.25_dp, 1.0_dp)
+            call check(error, density < previous)
+            if (allocated(error)) return
+            previous = density
+        end do
+    end subroutine test_scale_height
+
+    subroutine test_cyclic(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: model
+        integer :: i
+
+        model = epoch_model()
+        do i = 0, 24
+            call check(error, density_at(model, 466e3_dp, 0.7_dp, i - 24.0_dp, 1.0_dp), &
+                       density_at(model, 466e3_dp, 0.7_dp, i + 0.0_dp, 1.0_dp), &
+                       thr=1e-13_dp, rel=.true.)
+            if (allocated(error)) return
+        end do
+        ! the afternoon is denser than the early morning
+        call check(error, density_at(model, 466e3_dp, 0.0_dp, 15.0_dp, 1.0_dp) > &
+                   1.5_dp*density_at(model, 466e3_dp, 0.0_dp, 4.0_dp, 1.0_dp))
+    end subroutine test_cyclic
+
+    subroutine test_year(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: model
+        integer :: i
+
+        model = epoch_model()
+        do i = 0, 365, 5
+            call check(error, density_at(model, 466e3_dp, 0.7_dp, 9.0_dp, i + 365.0_dp), &
+                       density_at(model, 466e3_dp, 0.7_dp, 9.0_dp, i + 0.0_dp), &
+                       thr=1e-12_dp, rel=.true.)
+            if (allocated(error)) return
+        end do
+    end subroutine test_year
+
+    !> At a pole the local time has no meaning. A path over it goes from local time t to t + 12 h,
+    !> with the same slope before and after.
+    subroutine test_poles(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: STEP = 1e-5_dp   ! rad
+        type(dtm77_t) :: model
+        real(dp) :: at_pole, before, after, latitude, slope
+        integer :: i, side
+
+        model = epoch_model()
+        do side = -1, 1, 2
+            latitude = side*PI/2
+            at_pole = density_at(model, 466e3_dp, latitude, 0.0_dp, 1.0_dp)
+            do i = 0, 23
+                call check(error, density_at(model, 466e3_dp, latitude, i + 0.0_dp, 1.0_dp), &
+                           at_pole, thr=1e-13_dp, rel=.true.)
+                if (allocated(error)) return
+                before = density_at(model, 466e3_dp, latitude - side*STEP, i + 0.0_dp, 1.0_dp)
+                after = density_at(model, 466e3_dp, latitude - side*STEP, i + 12.0_dp, 1.0_dp)
+                slope = (after - before)/(2*STEP*at_pole)
+                call check(error, (at_pole - before)/(STEP*at_pole), slope, thr=1e-4_dp)
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_poles
+
+    !> One-sided differences agree wherever an input passes a place where a careless implementation
+    !> has a seam: the equator, midnight, new year of the model, round figures.
+    subroutine test_gradient(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        ! of the height (m), latitude (rad), local time (h) and day; the changes of the gradient of
+        ! ln(density) over a step, for a smooth function, are below TOLERANCE
+        real(dp), parameter :: STEP(4) = [1.0_dp, 1e-5_dp, 1e-5_dp, 1e-5_dp]
+        real(dp), parameter :: TOLERANCE(4) = [1e-8_dp, 1e-4_dp, 1e-5_dp, 1e-6_dp]
+        real(dp), parameter :: SEAMS(4, 6) = reshape([ &
+            466e3_dp, 0.0_dp, 0.0_dp, 0.0_dp, &
+            466e3_dp, 0.0_dp, 24.0_dp, 365.0_dp, &
+            466e3_dp, 0.7_dp, 12.0_dp, 182.5_dp, &
+            500e3_dp, -0.7_dp, 6.0_dp, 1.0_dp, &
+            200e3_dp, 0.5_dp, 18.0_dp, 366.0_dp, &
+            150e3_dp, -1.2_dp, 3.0_dp, 90.0_dp], [4, 6])
+        type(dtm77_t) :: model
+        real(dp) :: x(4), here, left, right
+        integer :: i, k
+
+        model = epoch_model()
+        do i = 1, size(SEAMS, 2)
+            here = at(SEAMS(:, i))
+            do k = 1, 4
+                x = SEAMS(:, i)
+                x(k) = x(k) + STEP(k)
+                right = (at(x) - here)/STEP(k)
+                x(k) = SEAMS(k, i) - STEP(k)
+                left = (here - at(x))/STEP(k)
+                call check(error, abs(right - left) < TOLERANCE(k))
+                if (allocated(error)) return
+            end do
+        end do
+
+    contains
+
+        real(dp) function at(place)
+            real(dp), intent(in) :: place(4)
+
+            at = log(density_at(model, place(1), place(2), place(3), place(4)))
+        end function at
+    end subroutine test_gradient
+
+    !> Extreme activity, everywhere, all year: densities positive, temperatures of a thermosphere.
+    subroutine test_finite(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: INDICES(3, 4) = reshape([ &
+            60.0_dp, 60.0_dp, 0.0_dp, 60.0_dp, 60.0_dp, 9.0_dp, &
+            400.0_dp, 250.0_dp, 9.0_dp, 250.0_dp, 250.0_dp, 0.0_dp], [3, 4])
+        type(dtm77_t) :: model
+        type(error_t), allocatable :: failure
+        type(atmosphere_state_t) :: s
+        integer :: i, latitude, hour, day
+
+        do i = 1, size(INDICES, 2)
+            call new_dtm77(INDICES(1, i), INDICES(2, i), INDICES(3, i), model, failure)
+            call check(error, .not. allocated(failure))
+            if (allocated(error)) return
+            do latitude = -90, 90, 15
+                do hour = 0, 21, 3
+                    do day = 0, 365, 73
+                        s = state_at(model, 466e3_dp, latitude*DEGREE, hour + 0.0_dp, day + 0.0_dp)
+                        call check(error, ieee_is_finite(s%density) .and. s%density > 1e-15_dp &
+                                   .and. s%density < 1e-9_dp .and. s%temperature > 400 .and. &
+                                   s%temperature < 4000)
+                        if (allocated(error)) return
+                    end do
+                end do
+            end do
+        end do
+    end subroutine test_finite
+
+    !> The caller learns the limit; below it the state is that of the limit, never NaN.
+    subroutine test_below(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: model
+
+        model = epoch_model()
+        call check(error, model%lowest_height(), 120e3_dp)
+        if (allocated(error)) return
+        call check(error, density_at(model, 50e3_dp, 0.4_dp, 14.0_dp, 1.0_dp), &
+                   density_at(model, 120e3_dp, 0.4_dp, 14.0_dp, 1.0_dp))
+    end subroutine test_below
+
+    !> An input that is not a number gives a density that is not a number, for each input.
+    subroutine test_nan(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: model
+        real(dp) :: nan
+
+        model = epoch_model()
+        nan = ieee_value(nan, ieee_quiet_nan)
+        call check(error, all(ieee_is_nan([density_at(model, nan, 0.4_dp, 14.0_dp, 1.0_dp), &
+                                           density_at(model, 466e3_dp, nan, 14.0_dp, 1.0_dp), &
+                                           density_at(model, 466e3_dp, 0.4_dp, nan, 1.0_dp), &
+                                           density_at(model, 466e3_dp, 0.4_dp, 14.0_dp, nan)])))
+    end subroutine test_nan
+
+    !> Each with a word that its message must hold.
+    subroutine test_indices(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(12), parameter :: WORDS(7) = [character(12) :: 'f107 = 0', 'f107 = NaN', &
+            'f107_mean = ', 'f107_mean = ', 'kp = 27', 'kp = NaN', 'too far']
+        real(dp) :: nan, indices(3, 7)
+        type(dtm77_t) :: model
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        indices = reshape([0.0_dp, 150.0_dp, 2.0_dp, nan, 150.0_dp, 2.0_dp, &
+                           150.0_dp, 501.0_dp, 2.0_dp, 150.0_dp, nan, 2.0_dp, &
+                           150.0_dp, 150.0_dp, 27.0_dp, 150.0_dp, 150.0_dp, nan, &
+                           50.0_dp, 450.0_dp, 2.0_dp], [3, 7])
+        do i = 1, size(WORDS)
+            call new_dtm77(indices(1, i), indices(2, i), indices(3, i), model, failure)
+            if (.not. allocated(failure)) then
+                call test_failed(error, 'accepted indices that give "'//trim(WORDS(i))//'"')
+                return
+            end if
+            call check(error, index(failure%message, trim(WORDS(i))) > 0, failure%message)
+            if (allocated(error)) return
+        end do
+    end subroutine test_indices
+
+    !> rho_0 at h_0, rho_0/e a scale height above; the temperature belongs to the scale height:
+    !> pressure = n k T falls by its own weight, d ln p/dh = -m g/(k T) at the reference height.
+    subroutine test_exponential(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: BOLTZMANN = 1.380649e-23_dp      ! J/K
+        type(exponential_density_t) :: model
+        type(error_t), allocatable :: failure
+        type(atmosphere_state_t) :: s
+        real(dp) :: gravity
+
+        call new_exponential_density(4e-12_dp, 466e3_dp, 70e3_dp, model, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        s = state_at(model, 466e3_dp, 0.4_dp, 14.0_dp, 1.0_dp)
+        call check(error, s%density, 4e-12_dp)
+        if (allocated(error)) return
+        call check(error, density_at(model, 536e3_dp, -1.0_dp, 3.0_dp, 200.0_dp), &
+                   4e-12_dp*exp(-1.0_dp), thr=1e-15_dp, rel=.true.)
+        if (allocated(error)) return
+        gravity = 398600.4415e9_dp/(6371e3_dp + 466e3_dp)**2
+        call check(error, s%density*gravity/(s%n_o*BOLTZMANN*s%temperature), 1/70e3_dp, &
+                   thr=0.01_dp, rel=.true.)
+        if (allocated(error)) return
+        call check(error, model%lowest_height() < 0)
+    end subroutine test_exponential
+
+    subroutine test_exponential_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(exponential_density_t) :: model
+        type(error_t), allocatable :: failure
+
+        call new_exponential_density(-4e-12_dp, 466e3_dp, 70e3_dp, model, failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call new_exponential_density(4e-12_dp, -1.0_dp, 70e3_dp, model, failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call new_exponential_density(4e-12_dp, 466e3_dp, 0.0_dp, model, failure)
+        call check(error, allocated(failure))
+    end subroutine test_exponential_refused
+
+    !> Zero, crest and trough where a sine has them; no wave unless one is asked for.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(density_wave_t) :: wave
+        type(error_t), allocatable :: failure
+
+        call check(error, wave%relative_change(3.0_dp), 0.0_dp)
+        if (allocated(error)) return
+        call new_density_wave(0.003_dp, 12.0_dp, PI/2, wave, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        call check(error, wave%relative_change(0.0_dp), 0.003_dp, thr=1e-17_dp)
+        if (allocated(error)) return
+        call check(error, wave%relative_change(3.0_dp), 0.0_dp, thr=1e-17_dp)
+        if (allocated(error)) return
+        call check(error, wave%relative_change(30.0_dp), -0.003_dp, thr=1e-17_dp)
+        if (allocated(error)) return
+        call new_density_wave(1.5_dp, 12.0_dp, 0.0_dp, wave, failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call new_density_wave(0.003_dp, 0.0_dp, 0.0_dp, wave, failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call new_density_wave(0.003_dp, 12.0_dp, ieee_value(0.0_dp, ieee_quiet_nan), wave, failure)
+        call check(error, allocated(failure))
+    end subroutine test_wave
+end module test_thermosphere
