@@ -7,6 +7,12 @@ program tester
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
         select_suite
     use test_quaternion, only: collect_quaternion
+    use test_sun, only: collect_sun
+    use test_earth_radiation, only: collect_earth_radiation
+    use test_mass_properties, only: collect_mass_properties
+    use test_plates, only: collect_plates
+    use test_surface_loads, only: collect_surface_loads
+    use test_torque_rods, only: collect_torque_rods
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -18,7 +24,13 @@ program tester
     logical :: fast
 
     suites = [ &
-             new_testsuite('quaternion', collect_quaternion)]
+             new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('sun', collect_sun), &
+             new_testsuite('earth-radiation', collect_earth_radiation), &
+             new_testsuite('mass-properties', collect_mass_properties), &
+             new_testsuite('plates', collect_plates), &
+             new_testsuite('surface-loads', collect_surface_loads), &
+             new_testsuite('torque-rods', collect_torque_rods)]
 
     fast = .false.
     suite_name = ''
