@@ -59,9 +59,12 @@ contains
         self%activations(:self%count) = activations
     end subroutine new_torque_rods
 
-    !> The manoeuvre of CSR-TM-00-01 section 5.2: m = pattern amplitude sin(2 pi frequency (t -
-    !> start)). Fails as new_torque_rods does, and when the pattern moves no rod or has another
-    !> number than -1, 0 and 1.
+    !> The manoeuvre of CSR-TM-00-01 section 5.2,
+    !>
+    !>     m = pattern amplitude sin(2 pi frequency (t - start)).
+    !>
+    !> Fails as new_torque_rods does, and when the pattern moves no rod or has another number than
+    !> -1, 0 and 1.
     subroutine new_harmonic_manoeuvre(self, pattern, amplitude, frequency, start, stop, error)
         type(torque_rods_t), intent(out) :: self
         integer, intent(in) :: pattern(3)       !! -1, 0 or 1 for each rod, e.g. from report_pattern

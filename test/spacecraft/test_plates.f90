@@ -59,9 +59,8 @@ contains
         call check(error, maxval(abs(torque)) < 1e-14_dp)
     end subroutine test_closed
 
-    !> Gauss: the integral of x.n over the surface is three times the volume; that of (e.x)^2 n,
-    !> with the trapezoids' own second moments, would give the centroid. Here the volume, and the
-    !> centroids of the ends against the trapezoid cut into strips.
+    !> Gauss: the integral of x.n over the surface is three times the volume. Then area and centroid
+    !> of an end against the trapezoid cut into strips.
     subroutine test_volume(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: STRIPS = 20000
