@@ -13,6 +13,12 @@ program tester
     use test_space_weather, only: collect_space_weather
     use test_thermosphere, only: collect_thermosphere
     use test_wind, only: collect_wind
+    use test_sun, only: collect_sun
+    use test_earth_radiation, only: collect_earth_radiation
+    use test_mass_properties, only: collect_mass_properties
+    use test_plates, only: collect_plates
+    use test_surface_loads, only: collect_surface_loads
+    use test_torque_rods, only: collect_torque_rods
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -30,7 +36,13 @@ program tester
              new_testsuite('time', collect_time), &
              new_testsuite('space-weather', collect_space_weather), &
              new_testsuite('thermosphere', collect_thermosphere), &
-             new_testsuite('wind', collect_wind)]
+             new_testsuite('wind', collect_wind), &
+             new_testsuite('sun', collect_sun), &
+             new_testsuite('earth-radiation', collect_earth_radiation), &
+             new_testsuite('mass-properties', collect_mass_properties), &
+             new_testsuite('plates', collect_plates), &
+             new_testsuite('surface-loads', collect_surface_loads), &
+             new_testsuite('torque-rods', collect_torque_rods)]
 
     fast = .false.
     suite_name = ''

@@ -1,0 +1,157 @@
+!> The Sun against the JPL ephemeris DE421, and the Earth's shadow.
+module test_sun
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: PI, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
+        WGS84_SEMI_MAJOR_AXIS
+    use gracecg_vectors, only: cross
+    use gracecg_sun, only: sun_position, conical_shadow
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_sun
+
+    real(dp), parameter :: SUN(3) = [ASTRONOMICAL_UNIT, 0.0_dp, 0.0_dp]
+    real(dp), parameter :: ORBIT = 6.84e6_dp    !! m
+
+contains
+
+    subroutine collect_sun(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('position-1989', test_1989), &
+                    new_unittest('position-2000', test_2000), &
+                    new_unittest('yearly-motion', test_yearly_motion), &
+                    new_unittest('day-and-night', test_day_and_night), &
+                    new_unittest('penumbra-monotone-and-continuous', test_penumbra), &
+                    new_unittest('penumbra-area', test_area), &
+                    new_unittest('annular-eclipse', test_annular)]
+    end subroutine collect_sun
+
+    !> DE421 (jplephem), 0 h UTC of 1989-01-02; the formula is 2.7" and 634 km off there.
+    subroutine test_1989(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_position(error, 2447528.500650278_dp, &
+                            [29896916.4e3_dp, -132144058.7e3_dp, -57295472.1e3_dp], &
+                            2.7_dp, 634e3_dp)
+    end subroutine test_1989
+
+    !> DE421, 0 h UTC of 2000-06-01; the formula is 5.8" and 804 km off.
+    subroutine test_2000(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_position(error, 2451696.500742870_dp, &
+                            [49857773.3e3_dp, 131456818.6e3_dp, 56992745.6e3_dp], &
+                            5.8_dp, 804e3_dp)
+    end subroutine test_2000
+
+    !> The error has to be the one the formula is known to have, not only below its bound.
+    subroutine check_position(error, julian_date, expected, error_arcseconds, error_distance)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in) :: julian_date, expected(3), error_arcseconds, error_distance
+
+        real(dp) :: position(3), angle
+
+        position = sun_position((julian_date - 2451545)/36525)
+        angle = atan2(norm2(cross(position, expected)), dot_product(position, expected))
+        call check(error, angle/ARCSECOND, error_arcseconds, thr=0.06_dp)
+        if (allocated(error)) return
+        call check(error, norm2(position) - norm2(expected), error_distance, thr=1e3_dp)
+    end subroutine check_position
+
+    !> After a sidereal year the Sun is back within the formula's error and the planets' pull; half
+    !> a year later it is opposite, and the distance lies between perihelion and aphelion.
+    subroutine test_yearly_motion(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SIDEREAL_YEAR = 365.25636_dp/36525
+        real(dp) :: now(3), later(3)
+        integer :: i
+
+        do i = 0, 11
+            now = sun_position(-0.11_dp + i*SIDEREAL_YEAR/12)
+            later = sun_position(-0.11_dp + (i + 12)*SIDEREAL_YEAR/12)
+            call check(error, norm2(later - now)/norm2(now) < 60*ARCSECOND)
+            if (allocated(error)) return
+            call check(error, abs(norm2(now)/ASTRONOMICAL_UNIT - 1) < 0.0169_dp)
+            if (allocated(error)) return
+            later = sun_position(-0.11_dp + (i + 6)*SIDEREAL_YEAR/12)
+            call check(error, dot_product(now, later)/(norm2(now)*norm2(later)) < -0.997_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_yearly_motion
+
+    subroutine test_day_and_night(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, conical_shadow([ORBIT, 0.0_dp, 0.0_dp], SUN), 1.0_dp)
+        if (allocated(error)) return
+        call check(error, conical_shadow([0.0_dp, 0.0_dp, ORBIT], SUN), 1.0_dp)
+        if (allocated(error)) return
+        call check(error, conical_shadow([-ORBIT, 0.0_dp, 0.0_dp], SUN), 0.0_dp)
+    end subroutine test_day_and_night
+
+    !> An orbit crossed in steps of 1e-5 rad, about a thousandth of the penumbra: the light fades,
+    !> never by much at once, from 1 to 0; at the middle the Sun's centre is on the horizon.
+    subroutine test_penumbra(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STEP = 1e-5_dp
+        real(dp) :: limb, light, previous
+        integer :: i
+
+        limb = PI - asin(WGS84_SEMI_MAJOR_AXIS/ORBIT)
+        previous = 1
+        do i = -600, 600
+            light = shadow_at(limb + i*STEP)
+            call check(error, light <= previous .and. previous - light < 1.5e-3_dp)
+            if (allocated(error)) return
+            if (i == -600) call check(error, light, 1.0_dp)
+            if (i == 0) call check(error, light, 0.5_dp, thr=2e-2_dp)
+            if (allocated(error)) return
+            previous = light
+        end do
+        call check(error, previous, 0.0_dp)
+    end subroutine test_penumbra
+
+    pure real(dp) function shadow_at(angle)
+        real(dp), intent(in) :: angle   !! From the Sun's direction, rad
+
+        shadow_at = conical_shadow(ORBIT*[cos(angle), sin(angle), 0.0_dp], SUN)
+    end function shadow_at
+
+    !> The covered part of the disc by adding up strips.
+    subroutine test_area(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: STRIPS = 20000
+        real(dp) :: position(3), to_sun(3), angle, a, b, c, x, covered
+        integer :: i, k
+
+        do k = -2, 2
+            angle = PI - asin(WGS84_SEMI_MAJOR_AXIS/ORBIT) + k*1.8e-3_dp
+            position = ORBIT*[cos(angle), sin(angle), 0.0_dp]
+            to_sun = SUN - position
+            a = asin(SOLAR_RADIUS/norm2(to_sun))
+            b = asin(WGS84_SEMI_MAJOR_AXIS/ORBIT)
+            c = acos(-dot_product(position, to_sun)/(ORBIT*norm2(to_sun)))
+            covered = 0
+            do i = 1, STRIPS    ! across the line of centres; the Sun's disc lies about x = 0
+                x = a*(2*(i - 0.5_dp)/STRIPS - 1)
+                covered = covered + 2*a/STRIPS*2* &
+                          sqrt(min(a**2 - x**2, max(0.0_dp, b**2 - (x + c)**2)))
+            end do
+            call check(error, conical_shadow(position, SUN), 1 - covered/(PI*a**2), thr=1e-5_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_area
+
+    !> Beyond the umbra's tip the Earth leaves a ring of the Sun.
+    subroutine test_annular(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: DISTANCE = 2e9_dp
+        real(dp) :: expected
+
+        expected = 1 - (asin(WGS84_SEMI_MAJOR_AXIS/DISTANCE)/ &
+                        asin(SOLAR_RADIUS/(ASTRONOMICAL_UNIT + DISTANCE)))**2
+        call check(error, conical_shadow([-DISTANCE, 0.0_dp, 0.0_dp], SUN), expected, thr=1e-12_dp)
+    end subroutine test_annular
+end module test_sun

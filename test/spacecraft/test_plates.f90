@@ -1,0 +1,197 @@
+!> The trapezoidal satellite and its cross-sections.
+module test_plates
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: PI
+    use gracecg_error, only: error_t
+    use gracecg_plates
+    use gracecg_vectors, only: cross
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_plates
+
+    !> CSR-TM-00-01 section 5.2, m
+    real(dp), parameter :: LENGTH = 3.122_dp, HEIGHT = 0.720_dp
+    real(dp), parameter :: WIDTH_BOTTOM = 1.942_dp, WIDTH_TOP = 0.693_dp
+
+contains
+
+    subroutine collect_plates(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('closes', test_closed), &
+                    new_unittest('volume-and-centres', test_volume), &
+                    new_unittest('edges-of-sides', test_edges), &
+                    new_unittest('areas-along-axes', test_axes), &
+                    new_unittest('mean-projected-area', test_mean_area), &
+                    new_unittest('refuses-impossible', test_refuses)]
+    end subroutine collect_plates
+
+    function grace() result(surface)
+        type(satellite_surface_t) :: surface
+
+        type(error_t), allocatable :: failure
+
+        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
+                           failure)
+    end function grace
+
+    !> A pressure equal on all sides moves nothing and turns nothing.
+    subroutine test_closed(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_surface_t) :: surface
+        real(dp) :: force(3), torque(3)
+        integer :: i
+
+        surface = grace()
+        force = 0
+        torque = 0
+        do i = 1, surface%count
+            associate (plate => surface%plates(i))
+                force = force + plate%area*plate%normal
+                torque = torque + plate%area*cross(plate%centre, plate%normal)
+            end associate
+        end do
+        call check(error, maxval(abs(force)) < 1e-14_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(torque)) < 1e-14_dp)
+    end subroutine test_closed
+
+    !> Gauss: the integral of x.n over the surface is three times the volume. Then area and centroid
+    !> of an end against the trapezoid cut into strips.
+    subroutine test_volume(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: STRIPS = 20000
+        type(satellite_surface_t) :: surface
+        real(dp) :: volume, z, width, area, moment
+        integer :: i
+
+        surface = grace()
+        volume = 0
+        do i = 1, surface%count
+            associate (plate => surface%plates(i))
+                volume = volume + plate%area*dot_product(plate%normal, plate%centre)/3
+            end associate
+        end do
+        call check(error, volume, LENGTH*HEIGHT*(WIDTH_BOTTOM + WIDTH_TOP)/2, thr=1e-14_dp)
+        if (allocated(error)) return
+        area = 0
+        moment = 0
+        do i = 1, STRIPS
+            z = HEIGHT*((i - 0.5_dp)/STRIPS - 0.5_dp)
+            width = WIDTH_TOP + (WIDTH_BOTTOM - WIDTH_TOP)*(z/HEIGHT + 0.5_dp)
+            area = area + width*HEIGHT/STRIPS
+            moment = moment + z*width*HEIGHT/STRIPS
+        end do
+        call check(error, surface%plates(1)%area, area, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, surface%plates(1)%centre(3), moment/area, thr=1e-9_dp)
+    end subroutine test_volume
+
+    !> The plane of each side holds the edges of bottom and top.
+    subroutine test_edges(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_surface_t) :: surface
+        integer :: i
+
+        surface = grace()
+        do i = 3, 4
+            associate (side => surface%plates(i), y => sign(0.5_dp, surface%plates(i)%normal(2)))
+                call check(error, dot_product(side%normal, [0.3_dp, y*WIDTH_BOTTOM, HEIGHT/2] - &
+                                              side%centre), 0.0_dp, thr=1e-15_dp)
+                if (allocated(error)) return
+                call check(error, dot_product(side%normal, [0.3_dp, y*WIDTH_TOP, -HEIGHT/2] - &
+                                              side%centre), 0.0_dp, thr=1e-15_dp)
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine test_edges
+
+    subroutine test_axes(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: expected(3), direction(3)
+        integer :: axis, side
+
+        expected = [(WIDTH_BOTTOM + WIDTH_TOP)/2*HEIGHT, LENGTH*HEIGHT, WIDTH_BOTTOM*LENGTH]
+        do axis = 1, 3
+            do side = -1, 1, 2
+                direction = 0
+                direction(axis) = side
+                call check(error, projected_area(grace(), direction), expected(axis), thr=1e-14_dp)
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_axes
+
+    !> Cauchy: the cross-section of a convex body, averaged over all directions, is a quarter of
+    !> its surface.
+    subroutine test_mean_area(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: DIRECTIONS = 4000
+        type(satellite_surface_t) :: surface
+        real(dp) :: mean, z, longitude
+        integer :: i
+
+        surface = grace()
+        mean = 0
+        do i = 1, DIRECTIONS
+            z = 2*(i - 0.5_dp)/DIRECTIONS - 1
+            longitude = PI*(3 - sqrt(5.0_dp))*i
+            mean = mean + projected_area(surface, [sqrt(1 - z**2)*cos(longitude), &
+                                                   sqrt(1 - z**2)*sin(longitude), z])/DIRECTIONS
+        end do
+        call check(error, mean, sum(surface%plates(:surface%count)%area)/4, thr=1e-3_dp)
+    end subroutine test_mean_area
+
+    subroutine test_refuses(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_surface_t) :: good, surface
+        type(plate_t) :: plates(6)
+        type(error_t), allocatable :: failure
+
+        good = grace()
+        call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
+                           failure)
+        call check_message(error, failure, 'positive')
+        if (allocated(error)) return
+        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, &
+                           ieee_value(1.0_dp, ieee_quiet_nan), 0.0_dp, 0.0_dp, failure)
+        call check_message(error, failure, 'positive')
+        if (allocated(error)) return
+        call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, &
+                           failure)
+        call check_message(error, failure, 'specular')
+        if (allocated(error)) return
+        plates = good%plates(:6)
+        plates(2)%area = 1.01_dp*plates(2)%area
+        call new_surface(surface, plates, failure)
+        call check_message(error, failure, 'do not close')
+        if (allocated(error)) return
+        plates = good%plates(:6)
+        plates(4)%normal = 1.001_dp*plates(4)%normal
+        call new_surface(surface, plates, failure)
+        call check_message(error, failure, 'length 1')
+        if (allocated(error)) return
+        plates = good%plates(:6)
+        plates(5)%centre(1) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call new_surface(surface, plates, failure)
+        call check_message(error, failure, 'centre')
+        if (allocated(error)) return
+        call new_surface(surface, spread(plates(1), 1, MAX_PLATES + 1), failure)
+        call check_message(error, failure, '33 plates')
+    end subroutine test_refuses
+
+    subroutine check_message(error, failure, part_of_message)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(in) :: failure
+        character(*), intent(in) :: part_of_message
+
+        if (.not. allocated(failure)) then
+            call test_failed(error, 'not refused: '//part_of_message)
+        else
+            call check(error, index(failure%message, part_of_message) > 0)
+        end if
+    end subroutine check_message
+end module test_plates

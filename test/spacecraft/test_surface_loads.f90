@@ -1,0 +1,324 @@
+!> Air and light on the satellite: limits with known answers.
+module test_surface_loads
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_earth_radiation, only: earth_irradiance_t
+    use gracecg_error, only: error_t
+    use gracecg_plates, only: satellite_surface_t, plate_t, new_trapezoid
+    use gracecg_quaternion, only: rotation_matrix, normalised
+    use gracecg_surface_loads
+    use gracecg_vectors, only: cross, unit
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_surface_loads
+
+    real(dp), parameter :: MASS = 420.0_dp                          !! kg
+    real(dp), parameter :: R_GAS = 8.31446261815324_dp              !! J/(mol K)
+    real(dp), parameter :: IRRADIANCE = 1367.2335_dp                !! W/m^2
+    real(dp), parameter :: NO_OFFSET(3) = 0.0_dp
+    real(dp), parameter :: X(3) = [1.0_dp, 0.0_dp, 0.0_dp]
+    type(gas_t), parameter :: GAS = gas_t(4e-12_dp, 1200.0_dp, 16e-3_dp)
+
+contains
+
+    subroutine collect_surface_loads(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('conventional-drag', test_drag), &
+                    new_unittest('conventional-sunlight', test_sunlight), &
+                    new_unittest('conventional-earthlight', test_earthlight), &
+                    new_unittest('black-plates-are-conventional', test_black), &
+                    new_unittest('mirror', test_mirror), &
+                    new_unittest('spheres-in-light', test_light_spheres), &
+                    new_unittest('hypersonic-plate', test_hypersonic), &
+                    new_unittest('sphere-in-air', test_air_sphere), &
+                    new_unittest('gas-at-rest', test_rest), &
+                    new_unittest('torque-of-moved-centre', test_moved_centre), &
+                    new_unittest('mean-molar-mass', test_molar_mass), &
+                    new_unittest('refuses-impossible-wall', test_wall)]
+    end subroutine collect_surface_loads
+
+    !> The satellite of CSR-TM-00-01 section 5.2.
+    function grace(specular, diffuse) result(surface)
+        real(dp), intent(in) :: specular, diffuse
+        type(satellite_surface_t) :: surface
+
+        type(error_t), allocatable :: failure
+
+        call new_trapezoid(surface, 3.122_dp, 0.720_dp, 1.942_dp, 0.693_dp, specular, diffuse, &
+                           failure)
+    end function grace
+
+    !> Points spread evenly over the unit sphere.
+    pure function sphere_point(i, n) result(point)
+        integer, intent(in) :: i, n
+        real(dp) :: point(3)
+
+        real(dp) :: z
+
+        z = 2*(i - 0.5_dp)/n - 1
+        point = [sqrt(1 - z**2)*cos(PI*(3 - sqrt(5.0_dp))*i), &
+                 sqrt(1 - z**2)*sin(PI*(3 - sqrt(5.0_dp))*i), z]
+    end function sphere_point
+
+    !> CSR-TM-00-01 eq. (2-6) along x, where A_d = (1.942 + 0.693)/2 0.720 m^2.
+    subroutine test_drag(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SPEED = 7600.0_dp, AREA = 0.9486_dp
+        real(dp) :: a(3), oblique(3)
+
+        a = drag_acceleration(grace(0.0_dp, 0.0_dp), MASS, 2.0_dp, GAS%density, SPEED*X)
+        call check(error, maxval(abs(a + 0.5_dp*2*AREA/MASS*GAS%density*SPEED**2*X)) < 1e-20_dp)
+        if (allocated(error)) return
+        oblique = SPEED*unit([1.0_dp, 0.05_dp, -0.02_dp])
+        a = drag_acceleration(grace(0.0_dp, 0.0_dp), MASS, 2.0_dp, GAS%density, oblique)
+        call check(error, norm2(cross(a, oblique)) < 1e-15_dp*norm2(a)*SPEED .and. &
+                   dot_product(a, oblique) < 0)
+    end subroutine test_drag
+
+    !> CSR-TM-00-01 eq. (2-8): at 1 au on the bottom; twice as far a quarter; in shadow nothing.
+    subroutine test_sunlight(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: ETA = 0.45_dp, PRESSURE = 4.5606e-6_dp, AREA = 1.942_dp*3.122_dp
+        real(dp), parameter :: SUN(3) = [0.0_dp, 0.0_dp, ASTRONOMICAL_UNIT]
+        type(satellite_surface_t) :: surface
+        real(dp) :: a(3), expected(3)
+
+        surface = grace(0.0_dp, 0.0_dp)
+        a = solar_radiation_acceleration(surface, MASS, ETA, IRRADIANCE, 1.0_dp, SUN)
+        expected = [0.0_dp, 0.0_dp, -PRESSURE*(1 + ETA)*AREA/MASS]
+        call check(error, maxval(abs(a - expected)) < 1e-7_dp*norm2(expected))
+        if (allocated(error)) return
+        expected = solar_radiation_acceleration(surface, MASS, ETA, IRRADIANCE, 0.5_dp, 2*SUN)
+        call check(error, maxval(abs(8*expected - a)) < 1e-14_dp*norm2(a))
+        if (allocated(error)) return
+        a = solar_radiation_acceleration(surface, MASS, ETA, IRRADIANCE, 0.0_dp, SUN)
+        call check(error, norm2(a), 0.0_dp)
+    end subroutine test_sunlight
+
+    !> CSR-TM-00-01 eq. (2-10) with two segments, on bottom and front, seen from a turned body.
+    subroutine test_earthlight(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: ETA = 0.5_dp
+        type(earth_irradiance_t) :: radiation
+        real(dp) :: m(3, 3), a(3), expected(3)
+
+        m = rotation_matrix(normalised([0.1_dp, 0.7_dp, -0.4_dp, 0.3_dp]))
+        radiation%count = 2
+        radiation%direction(:, 1) = -m(3, :)    ! upwards, from below the bottom
+        radiation%direction(:, 2) = -m(1, :)    ! from before the front
+        radiation%irradiance(1:2) = [300.0_dp, 40.0_dp]
+        a = earth_radiation_acceleration(grace(0.0_dp, 0.0_dp), MASS, ETA, m, radiation)
+        expected = -(1 + ETA)/(MASS*SPEED_OF_LIGHT)* &
+                   [40.0_dp*0.9486_dp, 0.0_dp, 300.0_dp*1.942_dp*3.122_dp]
+        call check(error, maxval(abs(a - expected)) < 1e-13_dp*norm2(expected))
+    end subroutine test_earthlight
+
+    !> Plates that absorb everything are the conventional model with eta = 0.
+    subroutine test_black(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SUN(3) = ASTRONOMICAL_UNIT*[0.48_dp, -0.6_dp, 0.64_dp]
+        type(satellite_surface_t) :: black
+        type(earth_irradiance_t) :: radiation
+        type(surface_load_t) :: load
+        real(dp) :: m(3, 3), force(3)
+        integer :: j
+
+        black = grace(0.0_dp, 0.0_dp)
+        load = solar_radiation_load(black, NO_OFFSET, IRRADIANCE, 0.8_dp, SUN)
+        force = MASS*solar_radiation_acceleration(black, MASS, 0.0_dp, IRRADIANCE, 0.8_dp, SUN)
+        call check(error, maxval(abs(load%force - force)) < 1e-14_dp*norm2(force))
+        if (allocated(error)) return
+        m = rotation_matrix(normalised([0.1_dp, 0.7_dp, -0.4_dp, 0.3_dp]))
+        radiation%count = 7
+        do j = 1, 7
+            radiation%direction(:, j) = sphere_point(j, 7)
+            radiation%irradiance(j) = 10.0_dp*j
+        end do
+        load = earth_radiation_load(black, NO_OFFSET, m, radiation)
+        force = MASS*earth_radiation_acceleration(black, MASS, 0.0_dp, m, radiation)
+        call check(error, maxval(abs(load%force - force)) < 1e-14_dp*norm2(force))
+    end subroutine test_black
+
+    !> One mirror: 2 P A cos^2(theta) against its normal, and the arm times that.
+    subroutine test_mirror(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: NORMAL(3) = [0.6_dp, 0.0_dp, 0.8_dp], AREA = 2.5_dp
+        real(dp), parameter :: CENTRE(3) = [1.0_dp, 0.3_dp, -0.2_dp]
+        real(dp), parameter :: CENTRE_OF_MASS(3) = [0.1_dp, 0.1_dp, 0.0_dp]
+        type(satellite_surface_t) :: mirror
+        type(surface_load_t) :: load
+        real(dp) :: expected(3)
+
+        mirror%count = 1
+        mirror%plates(1) = plate_t(NORMAL, AREA, CENTRE, specular=1.0_dp)
+        load = solar_radiation_load(mirror, CENTRE_OF_MASS, IRRADIANCE, 1.0_dp, ASTRONOMICAL_UNIT*X)
+        expected = -2*IRRADIANCE/SPEED_OF_LIGHT*AREA*0.36_dp*NORMAL
+        call check(error, maxval(abs(load%force - expected)) < 1e-14_dp*norm2(expected))
+        if (allocated(error)) return
+        expected = cross(CENTRE - CENTRE_OF_MASS, expected)
+        call check(error, maxval(abs(load%torque - expected)) < 1e-14_dp*norm2(expected))
+        if (allocated(error)) return
+        load = solar_radiation_load(mirror, CENTRE_OF_MASS, IRRADIANCE, 1.0_dp, &
+                                    -ASTRONOMICAL_UNIT*X)
+        call check(error, norm2(load%force) + norm2(load%torque), 0.0_dp)
+    end subroutine test_mirror
+
+    !> Radiation pressure coefficients of spheres: 1 when black, 1 as a mirror, 1 + 4/9 as a
+    !> Lambert scatterer.
+    subroutine test_light_spheres(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, sphere_coefficient(0.0_dp, 0.0_dp), 1.0_dp, thr=1e-3_dp)
+        if (allocated(error)) return
+        call check(error, sphere_coefficient(1.0_dp, 0.0_dp), 1.0_dp, thr=1e-3_dp)
+        if (allocated(error)) return
+        call check(error, sphere_coefficient(0.0_dp, 1.0_dp), 13.0_dp/9, thr=1e-3_dp)
+    end subroutine test_light_spheres
+
+    real(dp) function sphere_coefficient(specular, diffuse) result(coefficient)
+        real(dp), intent(in) :: specular, diffuse
+
+        integer, parameter :: ELEMENTS = 5000
+        type(satellite_surface_t) :: element
+        type(surface_load_t) :: load
+        real(dp) :: force(3)
+        integer :: i
+
+        element%count = 1
+        force = 0
+        do i = 1, ELEMENTS
+            element%plates(1) = plate_t(sphere_point(i, ELEMENTS), 4*PI/ELEMENTS, &
+                                        specular=specular, diffuse=diffuse)
+            load = solar_radiation_load(element, NO_OFFSET, IRRADIANCE, 1.0_dp, ASTRONOMICAL_UNIT*X)
+            force = force + load%force
+        end do
+        coefficient = -force(1)*SPEED_OF_LIGHT/(IRRADIANCE*PI)
+    end function sphere_coefficient
+
+    !> A plate across a fast flow of cold gas: C_d = 2 (all momentum stays) with a cold wall; with
+    !> nothing accommodated, diffuse re-emission at the mean thermal speed adds sqrt(pi/2); the
+    !> lee side feels nothing; along the flow only the thermal motion presses.
+    subroutine test_hypersonic(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SPEED = 7600.0_dp
+        type(gas_t), parameter :: COLD_GAS = gas_t(4e-12_dp, 1e-3_dp, 16e-3_dp)
+        type(wall_t), parameter :: COLD = wall_t(0.0_dp, 1.0_dp)
+        type(wall_t), parameter :: BOUNCING = wall_t(300.0_dp, 0.0_dp)
+        real(dp) :: dynamic_pressure, f(3)
+
+        dynamic_pressure = 0.5_dp*COLD_GAS%density*SPEED**2
+        f = free_molecular_traction(COLD_GAS, COLD, SPEED*X, X)
+        call check(error, -f(1)/dynamic_pressure, 2.0_dp, thr=1e-6_dp)
+        if (allocated(error)) return
+        f = free_molecular_traction(COLD_GAS, BOUNCING, SPEED*X, X)
+        call check(error, -f(1)/dynamic_pressure, 2 + sqrt(PI/2), thr=1e-6_dp)
+        if (allocated(error)) return
+        f = free_molecular_traction(COLD_GAS, COLD, SPEED*X, -X)
+        call check(error, norm2(f), 0.0_dp, thr=1e-30_dp)
+        if (allocated(error)) return
+        f = free_molecular_traction(COLD_GAS, COLD, SPEED*X, [0.0_dp, 1.0_dp, 0.0_dp])
+        call check(error, norm2(f)/dynamic_pressure < 1e-3_dp .and. f(1) < 0 .and. f(2) < 0)
+    end subroutine test_hypersonic
+
+    !> Spheres of many elements against the closed form (e.g. S. A. Schaaf, P. L. Chambre, Flow of
+    !> Rarefied Gases, 1961), for several speed ratios and accommodations.
+    subroutine test_air_sphere(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: RATIO(4) = [0.3_dp, 1.0_dp, 3.0_dp, 7.0_dp]
+        integer, parameter :: ELEMENTS = 20000
+        type(wall_t) :: wall
+        real(dp) :: c, c_leaving, s, force(3), expected
+        integer :: i, k
+
+        c = sqrt(2*R_GAS*GAS%temperature/GAS%molar_mass)
+        do k = 1, size(RATIO)
+            s = RATIO(k)
+            wall = wall_t(300.0_dp, 1 - 0.1_dp*(k - 1))
+            force = 0
+            do i = 1, ELEMENTS
+                force = force + 4*PI/ELEMENTS* &
+                        free_molecular_traction(GAS, wall, s*c*X, sphere_point(i, ELEMENTS))
+            end do
+            c_leaving = sqrt((1 - wall%accommodation)*(s*c)**2/2 + &
+                             wall%accommodation*2*R_GAS*wall%temperature/GAS%molar_mass)
+            expected = (4*s**4 + 4*s**2 - 1)/(2*s**4)*erf(s) + &
+                       (2*s**2 + 1)/(sqrt(PI)*s**3)*exp(-s**2) + 2*sqrt(PI)/3*c_leaving/(s*c)
+            call check(error, -force(1)/(0.5_dp*GAS%density*(s*c)**2*PI)/expected, 1.0_dp, &
+                       thr=2e-5_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_air_sphere
+
+    !> A gas at rest presses with n k T = rho R T/M on a wall as warm as itself, and moves no
+    !> closed body.
+    subroutine test_rest(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(wall_t) :: wall
+        type(surface_load_t) :: load
+        real(dp) :: f(3), pressure
+
+        wall = wall_t(GAS%temperature, 1.0_dp)
+        pressure = GAS%density*R_GAS*GAS%temperature/GAS%molar_mass
+        f = free_molecular_traction(GAS, wall, 0*X, X)
+        call check(error, maxval(abs(f + pressure*X)) < 1e-14_dp*pressure)
+        if (allocated(error)) return
+        load = aerodynamic_load(grace(0.0_dp, 0.0_dp), [0.3_dp, 0.1_dp, -0.2_dp], GAS, wall, 0*X)
+        call check(error, norm2(load%force) < 1e-14_dp*pressure)
+        if (allocated(error)) return
+        call check(error, norm2(load%torque) < 1e-14_dp*pressure)
+    end subroutine test_rest
+
+    !> Another centre of mass: the same force, and the torque changed by its arm; none when head
+    !> wind and centre of pressure are in line.
+    subroutine test_moved_centre(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SHIFT(3) = [0.02_dp, -0.03_dp, 0.01_dp]
+        real(dp), parameter :: VELOCITY(3) = [7600.0_dp, 200.0_dp, -30.0_dp]
+        type(satellite_surface_t) :: surface
+        type(surface_load_t) :: first, second
+        real(dp) :: expected(3)
+
+        surface = grace(0.2_dp, 0.3_dp)
+        first = aerodynamic_load(surface, NO_OFFSET, GAS, wall_t(), VELOCITY)
+        second = aerodynamic_load(surface, SHIFT, GAS, wall_t(), VELOCITY)
+        expected = first%torque - cross(SHIFT, first%force)
+        call check(error, maxval(abs(second%force - first%force)), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(second%torque - expected)) < 1e-13_dp*norm2(expected))
+        if (allocated(error)) return
+        first = solar_radiation_load(surface, [0.0_dp, 0.0_dp, surface%plates(1)%centre(3)], &
+                                     IRRADIANCE, 1.0_dp, ASTRONOMICAL_UNIT*X)
+        call check(error, norm2(first%torque) < 1e-15_dp*norm2(first%force) .and. &
+                   norm2(first%force) > 0)
+    end subroutine test_moved_centre
+
+    subroutine test_molar_mass(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, mean_molar_mass([0.0_dp, 5.0_dp, 0.0_dp]), 15.999e-3_dp, thr=1e-15_dp)
+        if (allocated(error)) return
+        call check(error, mean_molar_mass([1e12_dp, 3e12_dp, 2e12_dp]), &
+                   (4.002602e-3_dp + 3*15.999e-3_dp + 2*28.014e-3_dp)/6, thr=1e-15_dp)
+    end subroutine test_molar_mass
+
+    subroutine test_wall(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+
+        call validate_wall(wall_t(), failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        call validate_wall(wall_t(-1.0_dp, 0.9_dp), failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call validate_wall(wall_t(300.0_dp, 1.1_dp), failure)
+        call check(error, allocated(failure))
+        if (allocated(error)) return
+        call validate_wall(wall_t(300.0_dp, ieee_value(1.0_dp, ieee_quiet_nan)), failure)
+        call check(error, allocated(failure))
+    end subroutine test_wall
+end module test_surface_loads
