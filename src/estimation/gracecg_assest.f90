@@ -218,7 +218,7 @@ contains
             if (allocated(error)) return
             covariance = covariance + stationary_noise_covariance( &
                          gain(1:3, axis::3), offset%data%accelerometer_epoch, &
-                         noise%autocovariance(n))
+                         noise%autocovariance([(i, i=0, n)]))
         end do
 
         rate_to_offset = 0
