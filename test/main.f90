@@ -7,6 +7,8 @@ program tester
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
         select_suite
     use test_quaternion, only: collect_quaternion
+    use test_geopotential, only: collect_geopotential
+    use test_geomagnetic_field, only: collect_geomagnetic_field
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -18,7 +20,9 @@ program tester
     logical :: fast
 
     suites = [ &
-             new_testsuite('quaternion', collect_quaternion)]
+             new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('geopotential', collect_geopotential), &
+             new_testsuite('geomagnetic-field', collect_geomagnetic_field)]
 
     fast = .false.
     suite_name = ''
