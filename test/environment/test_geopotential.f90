@@ -209,7 +209,7 @@ contains
             class(gravity_model_t), intent(in) :: model
             real(dp), intent(in) :: place(3)
             type(error_type), allocatable, intent(out) :: error
-            real(dp) :: tensor(3, 3), a(3, -2:2)
+            real(dp) :: tensor(3, 3), a(3, -2:2), component(-2:2)
             integer :: axis, i, k
 
             call model%gradient_tensor(place, tensor)
@@ -218,7 +218,8 @@ contains
                     call model%acceleration(moved(place, axis, k*STEP), a(:, k))
                 end do
                 do i = 1, 3
-                    call check(error, tensor(i, axis), slope(a(i, :), STEP), thr=2e-16_dp)
+                    component = a(i, :)
+                    call check(error, tensor(i, axis), slope(component, STEP), thr=2e-16_dp)
                     if (allocated(error)) return
                 end do
             end do
