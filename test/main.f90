@@ -19,6 +19,8 @@ program tester
     use test_plates, only: collect_plates
     use test_surface_loads, only: collect_surface_loads
     use test_torque_rods, only: collect_torque_rods
+    use test_geopotential, only: collect_geopotential
+    use test_geomagnetic_field, only: collect_geomagnetic_field
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -42,7 +44,9 @@ program tester
              new_testsuite('mass-properties', collect_mass_properties), &
              new_testsuite('plates', collect_plates), &
              new_testsuite('surface-loads', collect_surface_loads), &
-             new_testsuite('torque-rods', collect_torque_rods)]
+             new_testsuite('torque-rods', collect_torque_rods), &
+             new_testsuite('geopotential', collect_geopotential), &
+             new_testsuite('geomagnetic-field', collect_geomagnetic_field)]
 
     fast = .false.
     suite_name = ''

@@ -1,0 +1,501 @@
+!> The geopotential: identities, independently computed values, and the reader of .gfc files.
+module test_geopotential
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: DEGREE
+    use gracecg_error, only: error_t
+    use gracecg_vectors, only: rotation_z
+    use gracecg_geopotential
+    use gracecg_gfc_file, only: read_gfc
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_geopotential
+
+    character(*), parameter :: FIXTURES = 'test/fixtures/gfc/'
+
+    !> Earth-fixed places, m: of the orbit, on the axis of rotation, high, at the ground
+    real(dp), parameter :: PLACES(3, 8) = reshape([ &
+        -2014520.5_dp, 3411000.25_dp, 5502211.75_dp, &
+        6700000.0_dp, -900000.0_dp, -1200000.0_dp, &
+        -310000.0_dp, -20000.0_dp, -6820000.0_dp, &
+        0.0_dp, 0.0_dp, 6838000.0_dp, &
+        0.0_dp, 0.0_dp, -6800000.0_dp, &
+        1e-3_dp, -2e-3_dp, 6838000.0_dp, &
+        -11000000.0_dp, 38000000.0_dp, 15000000.0_dp, &
+        0.0_dp, -6378137.0_dp, 0.0_dp], [3, 8])
+
+contains
+
+    subroutine collect_geopotential(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('degree-0-is-a-point-mass', test_point_mass), &
+                    new_unittest('independent-values', test_independent_values), &
+                    new_unittest('oblateness-in-closed-form', test_oblateness), &
+                    new_unittest('highest-degree-in-closed-form', test_highest_degree), &
+                    new_unittest('acceleration-is-gradient-of-potential', test_gradient), &
+                    new_unittest('tensor-is-gradient-of-acceleration', test_tensor), &
+                    new_unittest('tensor-is-trace-free', test_trace), &
+                    new_unittest('poles-are-ordinary-places', test_poles), &
+                    new_unittest('turned-coefficients-turn-the-field', test_rotation), &
+                    new_unittest('order-cuts-the-sum', test_order), &
+                    new_unittest('far-away-a-point-mass', test_far_away), &
+                    new_unittest('bad-arguments-are-refused', test_bad_arguments), &
+                    new_unittest('gfc-file', test_gfc_file), &
+                    new_unittest('corrupted-gfc-files', test_corrupted_files)]
+    end subroutine collect_geopotential
+
+    subroutine test_point_mass(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: sphere
+        type(point_mass_gravity_t) :: point
+        integer :: i
+
+        call make_egm96(0, 0, sphere, error)
+        do i = 1, size(PLACES, 2)
+            if (allocated(error)) return
+            call check_same(sphere, point, PLACES(:, i), 2e-15_dp, error)
+        end do
+    end subroutine test_point_mass
+
+    !> Values of tools/reference_harmonics.py: from the definition, with 60 digits.
+    subroutine test_independent_values(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_value(70, PLACES(:, 1), 58763605.928567090172_dp, &
+                         [2.5678389571233584826_dp, -4.3482629179780556951_dp, &
+                          -7.0341826230606550182_dp], error)
+        if (allocated(error)) return
+        call check_value(70, PLACES(:, 4), 58237269.104379094708_dp, &
+                         [0.000095582666401714159361_dp, -0.000021080627972031441384_dp, &
+                          -8.5007725111187633252_dp], error)
+        if (allocated(error)) return
+        call check_value(70, PLACES(:, 5), 58561800.436261638812_dp, &
+                         [0.00015472516521194520321_dp, 0.000056536879484553903676_dp, &
+                          8.5955700972299522691_dp], error)
+        if (allocated(error)) return
+        call check_value(20, PLACES(:, 2), 58080230.366135701053_dp, &
+                         [-8.2612656539639121977_dp, 1.1097322801298736383_dp, &
+                          1.483813081532904694_dp], error)
+        if (allocated(error)) return
+        call check_value(20, PLACES(:, 7), 9421380.918137811109_dp, &
+                         [0.05789704411532077494_dp, -0.2000081724190522124_dp, &
+                          -0.078956410195384659604_dp], error)
+    end subroutine test_independent_values
+
+    subroutine check_value(degree, place, potential, acceleration, error)
+        integer, intent(in) :: degree
+        real(dp), intent(in) :: place(3), potential, acceleration(3)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        real(dp) :: u, a(3)
+
+        call make_egm96(degree, degree, model, error)
+        if (allocated(error)) return
+        call model%potential(place, u)
+        call check(error, u, potential, thr=1e-14_dp, rel=.true.)
+        if (allocated(error)) return
+        call model%acceleration(place, a)
+        call check(error, norm2(a - acceleration), 0.0_dp, thr=1e-14_dp*norm2(acceleration))
+    end subroutine check_value
+
+    !> The acceleration of a point mass and J2, as in every textbook.
+    subroutine test_oblateness(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: MU = 3.986e14_dp, RADIUS = 6.378e6_dp, J2 = 1.0826e-3_dp
+        type(geopotential_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp) :: c(0:2, 0:0), s(0:2, 0:0), a(3), expected(3), r, ratio
+        integer :: i
+
+        c(:, 0) = [1.0_dp, 0.0_dp, -J2/sqrt(5.0_dp)]
+        s = 0
+        call new_geopotential('oblate', MU, RADIUS, c, s, 2, 0, model, failure)
+        call check_success(failure, error)
+        do i = 1, size(PLACES, 2)
+            if (allocated(error)) return
+            r = norm2(PLACES(:, i))
+            ratio = (PLACES(3, i)/r)**2
+            expected = -MU/r**3*PLACES(:, i)* &
+                       (1 + 1.5_dp*J2*(RADIUS/r)**2*([1, 1, 3] - 5*ratio))
+            call model%acceleration(PLACES(:, i), a)
+            call check(error, norm2(a - expected), 0.0_dp, thr=1e-14_dp*norm2(expected))
+        end do
+    end subroutine test_oblateness
+
+    !> Pbar_n0(1) = sqrt(2n + 1), and Pbar_nn(0)^2 = 2 (2n + 1)!!/(2n)!!, for n = 360.
+    subroutine test_highest_degree(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 360
+        real(dp), parameter :: MU = 4e14_dp, RADIUS = 6.4e6_dp, R = 6.41e6_dp, LONGITUDE = 0.3_dp
+        type(geopotential_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: c(:, :), s(:, :)
+        real(dp) :: u, sectorial
+        integer :: k
+
+        allocate (c(0:N, 0:N), s(0:N, 0:N), source=0.0_dp)
+        c(N, 0) = 0.5_dp
+        call new_geopotential('zonal', MU, RADIUS, c, s, N, 0, model, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        call model%potential([0.0_dp, 0.0_dp, R], u)
+        call check(error, u, MU/R*(RADIUS/R)**N*c(N, 0)*sqrt(2.0_dp*N + 1), &
+                   thr=1e-12_dp, rel=.true.)
+        if (allocated(error)) return
+
+        c(N, 0) = 0
+        s(N, N) = 0.25_dp
+        call new_geopotential('sectorial', MU, RADIUS, c, s, N, N, model, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        sectorial = sqrt(2*product([((2*k + 1)/(2.0_dp*k), k=1, N)]))
+        call model%potential(R*[cos(LONGITUDE), sin(LONGITUDE), 0.0_dp], u)
+        call check(error, u, MU/R*(RADIUS/R)**N*s(N, N)*sectorial*sin(N*LONGITUDE), &
+                   thr=1e-12_dp, rel=.true.)
+    end subroutine test_highest_degree
+
+    subroutine test_gradient(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STEP = 4000
+        type(geopotential_t) :: model
+        type(point_mass_gravity_t) :: point
+        integer :: i
+
+        call make_egm96(70, 70, model, error)
+        do i = 1, size(PLACES, 2)
+            if (.not. allocated(error)) call check_gradient(model, PLACES(:, i), error)
+            if (.not. allocated(error)) call check_gradient(point, PLACES(:, i), error)
+        end do
+
+    contains
+
+        subroutine check_gradient(model, place, error)
+            class(gravity_model_t), intent(in) :: model
+            real(dp), intent(in) :: place(3)
+            type(error_type), allocatable, intent(out) :: error
+            real(dp) :: a(3), u(-2:2)
+            integer :: axis, k
+
+            call model%acceleration(place, a)
+            do axis = 1, 3
+                do k = -2, 2
+                    call model%potential(moved(place, axis, k*STEP), u(k))
+                end do
+                call check(error, a(axis), slope(u, STEP), thr=2e-10_dp)
+                if (allocated(error)) return
+            end do
+        end subroutine check_gradient
+    end subroutine test_gradient
+
+    subroutine test_tensor(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STEP = 2000
+        type(geopotential_t) :: model
+        type(point_mass_gravity_t) :: point
+        integer :: i
+
+        call make_egm96(70, 70, model, error)
+        do i = 1, size(PLACES, 2)
+            if (.not. allocated(error)) call check_tensor(model, PLACES(:, i), error)
+            if (.not. allocated(error)) call check_tensor(point, PLACES(:, i), error)
+        end do
+
+    contains
+
+        subroutine check_tensor(model, place, error)
+            class(gravity_model_t), intent(in) :: model
+            real(dp), intent(in) :: place(3)
+            type(error_type), allocatable, intent(out) :: error
+            real(dp) :: tensor(3, 3), a(3, -2:2), component(-2:2)
+            integer :: axis, i, k
+
+            call model%gradient_tensor(place, tensor)
+            do axis = 1, 3
+                do k = -2, 2
+                    call model%acceleration(moved(place, axis, k*STEP), a(:, k))
+                end do
+                do i = 1, 3
+                    component = a(i, :)
+                    call check(error, tensor(i, axis), slope(component, STEP), thr=2e-16_dp)
+                    if (allocated(error)) return
+                end do
+            end do
+        end subroutine check_tensor
+    end subroutine test_tensor
+
+    subroutine test_trace(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        real(dp) :: tensor(3, 3)
+        integer :: i
+
+        call make_egm96(70, 70, model, error)
+        do i = 1, size(PLACES, 2)
+            if (allocated(error)) return
+            call model%gradient_tensor(PLACES(:, i), tensor)
+            call check(error, tensor(1, 1) + tensor(2, 2) + tensor(3, 3), 0.0_dp, &
+                       thr=1e-14_dp*maxval(abs(tensor)))
+            if (allocated(error)) return
+            call check(error, all(tensor == transpose(tensor)), 'not symmetric')
+        end do
+    end subroutine test_trace
+
+    !> Over a metre and less a field changes as its tensor says, also across the axis of rotation.
+    subroutine test_poles(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        real(dp) :: tensor(3, 3), a(3), near(3), offset(3)
+        integer :: i, pole
+
+        call make_egm96(70, 70, model, error)
+        do pole = 4, 5
+            call model%gradient_tensor(PLACES(:, pole), tensor)
+            call model%acceleration(PLACES(:, pole), a)
+            do i = 0, 11
+                if (allocated(error)) return
+                offset = [cos(30*i*DEGREE), sin(30*i*DEGREE), 0.0_dp]*10.0_dp**(i - 11)
+                call model%acceleration(PLACES(:, pole) + offset, near)
+                call check(error, norm2(near - a - matmul(tensor, offset)), 0.0_dp, thr=5e-12_dp)
+            end do
+        end do
+    end subroutine test_poles
+
+    !> A body turned eastwards by an angle: C' = C cos - S sin, S' = S cos + C sin of m times it.
+    subroutine test_rotation(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 9
+        real(dp), parameter :: MU = 4e14_dp, RADIUS = 6.4e6_dp, ANGLE = 0.77_dp
+        type(geopotential_t) :: model, turned
+        type(error_t), allocatable :: failure
+        real(dp), dimension(0:N, 0:N) :: c, s, c_turned, s_turned
+        real(dp) :: back(3, 3), a(3), a_turned(3)
+        integer :: i, m
+
+        call lively_coefficients(c, s)
+        do m = 0, N
+            c_turned(:, m) = c(:, m)*cos(m*ANGLE) - s(:, m)*sin(m*ANGLE)
+            s_turned(:, m) = s(:, m)*cos(m*ANGLE) + c(:, m)*sin(m*ANGLE)
+        end do
+        call new_geopotential('a', MU, RADIUS, c, s, N, N, model, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        call new_geopotential('b', MU, RADIUS, c_turned, s_turned, N, N, turned, failure)
+        call check_success(failure, error)
+        back = rotation_z(ANGLE)
+        do i = 1, size(PLACES, 2)
+            if (allocated(error)) return
+            call model%acceleration(matmul(back, PLACES(:, i)), a)
+            call turned%acceleration(PLACES(:, i), a_turned)
+            call check(error, norm2(matmul(back, a_turned) - a), 0.0_dp, thr=1e-13_dp*norm2(a))
+        end do
+    end subroutine test_rotation
+
+    subroutine test_order(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 9, M = 5
+        type(geopotential_t) :: cut, zeroed
+        type(error_t), allocatable :: failure
+        real(dp), dimension(0:N, 0:N) :: c, s
+        integer :: i
+
+        call lively_coefficients(c, s)
+        call new_geopotential('a', 4e14_dp, 6.4e6_dp, c, s, N, M, cut, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        c(:, M + 1:) = 0
+        s(:, M + 1:) = 0
+        call new_geopotential('b', 4e14_dp, 6.4e6_dp, c, s, N, N, zeroed, failure)
+        call check_success(failure, error)
+        do i = 1, size(PLACES, 2)
+            if (.not. allocated(error)) call check_same(cut, zeroed, PLACES(:, i), 1e-15_dp, error)
+        end do
+    end subroutine test_order
+
+    subroutine test_far_away(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        type(point_mass_gravity_t) :: point
+
+        call make_egm96(70, 70, model, error)
+        if (allocated(error)) return
+        call check_same(model, point, [3e13_dp, -4e13_dp, 2e13_dp], 1e-14_dp, error)
+    end subroutine test_far_away
+
+    subroutine test_bad_arguments(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp) :: c(0:2, 0:2), s(0:2, 0:2)
+
+        call egm96(71, 0, model, failure)
+        call check_failure(failure, 'degree = 71 is outside the allowed range 0 to 70', error)
+        if (allocated(error)) return
+        call egm96(-1, 0, model, failure)
+        call check_failure(failure, 'degree = -1', error)
+        if (allocated(error)) return
+        call egm96(20, 21, model, failure)
+        call check_failure(failure, 'order = 21 is outside the allowed range 0 to 20', error)
+        if (allocated(error)) return
+        c = 0
+        s = 0
+        call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 3, 0, model, failure)
+        call check_failure(failure, 'degree = 3', error)
+        if (allocated(error)) return
+        call new_geopotential('x', 4e14_dp, 6e6_dp, c(:, :1), s(:, :1), 2, 2, model, failure)
+        call check_failure(failure, 'no coefficients up to order 2', error)
+        if (allocated(error)) return
+        call new_geopotential('x', -4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
+        call check_failure(failure, 'must be positive', error)
+        if (allocated(error)) return
+        s(2, 1) = ieee_value(s(2, 1), ieee_quiet_nan)
+        call new_geopotential('x', 4e14_dp, 6e6_dp, c, s, 2, 2, model, failure)
+        call check_failure(failure, 'not a finite number', error)
+    end subroutine test_bad_arguments
+
+    !> Files with the figures of EGM96: head complete or not, lines in order or not.
+    subroutine test_gfc_file(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: from_file, embedded
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call make_egm96(3, 3, embedded, error)
+        if (allocated(error)) return
+        call read_gfc(FIXTURES//'valid.gfc', 3, 3, from_file, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        call check(error, from_file%name, 'EGM96-to-degree-3')
+        do i = 1, size(PLACES, 2)
+            if (allocated(error)) return
+            call check_same(from_file, embedded, PLACES(:, i), 1e-15_dp, error)
+        end do
+        if (allocated(error)) return
+        call make_egm96(2, 1, embedded, error)
+        if (allocated(error)) return
+        call read_gfc(FIXTURES//'valid-without-end-of-head.gfc', 2, 1, from_file, failure)
+        call check_success(failure, error)
+        if (allocated(error)) return
+        call check_same(from_file, embedded, PLACES(:, 1), 1e-15_dp, error)
+    end subroutine test_gfc_file
+
+    subroutine test_corrupted_files(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call refuse('no-such-file', 'no-such-file.gfc', error)
+        call refuse('corrupted-empty', 'does not give earth_gravity_constant', error)
+        call refuse('corrupted-no-gravity-constant', 'does not give earth_gravity_constant', error)
+        call refuse('corrupted-no-radius', 'does not give radius', error)
+        call refuse('corrupted-no-max-degree', 'does not give max_degree', error)
+        call refuse('corrupted-negative-radius', '.gfc:7: radius = -6.3781363E+06', error)
+        call refuse('corrupted-norm', '.gfc:9: norm = unnormalized', error)
+        call refuse('corrupted-product', '.gfc:4: product_type = topography', error)
+        call refuse('corrupted-errors', '.gfc:11: errors = perhaps', error)
+        call refuse('corrupted-no-coefficients', 'there is no line "gfc', error)
+        call refuse('corrupted-nan', '.gfc:21: C and S must be finite numbers', error)
+        call refuse('corrupted-number', '.gfc:21: C and S must be finite numbers', error)
+        call refuse('corrupted-missing', 'no coefficient of degree 3, order 1', error)
+        call refuse('corrupted-duplicate', '.gfc:22: this degree and order was given', error)
+        call refuse('corrupted-order', '.gfc:21: degree and order', error)
+        call refuse('corrupted-time-variable', '.gfc:21: coefficients that change', error)
+        call refuse('corrupted-key', '.gfc:21: expected a line "gfc n m C S"', error)
+        call refuse('corrupted-truncated', '.gfc:23: expected at least 7 fields', error)
+        call refuse('valid', 'degree = 4 is outside the allowed range 0 to 3', error, degree=4)
+    end subroutine test_corrupted_files
+
+    !> Checks that a file is refused with a message that holds `part`; does nothing after a failure.
+    subroutine refuse(name, part, error, degree)
+        character(*), intent(in) :: name, part
+        type(error_type), allocatable, intent(inout) :: error
+        integer, intent(in), optional :: degree
+        type(geopotential_t) :: model
+        type(error_t), allocatable :: failure
+        integer :: n
+
+        if (allocated(error)) return
+        n = 3
+        if (present(degree)) n = degree
+        call read_gfc(FIXTURES//name//'.gfc', n, n, model, failure)
+        call check_failure(failure, part, error)
+    end subroutine refuse
+
+    subroutine make_egm96(degree, order, model, error)
+        integer, intent(in) :: degree, order
+        type(geopotential_t), intent(out) :: model
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+
+        call egm96(degree, order, model, failure)
+        call check_success(failure, error)
+    end subroutine make_egm96
+
+    !> Coefficients of arbitrary size and sign, around a central term.
+    subroutine lively_coefficients(c, s)
+        real(dp), intent(out) :: c(0:, 0:), s(0:, 0:)
+        integer :: n, m
+
+        do m = 0, ubound(c, 2)
+            do n = 0, ubound(c, 1)
+                c(n, m) = 0.02_dp*cos(1.7_dp*n + 2.9_dp*m)
+                s(n, m) = 0.02_dp*sin(2.3_dp*n + 0.4_dp*m)
+            end do
+        end do
+        c(0, 0) = 1
+    end subroutine lively_coefficients
+
+    subroutine check_same(model, other, place, tolerance, error)
+        class(gravity_model_t), intent(in) :: model, other
+        real(dp), intent(in) :: place(3), tolerance     !! m; relative
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: u, v, a(3), b(3), t(3, 3), w(3, 3)
+
+        call model%potential(place, u)
+        call other%potential(place, v)
+        call check(error, u, v, thr=tolerance, rel=.true.)
+        if (allocated(error)) return
+        call model%acceleration(place, a)
+        call other%acceleration(place, b)
+        call check(error, norm2(a - b)/norm2(b), 0.0_dp, thr=tolerance)
+        if (allocated(error)) return
+        call model%gradient_tensor(place, t)
+        call other%gradient_tensor(place, w)
+        call check(error, norm2(t - w)/norm2(w), 0.0_dp, thr=tolerance)
+    end subroutine check_same
+
+    subroutine check_success(failure, error)
+        type(error_t), allocatable, intent(in) :: failure
+        type(error_type), allocatable, intent(out) :: error
+
+        if (allocated(failure)) call test_failed(error, failure%message)
+    end subroutine check_success
+
+    subroutine check_failure(failure, part, error)
+        type(error_t), allocatable, intent(in) :: failure
+        character(*), intent(in) :: part    !! Of the message
+        type(error_type), allocatable, intent(out) :: error
+
+        if (.not. allocated(failure)) then
+            call test_failed(error, 'not refused; expected: '//part)
+        else if (index(failure%message, part) == 0) then
+            call test_failed(error, 'expected "'//part//'" in: '//failure%message)
+        end if
+    end subroutine check_failure
+
+    pure function moved(place, axis, distance)
+        real(dp), intent(in) :: place(3), distance
+        integer, intent(in) :: axis
+        real(dp) :: moved(3)
+
+        moved = place
+        moved(axis) = moved(axis) + distance
+    end function moved
+
+    !> First derivative from five equidistant values; the error is of fourth order.
+    pure real(dp) function slope(f, step)
+        real(dp), intent(in) :: f(-2:2), step
+
+        slope = (8*(f(1) - f(-1)) - (f(2) - f(-2)))/(12*step)
+    end function slope
+end module test_geopotential
