@@ -98,18 +98,19 @@ contains
         case%quaternion = normalised(case%quaternion)
     end subroutine read_case
 
-    !> The namelist text of a case: what `read_case` reads.
-    function case_text(case) result(text)
+    !> The namelist text of a case: what `read_case` reads. Fails when a setting is not finite.
+    subroutine case_text(case, text, error)
         type(calibration_case_t), intent(in) :: case
-        character(:), allocatable :: text
+        character(:), allocatable, intent(out) :: text
+        type(error_t), allocatable, intent(out) :: error
 
         type(settings_writer_t) :: writer
         type(calibration_case_t) :: copy
 
         copy = case
         call describe_case(writer, copy)
-        text = writer%file%to_text()
-    end function case_text
+        call writer%file%to_text(text, error)
+    end subroutine case_text
 
     !> Every setting of a case, with its unit and range.
     subroutine describe_case(settings, case)

@@ -7,9 +7,9 @@ module gracecg_case_models
     use gracecg_time, only: utc_t, gmst_1982, decimal_year, day_of_year, julian_centuries_tt, &
         local_mean_solar_time
     use gracecg_geopotential, only: geopotential_t, point_mass_gravity_t, egm96
-    use gracecg_gravity_file, only: read_gfc
+    use gracecg_gfc_file, only: read_gfc
     use gracecg_geomagnetic_field, only: igrf_t, igrf
-    use gracecg_field_file, only: read_shc
+    use gracecg_shc_file, only: read_shc
     use gracecg_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
     use gracecg_thermosphere, only: dtm77_t, new_dtm77, exponential_density_t, new_exponential_density
     use gracecg_wind, only: constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
