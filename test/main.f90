@@ -7,6 +7,11 @@ program tester
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
         select_suite
     use test_quaternion, only: collect_quaternion
+    use test_text, only: collect_text
+    use test_file, only: collect_file
+    use test_csv, only: collect_csv
+    use test_namelist, only: collect_namelist
+    use test_arguments, only: collect_arguments
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -18,7 +23,12 @@ program tester
     logical :: fast
 
     suites = [ &
-             new_testsuite('quaternion', collect_quaternion)]
+             new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('text', collect_text), &
+             new_testsuite('file', collect_file), &
+             new_testsuite('csv', collect_csv), &
+             new_testsuite('namelist', collect_namelist), &
+             new_testsuite('arguments', collect_arguments)]
 
     fast = .false.
     suite_name = ''
