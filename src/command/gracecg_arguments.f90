@@ -98,15 +98,17 @@ contains
         logical, intent(in), optional :: required
 
         type(option_t), allocatable :: longer(:)
+        type(string_t), allocatable :: values(:)
         integer :: n
 
+        values = split_words(placeholder)
         n = size(self%options) + 1
         allocate (longer(n))
         longer(:n - 1) = self%options
         longer(n)%name = name
         longer(n)%placeholder = placeholder
         longer(n)%help = help
-        longer(n)%count = size(split_words(placeholder))
+        longer(n)%count = size(values)
         if (present(required)) longer(n)%required = required
         allocate (longer(n)%values(0))
         call move_alloc(longer, self%options)
@@ -140,8 +142,9 @@ contains
             end if
         end do
         if (.not. allocated(error)) call check_complete(self, error)
-        if (allocated(error)) error%message = error%message//LF//'usage: '//usage_line(self)//LF// &
-            'more: '//self%command//' --help'
+        if (allocated(error)) &
+            error%message = error%message//LF//'usage: '//usage_line(self)//LF// &
+                            'more: '//self%command//' --help'
     end subroutine parse
 
     subroutine look_for_help(self, words)
@@ -350,8 +353,7 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, name, size(value), .not. present(default), &
-                     allowed_real(low, high, unit), &
-                     given, error)
+                     allowed_real(low, high, unit), given, error)
         do i = 1, size(given)
             call real_from_text(given(i)%text, value(i), problem, low, high, unit)
             if (.not. allocated(problem)) cycle
@@ -472,7 +474,7 @@ contains
         else if (self%options(position)%count /= count) then
             call fail(error, 'option '//name//' is declared with '// &
                       integer_text(self%options(position)%count)//' values, not '// &
-                           integer_text(count))
+                      integer_text(count))
         else if (self%options(position)%given) then
             given = self%options(position)%values
         else if (required) then

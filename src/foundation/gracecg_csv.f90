@@ -189,8 +189,8 @@ contains
         do i = 1, size(values)
             if (.not. ieee_is_finite(values(i))) then
                 call fail(self%failure, self%path//': row '//integer_text(self%rows)// &
-                          ', column '//self%columns(labelled + i)%text//': '//real_text(values(i))// &
-                          ' is not a finite number')
+                          ', column '//self%columns(labelled + i)%text//': '// &
+                          real_text(values(i))//' is not a finite number')
                 return
             end if
             number = real_text(values(i))//','

@@ -348,10 +348,11 @@ contains
         end do
     end subroutine open_temporary
 
+    !> A path below /dev, except its folder for shared memory, where ordinary files stand.
     pure logical function is_device(path)
         character(*), intent(in) :: path
 
-        is_device = index(path, '/dev/') == 1
+        is_device = index(path, '/dev/') == 1 .and. index(path, '/dev/shm/') /= 1
     end function is_device
 
     !> Writes a line. A failure is remembered and reported by `commit`.

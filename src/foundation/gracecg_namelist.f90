@@ -254,8 +254,8 @@ contains
             case (WORD)
                 if (equals_follows(self%source, scanner)) return
                 if (token%begins_line .and. looks_like_key(token%text)) then
-                    call fail_at_line(self, token%line, '"'//token%text//'" is no value: an = is '// &
-                                      'missing after a key, or quotes around a text', error)
+                    call fail_at_line(self, token%line, '"'//token%text//'" is no value: '// &
+                                      'an = is missing after a key, or quotes around a text', error)
                     return
                 end if
                 call append_values(values, token)
@@ -746,7 +746,8 @@ contains
         found = j > 0
         if (.not. found) then
             if (required) &
-                call fail_missing(self, lower_case(group), lower_case(key), i, index, allowed, error)
+                call fail_missing(self, lower_case(group), lower_case(key), i, index, allowed, &
+                                  error)
             return
         end if
         self%groups(i)%entries(j)%used = .true.
@@ -846,7 +847,8 @@ contains
         if (any(names == group%name)) then
             problem = ' stands here once too often'
         else
-            problem = ' is not known'//did_you_mean(group%name, names)//'; known: '//join(names, ', ')
+            problem = ' is not known'//did_you_mean(group%name, names)// &
+                      '; known: '//join(names, ', ')
         end if
         call fail_at_line(self, group%line, 'the group &'//group%name//problem, error)
     end subroutine fail_unknown_group
@@ -860,9 +862,9 @@ contains
         character(:), allocatable :: names(:)
 
         names = known_names(self, group)
-        call fail_at_line(self, entry%line, 'the key "'//entry%key//'" is not known in the group &'// &
-                          group//did_you_mean(entry%key, names)//'; known: '//join(names, ', '), &
-                          error)
+        call fail_at_line(self, entry%line, &
+                          'the key "'//entry%key//'" is not known in the group &'//group// &
+                          did_you_mean(entry%key, names)//'; known: '//join(names, ', '), error)
     end subroutine fail_unknown_key
 
     !> The keys of a group that were asked for; without `group`, the groups.

@@ -160,8 +160,7 @@ contains
         call parse('x --out run --cases front-1,fromt-1', arguments, failure)
         call arguments%get('--cases', cases, failure, choices=CHOICES)
         call check_fails(error, failure, [character(W) :: '--cases', '"fromt-1"', &
-                                          'front-1, back-1', &
-                                          'did you mean "front-1"'])
+                                          'front-1, back-1', 'did you mean "front-1"'])
         if (allocated(error)) return
         call parse('x --out run --cases front-1,', arguments, failure)
         call arguments%get('--cases', cases, failure)
@@ -201,15 +200,14 @@ contains
 
         call refused('front-1 --out run --rusn 3', [character(W) :: 'unknown option --rusn', &
                      'did you mean "--runs"?', 'usage: gracecg try CASE [SECOND] --out DIR', &
-                          'gracecg try --help'])
+                     'gracecg try --help'])
         call refused('front-1 --out run -x', [character(W) :: 'unknown option -x'])
         call refused('front-1 --out', [character(W) :: '--out takes 1 value: DIR', 'found 0'])
         call refused('front-1 --out --quiet', [character(W) :: '--out takes 1 value: DIR', &
                                                'found 0'])
         call refused('front-1 --out=', [character(W) :: '--out takes 1 value: DIR'])
         call refused('front-1 --out run --position 1 2', &
-                     [character(W) :: '--position takes 3 values: X Y Z', &
-                     'found 2'])
+                     [character(W) :: '--position takes 3 values: X Y Z', 'found 2'])
         call refused('front-1 --out run --position=1,2,3,4', [character(W) :: 'takes 3 values', &
                                                               'found 4'])
         call refused('front-1 --out run --quiet=yes', [character(W) :: '--quiet takes no value'])

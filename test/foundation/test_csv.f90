@@ -66,8 +66,7 @@ contains
         type(string_t), allocatable :: comments(:)
 
         call read_content(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
-                          LF// &
-                          '0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
+                          LF//'0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
         if (allocated(error)) return
         call check_passes(error, failure)
         if (allocated(error)) return
@@ -96,7 +95,7 @@ contains
 
         call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, [character(60) :: &
                            ':2:', 'column 2 is "ay", expected "ax"', 'time_s,ax,ay', &
-                                '| time_s,ay,ax'])
+                           '| time_s,ay,ax'])
         if (allocated(error)) return
         call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, [character(60) :: &
                            ':1:', '2 columns, expected 3'])
@@ -128,8 +127,7 @@ contains
 
         do i = 1, size(BAD)
             call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// &
-                               LF, &
-                               [character(60) :: ':3:', 'column ax: "'//trim(BAD(i))//'"', &
+                               LF, [character(60) :: ':3:', 'column ax: "'//trim(BAD(i))//'"', &
                                 'not a finite number'])
             if (allocated(error)) return
         end do

@@ -183,8 +183,7 @@ contains
         call check(error, status, 0)
         if (allocated(error)) return
         call check(error, abs(mass - 0.1_dp) <= 0 .and. drag .and. plates == -6 .and. &
-                   name == 'it''s' .and. &
-                   all(abs(offset - [1e-4_dp/3, -2e300_dp, 0.0_dp]) <= 0))
+                   name == 'it''s' .and. all(abs(offset - [1e-4_dp/3, -2e300_dp, 0.0_dp]) <= 0))
     end subroutine test_fortran_reads
 
     !> What the compiler's namelist writer makes, ours reads.
@@ -291,15 +290,14 @@ contains
         call file%get('craft', 'mass', x, failure, low=1.0_dp, high=1e4_dp, unit='kg')
         call check_fails(error, failure, [character(W) :: 'case.nml:2:', '&craft', '"mass"', &
                                           'a number from 1 to 10000 kg', &
-                                               '"mas" there a misspelling'])
+                                          '"mas" there a misspelling'])
         if (allocated(error)) return
         call file%get('craft', 'position', v, failure, unit='m')
         call check_fails(error, failure, [character(W) :: '"position"', '3 numbers', 'in m'])
         if (allocated(error)) return
         call file%get('field', 'model', text, failure, choices=[character(6) :: 'igrf95', 'none'])
         call check_fails(error, failure, [character(W) :: 'case.nml: ', '&field is missing', &
-                                          '"model"', &
-                                          'one of igrf95, none'])
+                                          '"model"', 'one of igrf95, none'])
         if (allocated(error)) return
         call file%get('craft', 'mas', x, failure, index=2)
         call check_fails(error, failure, [character(W) :: '&craft number 2 is missing'])
@@ -373,13 +371,11 @@ contains
         integer :: n
 
         call parse(error, '&a'//LF//' real = 1.5'//LF//' long = 99999999999'//LF//' out = 71'// &
-                   LF// &
-                   ' text = ''7'' /', file)
+                   LF//' text = ''7'' /', file)
         if (allocated(error)) return
         call file%get('a', 'real', n, failure, low=0, high=70)
         call check_fails(error, failure, [character(W) :: 'case.nml:2:', &
-                                          '"1.5" is not an integer', &
-                                          'from 0 to 70'])
+                                          '"1.5" is not an integer', 'from 0 to 70'])
         if (allocated(error)) return
         call file%get('a', 'long', n, failure)
         call check_fails(error, failure, [character(W) :: 'case.nml:3:', '"99999999999"'])
@@ -459,9 +455,8 @@ contains
         call file%get('a', 'length', x, failure, default=1.0_dp)
         call file%check_all_used(failure)
         call check_fails(error, failure, [character(W) :: 'case.nml:3:', '"lenght" is not known', &
-                                          '&a', &
-                                          'did you mean "length"?', 'known: mass, length', &
-                                               '| lenght = 2'])
+                                          '&a', 'did you mean "length"?', 'known: mass, length', &
+                                          '| lenght = 2'])
     end subroutine test_unknown_key
 
     subroutine test_unknown_group(error)
@@ -519,8 +514,7 @@ contains
         if (allocated(error)) return
         call check(error, text, '! a case'//LF//'&craft'//LF//'    mass = 432  ! kg'//LF// &
                    '    offset = 0.1, -1e-10'//LF//'    plates = 6'//LF//'    drag = .false.'// &
-                        LF// &
-                   '    name = ''it''''s'''//LF//'/')
+                   LF//'    name = ''it''''s'''//LF//'/')
         if (allocated(error)) return
         call writer%save('build/no-such-folder/a.nml', failure)
         call check_fails(error, failure, [character(W) :: 'build/no-such-folder/a.nml'])
