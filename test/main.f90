@@ -21,6 +21,11 @@ program tester
     use test_torque_rods, only: collect_torque_rods
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
+    use test_text, only: collect_text
+    use test_file, only: collect_file
+    use test_csv, only: collect_csv
+    use test_namelist, only: collect_namelist
+    use test_arguments, only: collect_arguments
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -46,7 +51,12 @@ program tester
              new_testsuite('surface-loads', collect_surface_loads), &
              new_testsuite('torque-rods', collect_torque_rods), &
              new_testsuite('geopotential', collect_geopotential), &
-             new_testsuite('geomagnetic-field', collect_geomagnetic_field)]
+             new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
+             new_testsuite('text', collect_text), &
+             new_testsuite('file', collect_file), &
+             new_testsuite('csv', collect_csv), &
+             new_testsuite('namelist', collect_namelist), &
+             new_testsuite('arguments', collect_arguments)]
 
     fast = .false.
     suite_name = ''

@@ -16,7 +16,7 @@ module gracecg_simulation
     use gracecg_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
     implicit none
     private
-    public :: simulator_t, new_simulator, disturbance_at, non_gravitational
+    public :: simulator_t, new_simulator, propagate_case, disturbance_at
 
     !> Streams of random numbers of one run
     integer, parameter :: STREAM_ACCELEROMETER = 1, STREAM_MAGNETOMETER = 2, STREAM_DENSITY = 3
@@ -51,6 +51,7 @@ contains
         call find_stars(simulator, error)
     end subroutine new_simulator
 
+    !> Propagates the true arc of a case.
     subroutine propagate_case(case, arc, error)
         type(calibration_case_t), intent(in) :: case
         type(truth_arc_t), intent(out) :: arc

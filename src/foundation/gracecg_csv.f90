@@ -1,5 +1,5 @@
-!> Files of numbers separated by commas: comment lines (#) first, then one line with the names of the
-!> columns, then the rows.
+!> Files of numbers separated by commas: comment lines (#) first, then one line with the names of
+!> the columns, then the rows.
 module gracecg_csv
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp
@@ -11,8 +11,9 @@ module gracecg_csv
     public :: read_csv, csv_writer_t
 
     type :: csv_writer_t
-        !! Writes a CSV file that appears under its name when `commit` has succeeded. What goes wrong
-        !! with a row (not a finite number, a wrong count) is remembered and reported by `commit`.
+        !! Writes a CSV file that appears under its name when `commit` has succeeded. What goes
+        !! wrong with a row (not a finite number, a wrong count) is remembered and reported by
+        !! `commit`.
         private
         type(output_file_t) :: file
         character(:), allocatable :: path
@@ -28,9 +29,10 @@ module gracecg_csv
 
 contains
 
-    !> Reads a file whose columns must be `expected_columns`, in their order. Fails, naming file, line
-    !> and column, when the header differs, a row has too few or too many columns, a value is not a finite
-    !> number, or there is no row. Lines may end as on Windows; blank lines are allowed at the end.
+    !> Reads a file whose columns must be `expected_columns`, in their order. Fails, naming file,
+    !> line and column, when the header differs, a row has too few or too many columns, a value is
+    !> not a finite number, or there is no row. Lines may end as on Windows; blank lines are allowed
+    !> at the end.
     subroutine read_csv(path, expected_columns, table, error, comments)
         character(*), intent(in) :: path
         character(*), intent(in) :: expected_columns(:)
@@ -57,8 +59,8 @@ contains
             end do
         end if
         if (last < header) then
-            call fail_in_file(error, file%name, 0, 'the file is empty; expected a line with the '// &
-                              'columns '//join(expected_columns, ','))
+            call fail_in_file(error, file%name, 0, 'the file is empty; expected a line with '// &
+                              'the columns '//join(expected_columns, ','))
             return
         end if
         call check_header(file, header, expected_columns, error)
@@ -123,8 +125,9 @@ contains
             if (column > size(row)) exit
             call parse_real(file%text(first:comma - 1), row(column), ok)
             if (.not. ok) then
-                call fail_in_file(error, file%name, line_number, 'column '//trim(columns(column))// &
-                                  ': "'//file%text(first:comma - 1)//'" is not a finite number', &
+                call fail_in_file(error, file%name, line_number, &
+                                  'column '//trim(columns(column))//': "'// &
+                                  file%text(first:comma - 1)//'" is not a finite number', &
                                   file%line(line_number))
                 return
             end if
@@ -160,14 +163,14 @@ contains
         call self%file%line(header)
     end subroutine open_csv
 
-    !> Writes a row: its labels (the leading columns, texts), then its numbers, each so that it reads
-    !> back exactly.
+    !> Writes a row: its labels (the leading columns, texts), then its numbers, each so that it
+    !> reads back exactly.
     subroutine write_row(self, values, labels)
         class(csv_writer_t), intent(inout) :: self
         real(dp), intent(in) :: values(:)
         character(*), intent(in), optional :: labels(:)
 
-        integer, parameter :: WIDTH = 25    !! A number of 17 digits, its sign, point, exponent and comma
+        integer, parameter :: WIDTH = 25    !! 17 digits, signs, point, exponent and comma
         character(WIDTH*size(values)) :: line
         character(:), allocatable :: number
         integer :: i, labelled, length
@@ -185,9 +188,9 @@ contains
         length = 0
         do i = 1, size(values)
             if (.not. ieee_is_finite(values(i))) then
-                call fail(self%failure, self%path//': row '//integer_text(self%rows)//', column '// &
-                          self%columns(labelled + i)%text//': '//real_text(values(i))// &
-                          ' is not a finite number')
+                call fail(self%failure, self%path//': row '//integer_text(self%rows)// &
+                          ', column '//self%columns(labelled + i)%text//': '// &
+                          real_text(values(i))//' is not a finite number')
                 return
             end if
             number = real_text(values(i))//','

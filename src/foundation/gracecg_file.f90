@@ -26,8 +26,8 @@ module gracecg_file
     end type text_file_t
 
     type :: output_file_t
-        !! A text file being written under a temporary name in the folder of the final one. `commit`
-        !! gives it its name; without that, nothing is left.
+        !! A text file being written under a temporary name in the folder of the final one.
+        !! `commit` gives it its name; without that, nothing is left.
         private
         character(:), allocatable :: path
         character(:), allocatable :: temporary  !! The name until commit; that of a device itself
@@ -132,7 +132,8 @@ contains
         end if
         if (directory_exists(path)) return
         if (file_exists(without_slashes(path))) then
-            call fail(error, trim(path)//': cannot make this folder: a file of that name is in the way')
+            call fail(error, trim(path)// &
+                      ': cannot make this folder: a file of that name is in the way')
             return
         end if
         call make_directory(parent_of(path), error)
@@ -167,8 +168,8 @@ contains
         shorter = path(:max(1, verify(trim(path), '/', back=.true.)))
     end function without_slashes
 
-    !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or cannot
-    !> be read.
+    !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
+    !> cannot be read.
     subroutine read_text_file(path, file, error)
         character(*), intent(in) :: path
         type(text_file_t), intent(out) :: file
@@ -235,8 +236,8 @@ contains
         content = content(:used)
     end subroutine read_stream
 
-    !> A text in memory as a text file: lines end with LF or CR LF, the last one with or without; a byte order
-    !> mark of UTF-8 is dropped.
+    !> A text in memory as a text file: lines end with LF or CR LF, the last one with or without; a
+    !> byte order mark of UTF-8 is dropped.
     function text_file_of(text, name) result(file)
         character(*), intent(in) :: text, name
         type(text_file_t) :: file
@@ -327,7 +328,8 @@ contains
         end if
         if (allocated(error)) return
         if (.not. c_associated(self%stream)) &
-            call fail(error, self%path//': cannot be written; check the permissions of '//parent_of(path))
+            call fail(error, self%path//': cannot be written; check the permissions of '// &
+                      parent_of(path))
     end subroutine open_output
 
     !> Opens the first free one of PATH.part1, PATH.part2, ...: never a file that exists.
@@ -342,14 +344,15 @@ contains
             if (file_exists(self%temporary)) cycle
             self%stream = c_fopen(self%temporary//c_null_char, 'wbx'//c_null_char)
             if (c_associated(self%stream)) return
-            if (.not. file_exists(self%temporary)) return   ! it was not its name that was in the way
+            if (.not. file_exists(self%temporary)) return   ! something else than the name
         end do
     end subroutine open_temporary
 
+    !> A path below /dev, except its folder for shared memory, where ordinary files stand.
     pure logical function is_device(path)
         character(*), intent(in) :: path
 
-        is_device = index(path, '/dev/') == 1
+        is_device = index(path, '/dev/') == 1 .and. index(path, '/dev/shm/') /= 1
     end function is_device
 
     !> Writes a line. A failure is remembered and reported by `commit`.
@@ -379,10 +382,12 @@ contains
         if (c_fclose(self%stream) /= 0) self%incomplete = .true.
         self%stream = c_null_ptr
         if (self%incomplete) then
-            call fail(error, self%path//': could not be written completely; check the free space of the disk')
+            call fail(error, self%path// &
+                      ': could not be written completely; check the free space of the disk')
         else if (.not. is_device(self%path)) then
             if (c_rename(self%temporary//c_null_char, self%path//c_null_char) /= 0) &
-                call fail(error, self%path//': the finished file could not be given its name; check '// &
+                call fail(error, self%path// &
+                          ': the finished file could not be given its name; check '// &
                           'the permissions of '//parent_of(self%path))
         end if
         if (allocated(error) .and. .not. is_device(self%path)) call remove_file(self%temporary)

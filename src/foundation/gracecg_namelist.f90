@@ -1,4 +1,4 @@
-!> Files in Fortran's namelist syntax, read so that every mistake is shown with its file and line.
+!> Files in Fortran's namelist syntax, read so that every mistake is shown with file and line.
 !>
 !>     &spacecraft                         ! a comment
 !>         mass = 432.0                    ! key = value
@@ -8,9 +8,9 @@
 !>
 !> The reader collects groups, keys and values; typed `get`s fetch them, with defaults and limits;
 !> `check_all_used` then reports what nobody asked for: a misspelt key. A group may stand several
-!> times and is then numbered by `index`. Keys and group names are blind to case. Not taken over from
-!> Fortran: elements and components as keys (a(2), a%b), null values, texts over several lines or without
-!> quotes.
+!> times and is then numbered by `index`. Keys and group names are blind to case. Not taken over
+!> from Fortran: elements and components as keys (a(2), a%b), null values, texts over several lines
+!> or without quotes.
 module gracecg_namelist
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp
@@ -18,7 +18,8 @@ module gracecg_namelist
     use gracecg_file, only: text_file_t, read_text_file, text_file_of, output_file_t
     use gracecg_text, only: string_t, lower_case, append, join, padded, parse_integer, real_text, &
         integer_text
-    use gracecg_value, only: real_from_text, integer_from_text, logical_from_text, choice_from_text, &
+    use gracecg_value, only: real_from_text, integer_from_text, logical_from_text, &
+         choice_from_text, &
         allowed_real, allowed_integer, allowed_choice, did_you_mean
     implicit none
     private
@@ -28,6 +29,7 @@ module gracecg_namelist
         !! One value of a key
         character(:), allocatable :: text   !! As written; without its quotes
         logical :: quoted = .false.
+        integer :: line = 0
     end type value_t
 
     type :: entry_t
@@ -159,12 +161,14 @@ contains
                 call parse_group(self, token, scanner, error)
                 if (allocated(error)) return
             case default
-                call fail_at_line(self, token%line, 'text outside a group; a group begins with &name '// &
+                call fail_at_line(self, token%line, &
+                                  'text outside a group; a group begins with &name '// &
                                   'and ends with /, a comment begins with !', error)
                 return
             end select
         end do
-        if (size(self%groups) == 0) call fail(error, self%source%name//': there is no group (&name ... /) in it')
+        if (size(self%groups) == 0) &
+            call fail(error, self%source%name//': there is no group (&name ... /) in it')
     end subroutine parse_source
 
     !> Reads a group from behind its name to its end.
@@ -193,8 +197,9 @@ contains
                 call fail_at_line(self, group%line, 'the group &'//group%name//' is not ended: '// &
                                   'a line with / is missing', error)
             case default
-                call fail_at_line(self, token%line, 'expected key = value, or / to end the group &'// &
-                                  group%name, error)
+                call fail_at_line(self, token%line, &
+                                  'expected key = value, or / to end the group &'//group%name, &
+                                  error)
             end select
         end do
         call append_group(self%groups, group)
@@ -209,7 +214,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(entry_t) :: entry
-        logical :: after_comma
 
         call check_key(self, group, token, scanner, error)
         if (allocated(error)) return
@@ -218,42 +222,51 @@ contains
         allocate (entry%values(0))
         call next_token(self%source, scanner, token, error)     ! the = sign
         if (allocated(error)) return
-        after_comma = .false.
-        do
-            call next_token(self%source, scanner, token, error)
-            if (allocated(error)) return
-            select case (token%kind)
-            case (COMMA)
-                if (after_comma .or. size(entry%values) == 0) then
-                    call fail_at_line(self, token%line, 'a value is missing before a comma', error)
-                    return
-                end if
-                after_comma = .true.
-                cycle
-            case (WORD, QUOTED)
-                if (token%kind == WORD) then
-                    if (equals_follows(self%source, scanner)) exit
-                    if (token%begins_line .and. looks_like_key(token%text)) then
-                        call fail_at_line(self, token%line, '"'//token%text//'" is no value: after a '// &
-                                          'key an = is missing, or quotes around a text', error)
-                        return
-                    end if
-                end if
-                call append_values(entry%values, token)
-            case (EQUALS)
-                call fail_at_line(self, token%line, 'an = without a key before it', error)
-                return
-            case default
-                exit
-            end select
-            after_comma = .false.
-        end do
+        call parse_values(self, entry%values, token, scanner, error)
+        if (allocated(error)) return
         if (size(entry%values) == 0) then
             call fail_at_line(self, entry%line, 'the key "'//entry%key//'" has no value', error)
             return
         end if
         call append_entry(group%entries, entry)
     end subroutine parse_entry
+
+    !> Reads values up to something else, which is then in `token`.
+    subroutine parse_values(self, values, token, scanner, error)
+        class(namelist_file_t), intent(in) :: self
+        type(value_t), allocatable, intent(inout) :: values(:)
+        type(token_t), intent(inout) :: token
+        type(scanner_t), intent(inout) :: scanner
+        type(error_t), allocatable, intent(out) :: error
+
+        logical :: after_comma
+
+        after_comma = .false.
+        do
+            call next_token(self%source, scanner, token, error)
+            if (allocated(error)) return
+            select case (token%kind)
+            case (COMMA)
+                if (after_comma .or. size(values) == 0) then
+                    call fail_at_line(self, token%line, 'a value is missing before a comma', error)
+                    return
+                end if
+            case (WORD)
+                if (equals_follows(self%source, scanner)) return
+                if (token%begins_line .and. looks_like_key(token%text)) then
+                    call fail_at_line(self, token%line, '"'//token%text//'" is no value: '// &
+                                      'an = is missing after a key, or quotes around a text', error)
+                    return
+                end if
+                call append_values(values, token)
+            case (QUOTED)
+                call append_values(values, token)
+            case default
+                return
+            end select
+            after_comma = token%kind == COMMA
+        end do
+    end subroutine parse_values
 
     !> The key is a name, not yet in the group, and followed by an = sign.
     subroutine check_key(self, group, token, scanner, error)
@@ -263,23 +276,24 @@ contains
         type(scanner_t), intent(in) :: scanner
         type(error_t), allocatable, intent(out) :: error
 
+        character(:), allocatable :: key
         integer :: position
 
+        key = '"'//lower_case(token%text)//'"'
         if (.not. equals_follows(self%source, scanner)) then
-            call fail_at_line(self, token%line, 'expected key = value: no = after "'//token%text//'"', &
-                              error)
-        else if (index(token%text, '(') > 0 .or. index(token%text, '%') > 0) then
-            call fail_at_line(self, token%line, '"'//token%text//'": keys with an index or % are not '// &
-                              'read; give all values of the key together, as in key = 1, 2, 3', error)
+            call fail_at_line(self, token%line, 'expected key = value: no = after '//key, error)
+        else if (scan(key, '(%') > 0) then
+            call fail_at_line(self, token%line, key//': keys with an index or % are not read; '// &
+                              'give all values of the key together, as in key = 1, 2, 3', error)
         else if (.not. is_name(token%text)) then
-            call fail_at_line(self, token%line, '"'//token%text//'" cannot be a key: a key has '// &
-                              'letters, digits and _', error)
+            call fail_at_line(self, token%line, key//' cannot be a key: a key begins with a '// &
+                              'letter and has letters, digits and _', error)
         else
             position = position_of(group, lower_case(token%text))
-            if (position > 0) &
-                call fail_at_line(self, token%line, 'the key "'//lower_case(token%text)// &
-                                  '" stands twice in the group &'//group%name//', first in line '// &
-                                  integer_text(group%entries(position)%line), error)
+            if (position == 0) return
+            call fail_at_line(self, token%line, 'the key '//key//' stands twice in the group &'// &
+                              group%name//', first in line '// &
+                              integer_text(group%entries(position)%line), error)
         end if
     end subroutine check_key
 
@@ -383,8 +397,8 @@ contains
         if (token%text == 'end') then
             token%kind = GROUP_END
         else if (.not. is_name(token%text)) then
-            call fail_in_file(error, source%name, token%line, 'the name of a group must follow the &', &
-                              source%line(token%line))
+            call fail_in_file(error, source%name, token%line, &
+                              'the name of a group must follow the &', source%line(token%line))
         end if
     end subroutine scan_group_name
 
@@ -405,8 +419,9 @@ contains
             scanner%position = scanner%position + 1     ! behind the quote
             length = index(source%text(scanner%position:last), quote) - 1
             if (length < 0) then
-                call fail_in_file(error, source%name, token%line, 'the text is not ended: a closing '// &
-                                  quote//' is missing in this line', source%line(token%line))
+                call fail_in_file(error, source%name, token%line, 'the text is not ended: '// &
+                                  'a closing '//quote//' is missing in this line', &
+                                  source%line(token%line))
                 return
             end if
             token%text = token%text//source%text(scanner%position:scanner%position + length - 1)
@@ -435,9 +450,9 @@ contains
         if (star > 0) then
             call parse_integer(word_text(:star - 1), times, ok)
             if (.not. ok .or. times < 1 .or. times > LARGEST_REPEAT) then
-                call fail_in_file(error, source%name, token%line, '"'//word_text//'": before the * '// &
-                                  'must stand a repeat count of 1 to '//integer_text(LARGEST_REPEAT), &
-                                  source%line(token%line))
+                call fail_in_file(error, source%name, token%line, '"'//word_text//'": before '// &
+                                  'the * must stand a repeat count of 1 to '// &
+                                  integer_text(LARGEST_REPEAT), source%line(token%line))
                 return
             end if
             token%times = times
@@ -451,8 +466,8 @@ contains
                 return
             end if
         end if
-        call fail_in_file(error, source%name, token%line, 'a value is missing after "'//word_text//'"', &
-                          source%line(token%line))
+        call fail_in_file(error, source%name, token%line, &
+                          'a value is missing after "'//word_text//'"', source%line(token%line))
     end subroutine scan_word
 
     !> The characters from `position` to the next separator.
@@ -481,6 +496,7 @@ contains
         do i = n + 1, size(longer)
             longer(i)%text = token%text
             longer(i)%quoted = token%kind == QUOTED
+            longer(i)%line = token%line
         end do
         call move_alloc(longer, values)
     end subroutine append_values
@@ -542,7 +558,7 @@ contains
     logical function has(self, group, key, index)
         class(namelist_file_t), intent(in) :: self
         character(*), intent(in) :: group, key
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         integer :: i
 
@@ -551,8 +567,8 @@ contains
         if (has) has = position_of(self%groups(i), lower_case(key)) > 0
     end function has
 
-    !> One real number. Fails when the key is missing and has no default, or its value is not one finite
-    !> number within the limits (both ends included).
+    !> One real number. Fails when the key is missing and has no default, or its value is not one
+    !> finite number within the limits (both ends included).
     subroutine get_real(self, group, key, value, error, default, low, high, unit, index)
         class(namelist_file_t), intent(inout) :: self
         character(*), intent(in) :: group, key
@@ -560,7 +576,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: default, low, high
         character(*), intent(in), optional :: unit
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
         character(:), allocatable :: problem
@@ -568,8 +584,8 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_real(low, high, unit), 1, .not. present(default), &
-                     entry, found, error)
+        call look_up(self, group, key, index, allowed_real(low, high, unit), 1, &
+                     .not. present(default), entry, found, error)
         if (.not. found) return
         call real_from_value(entry%values(1), value, problem, low, high, unit)
         if (allocated(problem)) call reject(self, group, key, problem, error, index)
@@ -584,7 +600,7 @@ contains
         real(dp), intent(in), optional :: default(:)    !! As long as `value`
         real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
         character(:), allocatable :: problem
@@ -594,12 +610,14 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, group, key, index, integer_text(size(value))//' numbers, each '// &
-                     allowed_real(low, high, unit), size(value), .not. present(default), entry, found, error)
+                     allowed_real(low, high, unit), size(value), .not. present(default), &
+                     entry, found, error)
         if (.not. found) return
         do i = 1, size(value)
             call real_from_value(entry%values(i), value(i), problem, low, high, unit)
             if (.not. allocated(problem)) cycle
-            call reject(self, group, key, 'value '//integer_text(i)//': '//problem, error, index)
+            call reject(self, group, key, 'value '//integer_text(i)//': '//problem, error, index, &
+                        item=i)
             return
         end do
     end subroutine get_reals
@@ -626,7 +644,7 @@ contains
         integer, intent(out) :: value
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: default, low, high
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
         character(:), allocatable :: problem
@@ -634,8 +652,8 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_integer(low, high), 1, .not. present(default), &
-                     entry, found, error)
+        call look_up(self, group, key, index, allowed_integer(low, high), 1, &
+                     .not. present(default), entry, found, error)
         if (.not. found) return
         if (entry%values(1)%quoted) then
             problem = 'a text in quotes; it must be '//allowed_integer(low, high)
@@ -652,7 +670,7 @@ contains
         logical, intent(out) :: value
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: default
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
         character(:), allocatable :: problem
@@ -671,7 +689,8 @@ contains
         if (allocated(problem)) call reject(self, group, key, problem, error, index)
     end subroutine get_logical
 
-    !> One text in quotes; with `choices`, one of these, in whatever case, returned in their spelling.
+    !> One text in quotes; with `choices`, one of these, in whatever case, returned in their
+    !> spelling.
     subroutine get_text(self, group, key, value, error, default, choices, index)
         class(namelist_file_t), intent(inout) :: self
         character(*), intent(in) :: group, key
@@ -679,7 +698,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: default
         character(*), intent(in), optional :: choices(:)
-        integer, intent(in), optional :: index      !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
         character(:), allocatable :: problem, allowed
@@ -689,7 +708,8 @@ contains
         if (present(default)) value = default
         allowed = 'a text in quotes'
         if (present(choices)) allowed = allowed//', '//allowed_choice(choices)
-        call look_up(self, group, key, index, allowed, 1, .not. present(default), entry, found, error)
+        call look_up(self, group, key, index, allowed, 1, .not. present(default), entry, found, &
+                     error)
         if (.not. found) return
         value = entry%values(1)%text
         if (.not. entry%values(1)%quoted) then
@@ -702,7 +722,8 @@ contains
 
     !> Finds an entry and marks it as used. Fails when it is missing but required, or has another
     !> number of values.
-    subroutine look_up(self, group, key, index, allowed, number_of_values, required, entry, found, error)
+    subroutine look_up(self, group, key, index, allowed, number_of_values, required, entry, &
+                       found, error)
         class(namelist_file_t), intent(inout) :: self
         character(*), intent(in) :: group, key
         integer, intent(in), optional :: index
@@ -724,15 +745,17 @@ contains
         end if
         found = j > 0
         if (.not. found) then
-            if (required) call fail_missing(self, lower_case(group), lower_case(key), i, index, allowed, error)
+            if (required) &
+                call fail_missing(self, lower_case(group), lower_case(key), i, index, allowed, &
+                                  error)
             return
         end if
         self%groups(i)%entries(j)%used = .true.
         entry = self%groups(i)%entries(j)
         found = size(entry%values) == number_of_values
         if (.not. found) &
-            call reject(self, group, key, integer_text(size(entry%values))//' values; it must be '// &
-                        allowed, error, index)
+            call reject(self, group, key, integer_text(size(entry%values))//' values; it must '// &
+                        'be '//allowed, error, index)
     end subroutine look_up
 
     subroutine fail_missing(self, group, key, position, index, allowed, error)
@@ -751,7 +774,8 @@ contains
         if (present(index)) name = name//' number '//integer_text(index)
         needed = 'the key "'//key//'" ('//allowed//')'
         if (position == 0) then
-            call fail_in_file(error, self%source%name, 0, 'the '//name//' is missing; it must have '//needed)
+            call fail_in_file(error, self%source%name, 0, 'the '//name// &
+                              ' is missing; it must have '//needed)
             return
         end if
         allocate (unused(0))
@@ -762,31 +786,34 @@ contains
         end do
         near = nearest_name(key, padded(unused))
         if (near /= '') near = '; is "'//near//'" there a misspelling of it?'
-        call fail_at_line(self, self%groups(position)%line, needed//' is missing in the '//name//near, &
-                          error)
+        call fail_at_line(self, self%groups(position)%line, needed//' is missing in the '//name// &
+                          near, error)
     end subroutine fail_missing
 
-    !> A failure about the value of a key, for a check of the caller's own: names file, line, key and
-    !> shows the line.
-    subroutine reject(self, group, key, problem, error, index)
+    !> A failure about the value of a key, for a check of the caller's own: names file, line and
+    !> key, and shows the line.
+    subroutine reject(self, group, key, problem, error, index, item)
         class(namelist_file_t), intent(in) :: self
         character(*), intent(in) :: group, key
         character(*), intent(in) :: problem     !! What is wrong with it, and what is allowed
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: index  !! Which of several groups of the name; 1 if absent
+        integer, intent(in), optional :: index  !! Which group of that name; 1 if absent
+        integer, intent(in), optional :: item   !! Which of the values; the first if absent
 
         character(:), allocatable :: message
-        integer :: i, j
+        integer :: i, j, k
 
         message = 'key "'//lower_case(key)//'" of group &'//lower_case(group)//': '//problem
         i = group_position(self, group, index)
         j = 0
         if (i > 0) j = position_of(self%groups(i), lower_case(key))
-        if (j > 0) then
-            call fail_at_line(self, self%groups(i)%entries(j)%line, message, error)
-        else
+        if (j == 0) then
             call fail_in_file(error, self%source%name, 0, message)
+            return
         end if
+        k = 1
+        if (present(item)) k = item
+        call fail_at_line(self, self%groups(i)%entries(j)%values(k)%line, message, error)
     end subroutine reject
 
     !> Fails for the first group or key of the file that nobody asked for.
@@ -794,35 +821,51 @@ contains
         class(namelist_file_t), intent(in) :: self
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: names(:)
         integer :: i, j
 
         do i = 1, size(self%groups)
-            associate (group => self%groups(i))
-                if (.not. group%used) then
-                    names = known_names(self)
-                    if (any(names == group%name)) then
-                        call fail_at_line(self, group%line, 'the group &'//group%name// &
-                                          ' stands here once too often', error)
-                    else
-                        call fail_at_line(self, group%line, 'the group &'//group%name//' is not known'// &
-                                          did_you_mean(group%name, names)//'; known: '// &
-                                          join(names, ', '), error)
-                    end if
-                    return
-                end if
-                do j = 1, size(group%entries)
-                    if (group%entries(j)%used) cycle
-                    names = known_names(self, group%name)
-                    call fail_at_line(self, group%entries(j)%line, 'the key "'//group%entries(j)%key// &
-                                      '" is not known in the group &'//group%name// &
-                                      did_you_mean(group%entries(j)%key, names)//'; known: '// &
-                                      join(names, ', '), error)
-                    return
-                end do
-            end associate
+            if (.not. self%groups(i)%used) then
+                call fail_unknown_group(self, self%groups(i), error)
+                return
+            end if
+            do j = 1, size(self%groups(i)%entries)
+                if (self%groups(i)%entries(j)%used) cycle
+                call fail_unknown_key(self, self%groups(i)%name, self%groups(i)%entries(j), error)
+                return
+            end do
         end do
     end subroutine check_all_used
+
+    subroutine fail_unknown_group(self, group, error)
+        class(namelist_file_t), intent(in) :: self
+        type(group_t), intent(in) :: group
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: names(:), problem
+
+        names = known_names(self)
+        if (any(names == group%name)) then
+            problem = ' stands here once too often'
+        else
+            problem = ' is not known'//did_you_mean(group%name, names)// &
+                      '; known: '//join(names, ', ')
+        end if
+        call fail_at_line(self, group%line, 'the group &'//group%name//problem, error)
+    end subroutine fail_unknown_group
+
+    subroutine fail_unknown_key(self, group, entry, error)
+        class(namelist_file_t), intent(in) :: self
+        character(*), intent(in) :: group
+        type(entry_t), intent(in) :: entry
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: names(:)
+
+        names = known_names(self, group)
+        call fail_at_line(self, entry%line, &
+                          'the key "'//entry%key//'" is not known in the group &'//group// &
+                          did_you_mean(entry%key, names)//'; known: '//join(names, ', '), error)
+    end subroutine fail_unknown_key
 
     !> The keys of a group that were asked for; without `group`, the groups.
     function known_names(self, group) result(names)

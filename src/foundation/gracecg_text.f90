@@ -165,8 +165,9 @@ contains
         end do
     end function join
 
-    !> The whole text as a finite number: blanks around it and a D exponent are allowed. Not ok: empty,
-    !> anything else than a decimal number, NaN, infinity, a number too large for double precision.
+    !> The whole text as a finite number: blanks around it and a D exponent are allowed. Not ok:
+    !> empty, anything else than a decimal number, NaN, infinity, a number too large for double
+    !> precision.
     subroutine parse_real(text, value, ok)
         character(*), intent(in) :: text
         real(dp), intent(out) :: value  !! 0 when not ok
@@ -191,8 +192,8 @@ contains
         if (.not. ok) value = 0
     end subroutine parse_real
 
-    !> Copies a decimal number to `number`, its exponent letter made an e; length = 0 when the text is
-    !> anything else.
+    !> Copies a decimal number to `number`, its exponent letter made an e; length = 0 when the text
+    !> is anything else.
     subroutine scan_number(text, number, length)
         character(*), intent(in) :: text
         character(kind=c_char), intent(inout) :: number(:)
@@ -331,7 +332,8 @@ contains
 
         do excess = 2, 0, -1
             unit = 10_i8**excess
-            text = decimal_text(value < 0, (mantissa + unit/2)/unit, exponent - MOST_DIGITS + 1 + excess)
+            text = decimal_text(value < 0, (mantissa + unit/2)/unit, &
+                                exponent - MOST_DIGITS + 1 + excess)
             call parse_real(text, again, ok)
             if (ok .and. again == value) return
         end do

@@ -24,7 +24,8 @@ contains
 
         call parse_real(text, value, ok)
         if (.not. ok) then
-            problem = '"'//text//'" is not a finite number; it must be '//allowed_real(low, high, unit)
+            problem = '"'//text//'" is not a finite number; it must be '// &
+                      allowed_real(low, high, unit)
             return
         end if
         if (present(low)) ok = value >= low
