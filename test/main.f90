@@ -26,6 +26,9 @@ program tester
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
+    use test_attitude_fit, only: collect_attitude_fit
+    use test_batch_processor, only: collect_batch_processor
+    use test_offset_model, only: collect_offset_model
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -56,7 +59,10 @@ program tester
              new_testsuite('file', collect_file), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
-             new_testsuite('arguments', collect_arguments)]
+             new_testsuite('arguments', collect_arguments), &
+             new_testsuite('attitude-fit', collect_attitude_fit), &
+             new_testsuite('batch-processor', collect_batch_processor), &
+             new_testsuite('offset-model', collect_offset_model)]
 
     fast = .false.
     suite_name = ''
