@@ -36,6 +36,9 @@ program tester
     use test_quest, only: collect_quest
     use test_star_camera, only: collect_star_camera
     use test_magnetometer, only: collect_magnetometer
+    use test_torques, only: collect_torques
+    use test_equations_of_motion, only: collect_equations_of_motion
+    use test_truth_arc, only: collect_truth_arc
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -76,7 +79,10 @@ program tester
              new_testsuite('star-catalogue', collect_star_catalogue), &
              new_testsuite('quest', collect_quest), &
              new_testsuite('star-camera', collect_star_camera), &
-             new_testsuite('magnetometer', collect_magnetometer)]
+             new_testsuite('magnetometer', collect_magnetometer), &
+             new_testsuite('torques', collect_torques), &
+             new_testsuite('equations-of-motion', collect_equations_of_motion), &
+             new_testsuite('truth-arc', collect_truth_arc)]
 
     fast = .false.
     suite_name = ''
