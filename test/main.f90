@@ -39,6 +39,8 @@ program tester
     use test_torques, only: collect_torques
     use test_equations_of_motion, only: collect_equations_of_motion
     use test_truth_arc, only: collect_truth_arc
+    use test_preprocessing, only: collect_preprocessing
+    use test_noise_propagation, only: collect_noise_propagation
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -82,7 +84,9 @@ program tester
              new_testsuite('magnetometer', collect_magnetometer), &
              new_testsuite('torques', collect_torques), &
              new_testsuite('equations-of-motion', collect_equations_of_motion), &
-             new_testsuite('truth-arc', collect_truth_arc)]
+             new_testsuite('truth-arc', collect_truth_arc), &
+             new_testsuite('preprocessing', collect_preprocessing), &
+             new_testsuite('noise-propagation', collect_noise_propagation)]
 
     fast = .false.
     suite_name = ''
