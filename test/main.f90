@@ -41,6 +41,7 @@ program tester
     use test_truth_arc, only: collect_truth_arc
     use test_preprocessing, only: collect_preprocessing
     use test_noise_propagation, only: collect_noise_propagation
+    use test_monte_carlo, only: collect_monte_carlo
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -86,7 +87,8 @@ program tester
              new_testsuite('equations-of-motion', collect_equations_of_motion), &
              new_testsuite('truth-arc', collect_truth_arc), &
              new_testsuite('preprocessing', collect_preprocessing), &
-             new_testsuite('noise-propagation', collect_noise_propagation)]
+             new_testsuite('noise-propagation', collect_noise_propagation), &
+             new_testsuite('monte-carlo', collect_monte_carlo)]
 
     fast = .false.
     suite_name = ''

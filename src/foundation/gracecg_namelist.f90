@@ -68,11 +68,13 @@ module gracecg_namelist
         generic :: get => get_real, get_reals, get_integer, get_logical, get_text
         procedure :: reject
         procedure :: check_all_used
-        procedure, private :: get_real
-        procedure, private :: get_reals
-        procedure, private :: get_integer
-        procedure, private :: get_logical
-        procedure, private :: get_text
+        ! The specific procedures of a generic stay public: gfortran 12 refuses to read the module files
+        ! of two users of this type when they are private ("mismatch in components")
+        procedure :: get_real
+        procedure :: get_reals
+        procedure :: get_integer
+        procedure :: get_logical
+        procedure :: get_text
     end type namelist_file_t
 
     integer, parameter :: END_OF_TEXT = 0, GROUP_BEGIN = 1, GROUP_END = 2, WORD = 3, QUOTED = 4, &
@@ -105,11 +107,11 @@ module gracecg_namelist
         procedure :: end_group => write_end_group
         procedure :: to_text
         procedure :: save => save_namelist
-        procedure, private :: write_real
-        procedure, private :: write_reals
-        procedure, private :: write_integer
-        procedure, private :: write_logical
-        procedure, private :: write_text
+        procedure :: write_real
+        procedure :: write_reals
+        procedure :: write_integer
+        procedure :: write_logical
+        procedure :: write_text
     end type namelist_writer_t
 
     character(*), parameter :: TAB = achar(9), LF = achar(10), CR = achar(13)
