@@ -42,6 +42,9 @@ program tester
     use test_preprocessing, only: collect_preprocessing
     use test_noise_propagation, only: collect_noise_propagation
     use test_monte_carlo, only: collect_monte_carlo
+    use test_assest, only: collect_assest
+    use test_report_cases, only: collect_report_cases
+    use test_verification, only: collect_verification
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -88,7 +91,10 @@ program tester
              new_testsuite('truth-arc', collect_truth_arc), &
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
-             new_testsuite('monte-carlo', collect_monte_carlo)]
+             new_testsuite('monte-carlo', collect_monte_carlo), &
+             new_testsuite('assest', collect_assest), &
+             new_testsuite('report-cases', collect_report_cases), &
+             new_testsuite('verification', collect_verification)]
 
     fast = .false.
     suite_name = ''
