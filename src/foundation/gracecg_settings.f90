@@ -354,17 +354,28 @@ contains
         call self%file%entry(key, [(in_file_unit(values(i), factor), i=1, size(values))], meaning)
     end subroutine write_reals
 
-    !> value/factor, freed of the rounding of that division: to 15 significant digits.
+    !> value/factor with the fewest digits, at least 15, that give `value` back when read. A few
+    !> values are out of reach of any number times the factor: then the nearest.
     real(dp) function in_file_unit(value, factor) result(number)
         real(dp), intent(in) :: value
         real(dp), intent(in), optional :: factor
 
-        character(24) :: digits
+        character(*), parameter :: FORMATS(2) = ['(es26.14e3)', '(es26.15e3)']
+        character(26) :: digits
+        integer :: i
 
         number = value
         if (.not. present(factor)) return
-        write (digits, '(es24.14e3)') value/factor
-        read (digits, *) number
+        do i = 1, size(FORMATS)
+            write (digits, FORMATS(i)) value/factor
+            read (digits, *) number
+            if (number*factor == value) return
+        end do
+        do i = -1, 1, 2
+            number = nearest(value/factor, real(i, dp))
+            if (number*factor == value) return
+        end do
+        number = value/factor
     end function in_file_unit
 
     subroutine write_integer(self, key, value, low, high, meaning)
