@@ -296,14 +296,14 @@ contains
         integer :: last
 
         last = size(series%table, 1)
-        associate (begin => series%table(1, 1), end => series%table(last, 1))
-            if (begin > (1 + SLACK)*interval) then
+        associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
+            if (first_time > (1 + SLACK)*interval) then
                 call fail_in_file(error, series%path, series%header_line + 1, 'the first sample, at '// &
-                                  real_text(begin)//' s, comes later than one sampling interval ('// &
+                                  real_text(first_time)//' s, comes later than one sampling interval ('// &
                                   real_text(interval)//' s) after the epoch: rows are missing')
-            else if (end < duration - (1 - SLACK)*interval) then
+            else if (last_time < duration - (1 - SLACK)*interval) then
                 call fail_in_file(error, series%path, series%header_line + last, 'the last sample, at '// &
-                                  real_text(end)//' s, comes too early for the duration of '// &
+                                  real_text(last_time)//' s, comes too early for the duration of '// &
                                   real_text(duration)//' s in setup.nml: the file seems to be '// &
                                   'truncated; else give the shorter duration')
             end if
