@@ -4,8 +4,8 @@
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
-        select_suite
+    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
+        run_selected, select_suite
     use test_quaternion, only: collect_quaternion
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
