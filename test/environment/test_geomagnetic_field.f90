@@ -340,7 +340,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call refuse('no-such-file', 'no-such-file.shc', error)
-        call refuse('corrupted-empty', 'expected the integers', error)
+        call refuse('corrupted-empty', 'empty.shc: holds no data', error)
         call refuse('corrupted-head', '.shc:3: expected the integers', error)
         call refuse('corrupted-lowest-degree', '.shc:3: the lowest degree must be 1', error)
         call refuse('corrupted-highest-degree', '.shc:3: the highest degree must not', error)

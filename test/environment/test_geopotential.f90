@@ -388,7 +388,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call refuse('no-such-file', 'no-such-file.gfc', error)
-        call refuse('corrupted-empty', 'does not give earth_gravity_constant', error)
+        call refuse('corrupted-empty', 'empty.gfc: holds no data', error)
         call refuse('corrupted-no-gravity-constant', 'does not give earth_gravity_constant', error)
         call refuse('corrupted-no-radius', 'does not give radius', error)
         call refuse('corrupted-no-max-degree', 'does not give max_degree', error)

@@ -163,14 +163,14 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(24), parameter :: BAD(2, 10) = reshape([character(24) :: &
-            '_missing.txt', 'cannot read', &
+            '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
             '_columns.txt', 'txt:3: has 23 fields', &
             '_date.txt', '01 to 28 of 2001-02', &
             '_order.txt', 'the days must rise', &
             '_repeated.txt', 'the days must rise', &
-            '_number.txt', '"NaN" is not a number', &
-            '_flux.txt', 'txt:3: F10.7 = 0 is', &
+            '_number.txt', '"NaN" is not a finite', &
+            '_flux.txt', 'txt:3: F10.7: 0.0 is', &
             '_mean.txt', 'txt:2: 81-day mean', &
             '_kp.txt', 'not "85"'], [2, 10])
         type(space_weather_t) :: table

@@ -142,11 +142,11 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(36), parameter :: BAD(2, 10) = reshape([character(36) :: &
-            '_missing.txt', 'cannot read', &
+            '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
             '_columns.txt', 'txt:7: has 3 fields', &
-            '_number.txt', '"-2O" is not a number', &
-            '_speed.txt', 'txt:7: a wind is outside', &
+            '_number.txt', '"-2O" is not a finite number', &
+            '_speed.txt', 'txt:7: eastward wind: -20000 is', &
             '_incomplete.txt', '11 rows are no complete grid', &
             '_latitudes.txt', 'txt:6: the grid is not regular', &
             '_no_poles.txt', 'expected latitude -90 deg', &
