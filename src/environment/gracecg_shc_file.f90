@@ -58,7 +58,7 @@ contains
         integer :: numbers(4), k
         logical :: ok
 
-        fields = file%fields(HEAD_ROW)
+        allocate (fields, source=file%fields(HEAD_ROW))
         ok = size(fields) >= size(numbers)
         do k = 1, size(numbers)
             if (ok) call parse_integer(fields(k)%text, numbers(k), ok)
@@ -92,8 +92,9 @@ contains
         type(string_t), allocatable :: fields(:)
         logical :: ok
 
-        fields = file%fields(EPOCH_ROW)
+        allocate (fields, source=file%fields(EPOCH_ROW))
         ok = size(fields) == epoch_count
+        allocate (epochs(size(fields)))
         if (ok) call parse_values(fields, epochs, ok)
         if (ok) ok = all(epochs(2:) > epochs(:epoch_count - 1))
         if (ok) return
@@ -108,7 +109,7 @@ contains
         real(dp), allocatable, intent(out) :: tables(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: values(:)
+        real(dp) :: values(epoch_count)
         logical, allocatable :: given(:)
         integer :: i, place, missing
 
@@ -135,7 +136,7 @@ contains
         integer, intent(in) :: i                        !! Row of the file
         integer, intent(in) :: degree, epoch_count
         integer, intent(out) :: place                   !! In the list of coefficients; 0 if wrong
-        real(dp), allocatable, intent(out) :: values(:) !! One an epoch
+        real(dp), intent(out) :: values(:)              !! One an epoch
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
@@ -143,7 +144,8 @@ contains
         logical :: ok(2)
 
         place = 0
-        fields = file%fields(i)
+        values = 0
+        allocate (fields, source=file%fields(i))
         if (size(fields) /= epoch_count + 2) then
             call file%fail_at(i, 'expected degree, order and '//integer_text(epoch_count)// &
                               ' values, found '//integer_text(size(fields))//' fields', error)
@@ -178,12 +180,13 @@ contains
 
     subroutine parse_values(fields, values, ok)
         type(string_t), intent(in) :: fields(:)
-        real(dp), allocatable, intent(out) :: values(:)
+        real(dp), intent(out) :: values(:)      !! As many as there are fields
         logical, intent(out) :: ok
 
         integer :: k
 
-        allocate (values(size(fields)))
+        ok = .true.
+        values = 0
         do k = 1, size(fields)
             call parse_real(fields(k)%text, values(k), ok)
             if (.not. ok) return

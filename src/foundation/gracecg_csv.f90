@@ -86,7 +86,7 @@ contains
         character(:), allocatable :: problem
         integer :: i
 
-        found = split(file%line(line_number), ',')
+        allocate (found, source=split(file%line(line_number), ','))
         do i = 1, min(size(found), size(expected_columns))
             if (trim(adjustl(found(i)%text)) == expected_columns(i)) cycle
             problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &

@@ -377,14 +377,15 @@ contains
         type(group_t), intent(in) :: group
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: names(:), problem
+        type(string_t), allocatable :: names(:)
+        character(:), allocatable :: problem
 
-        names = known_names(self)
-        if (any(names == group%name)) then
+        allocate (names, source=known_names(self))
+        if (any(padded(names) == group%name)) then
             problem = ' stands here once too often'
         else
-            problem = ' is not known'//did_you_mean(group%name, names)// &
-                      '; known: '//join(names, ', ')
+            problem = ' is not known'//did_you_mean(group%name, padded(names))// &
+                      '; known: '//join(padded(names), ', ')
         end if
         call self%source%fail_at(group%line, 'the group &'//group%name//problem, error)
     end subroutine fail_unknown_group
@@ -395,35 +396,33 @@ contains
         type(entry_t), intent(in) :: entry
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: names(:)
+        type(string_t), allocatable :: names(:)
 
-        names = known_names(self, group)
+        allocate (names, source=known_names(self, group))
         call self%source%fail_at(entry%line, 'the key "'//entry%key//'" is not known in the '// &
-                                 'group &'//group//did_you_mean(entry%key, names)//'; known: '// &
-                                 join(names, ', '), error)
+                                 'group &'//group//did_you_mean(entry%key, padded(names))// &
+                                 '; known: '//join(padded(names), ', '), error)
     end subroutine fail_unknown_key
 
     !> The keys of a group that were asked for; without `group`, the groups.
     function known_names(self, group) result(names)
         class(namelist_file_t), intent(in) :: self
         character(*), intent(in), optional :: group
-        character(:), allocatable :: names(:)
+        type(string_t), allocatable :: names(:)
 
-        type(string_t), allocatable :: found(:)
         integer :: i
 
-        allocate (found(0))
+        allocate (names(0))
         do i = 1, size(self%known)
             associate (known => self%known(i))
                 if (.not. present(group)) then
-                    if (any(padded(found) == known%group)) cycle
-                    call append(found, known%group)
+                    if (any(padded(names) == known%group)) cycle
+                    call append(names, known%group)
                 else if (known%group == group .and. known%key /= '') then
-                    call append(found, known%key)
+                    call append(names, known%key)
                 end if
             end associate
         end do
-        names = padded(found)
     end function known_names
 
     !> Notes that a key was asked for, once.

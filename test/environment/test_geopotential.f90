@@ -240,7 +240,7 @@ contains
             call check(error, tensor(1, 1) + tensor(2, 2) + tensor(3, 3), 0.0_dp, &
                        thr=1e-14_dp*maxval(abs(tensor)))
             if (allocated(error)) return
-            call check(error, all(tensor == transpose(tensor)), 'not symmetric')
+            call check(error, all(abs(tensor - transpose(tensor)) <= 0), 'not symmetric')
         end do
     end subroutine test_trace
 
