@@ -34,6 +34,10 @@ program tester
     use test_quest, only: collect_quest
     use test_star_camera, only: collect_star_camera
     use test_magnetometer, only: collect_magnetometer
+    use test_monte_carlo, only: collect_monte_carlo
+    use test_attitude_fit, only: collect_attitude_fit
+    use test_batch_processor, only: collect_batch_processor
+    use test_offset_model, only: collect_offset_model
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -72,7 +76,11 @@ program tester
              new_testsuite('star-catalogue', collect_star_catalogue), &
              new_testsuite('quest', collect_quest), &
              new_testsuite('star-camera', collect_star_camera), &
-             new_testsuite('magnetometer', collect_magnetometer)]
+             new_testsuite('magnetometer', collect_magnetometer), &
+             new_testsuite('monte-carlo', collect_monte_carlo), &
+             new_testsuite('attitude-fit', collect_attitude_fit), &
+             new_testsuite('batch-processor', collect_batch_processor), &
+             new_testsuite('offset-model', collect_offset_model)]
 
     fast = .false.
     suite_name = ''

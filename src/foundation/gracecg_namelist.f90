@@ -44,11 +44,13 @@ module gracecg_namelist
         generic :: get => get_real, get_reals, get_integer, get_logical, get_text
         procedure :: reject
         procedure :: check_all_used
-        procedure, private :: get_real
-        procedure, private :: get_reals
-        procedure, private :: get_integer
-        procedure, private :: get_logical
-        procedure, private :: get_text
+        ! The specific procedures of a generic stay public: when they are private, gfortran 12
+        ! refuses to read the module files of two users of this type ("mismatch in components")
+        procedure :: get_real
+        procedure :: get_reals
+        procedure :: get_integer
+        procedure :: get_logical
+        procedure :: get_text
     end type namelist_file_t
 
 contains

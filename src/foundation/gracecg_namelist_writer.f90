@@ -21,11 +21,13 @@ module gracecg_namelist_writer
         procedure :: end_group => write_end_group
         procedure :: to_text
         procedure :: save => save_namelist
-        procedure, private :: write_real
-        procedure, private :: write_reals
-        procedure, private :: write_integer
-        procedure, private :: write_logical
-        procedure, private :: write_text
+        ! The specific procedures of a generic stay public: when they are private, gfortran 12
+        ! refuses to read the module files of two users of this type ("mismatch in components")
+        procedure :: write_real
+        procedure :: write_reals
+        procedure :: write_integer
+        procedure :: write_logical
+        procedure :: write_text
     end type namelist_writer_t
 
     character(*), parameter :: LF = achar(10), CR = achar(13)

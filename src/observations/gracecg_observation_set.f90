@@ -38,7 +38,8 @@ module gracecg_observation_set
         real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
         real(dp) :: guess_offset(3) = 0                 !! d*, m
         real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
-        real(dp) :: star_camera_weight = 1              !! Of every quaternion component
+        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
+        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
     end type calibration_setup_t
 
     !> Samples of the three instruments. Times are seconds from the epoch.
@@ -181,7 +182,9 @@ contains
         call settings%real_values('accelerometer_weight', setup%accelerometer_weight, tiny(1.0_dp), &
                                   FULL_RANGE, 'of the axes')
         call settings%real_value('star_camera_weight', setup%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
-                                 'of every quaternion component')
+                                 'of every attitude component, ASSEST')
+        call settings%real_value('combined_star_camera_weight', setup%combined_star_camera_weight, &
+                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
         call settings%end_group()
     end subroutine describe_estimation
 
