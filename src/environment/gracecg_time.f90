@@ -15,7 +15,7 @@ module gracecg_time
     implicit none
     private
     public :: utc_t, parse_utc, check_utc_in_range, utc_text
-    public :: utc_plus, seconds_between, tai_minus_utc
+    public :: utc_plus, seconds_between, time_tag, tai_minus_utc
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time
     public :: gmst_1982, sidereal_angle
     public :: modified_julian_day, calendar_date
@@ -227,6 +227,18 @@ contains
                 (whole_tai_minus_utc(finish%mjd) - whole_tai_minus_utc(start%mjd))
         seconds_between = whole + (finish%seconds - start%seconds)
     end function seconds_between
+
+    !> The time of sample k of a series of equal intervals, in s from its beginning: k times the
+    !> interval to the nanosecond, so that the third tenth of a second is 0.3 and no
+    !> 0.30000000000000004.
+    elemental real(dp) function time_tag(k, interval)
+        integer, intent(in) :: k
+        real(dp), intent(in) :: interval    !! s
+
+        real(dp), parameter :: PER_SECOND = 1e9_dp
+
+        time_tag = anint(k*interval*PER_SECOND)/PER_SECOND
+    end function time_tag
 
     !> TAI-UTC in s. After the last known leap second the last value holds.
     elemental real(dp) function tai_minus_utc(utc)

@@ -1,21 +1,23 @@
 !> The estimators by name.
 module gracecg_estimators
     use gracecg_error, only: error_t, fail
+    use gracecg_text, only: join
+    use gracecg_value, only: did_you_mean
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_assest, only: estimate_assest
     use gracecg_combined_estimation, only: estimate_combined
     implicit none
     private
-    public :: estimate_offset, ALGORITHM_NAMES
+    public :: estimate_offset, ESTIMATOR_NAMES
 
-    character(10), parameter :: ALGORITHM_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
+    character(10), parameter :: ESTIMATOR_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
                                                       'ascfest', 'ascrest']
 
 contains
 
     !> Estimates the CG offset of an observation set. Fails for a name that is none of
-    !> ALGORITHM_NAMES, and as the estimator does.
+    !> ESTIMATOR_NAMES, and as the estimator does.
     subroutine estimate_offset(algorithm, observations, solution, error, with_covariance)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
@@ -37,7 +39,8 @@ contains
         case ('ascrest')
             call estimate_combined(observations, .true., solution, error, covariance)
         case default
-            call fail(error, 'there is no algorithm "'//trim(algorithm)//'"')
+            call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
+                      join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
         end select
     end subroutine estimate_offset
 end module gracecg_estimators

@@ -12,7 +12,7 @@ module gracecg_observation_set
         MAX_DIPOLE
     implicit none
     private
-    public :: observation_set_t, calibration_setup_t, check_observations, HEADS
+    public :: observation_set_t, calibration_setup_t, check_observations, HEADS, SAMPLE_TOLERANCE
     public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
@@ -55,6 +55,7 @@ module gracecg_observation_set
     end type observation_set_t
 
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
+    real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
 
 contains
 
@@ -224,7 +225,7 @@ contains
             if (.not. any(observations%star_camera_head == setup%camera)) then
                 call fail(error, 'there are no star-camera samples of head '// &
                           integer_text(setup%camera)//', the head that the setup names')
-            else if (any(abs(norm2(observations%quaternion, 1) - 1) > 1e-3_dp)) then
+            else if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
                 call fail(error, 'star camera: a quaternion is not of unit length')
             else if (.not. setup%duration > 0) then
                 call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
