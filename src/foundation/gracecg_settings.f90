@@ -357,8 +357,8 @@ contains
         call self%file%entry(key, [(in_file_unit(values(i), factor), i=1, size(values))], meaning)
     end subroutine write_reals
 
-    !> number*factor. For a factor that is the reciprocal of an integer, as all decimal prefixes below
-    !> one are, by a division: 50 nT are then exactly 50e-9 T.
+    !> number*factor. For a factor that is the reciprocal of an integer, as all decimal prefixes
+    !> below one are, by a division: 50 nT are then exactly 50e-9 T.
     pure real(dp) function in_si_unit(number, factor) result(value)
         real(dp), intent(in) :: number
         real(dp), intent(in) :: factor
@@ -373,8 +373,8 @@ contains
         end if
     end function in_si_unit
 
-    !> The number that gives `value` back when read, with as few digits as do, at least 15. A few values
-    !> are out of reach of any number: then the nearest.
+    !> The number that gives `value` back when read, with as few digits as do, at least 15. A few
+    !> values are out of reach of any number: then the nearest.
     real(dp) function in_file_unit(value, factor) result(number)
         real(dp), intent(in) :: value
         real(dp), intent(in), optional :: factor
