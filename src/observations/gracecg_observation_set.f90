@@ -5,6 +5,7 @@ module gracecg_observation_set
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     use gracecg_settings, only: settings_t, FULL_RANGE
     use gracecg_time, only: utc_t, parse_utc, utc_text
     use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
@@ -215,7 +216,7 @@ contains
         if (allocated(error)) return
         do head = 1, HEADS
             if (.not. any(observations%star_camera_head == head)) cycle
-            call check_series('star camera '//number_text(real(head, dp)), &
+            call check_series('star camera '//integer_text(head), &
                               pack(observations%star_camera_time, observations%star_camera_head == head), &
                               observations%quaternion, error)
             if (allocated(error)) return
@@ -223,7 +224,7 @@ contains
         associate (setup => observations%setup)
             if (.not. any(observations%star_camera_head == setup%camera)) then
                 call fail(error, 'there are no star-camera samples of head '// &
-                          number_text(real(setup%camera, dp))//', the head that the setup names')
+                          integer_text(setup%camera)//', the head that the setup names')
             else if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
                 call fail(error, 'star camera: a quaternion is not of unit length')
             else if (.not. setup%duration > 0) then
