@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""Checks the form of the committed text files.
+"""Checks the form of the text files.
 
     tools/check_text.py    prints each violation as file:line: text; status 1 if any
 
 Fortran lines end before column 133 (a limit of the language); sources hold no tabs and no blanks at
 the end of a line; nothing names a folder of the machine it was written on.
 """
+import os
 import pathlib
 import re
-import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LONGEST_LINE = 132
+NOT_OURS = {".git", ".venv", "build", "out", "__pycache__"}
 FORTRAN = {".f90", ".F90", ".f", ".inc"}
 SOURCES = FORTRAN | {".c", ".h", ".py", ".sh", ".md", ".toml", ".yml", ".nml", ""}
 WITH_TABS = {"Makefile"}
@@ -20,14 +21,14 @@ WITH_TABS = {"Makefile"}
 MACHINE_PATH = re.compile(r"(?<![\w.-])/(?:wor[k]|hom[e]|roo[t]|tm[p]/t)/|\.\./share[d]\b")
 
 
-def committed_files():
-    """The files git knows, but for those that are deleted or not text."""
-    listing = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True)
-    for name in listing.stdout.decode().split("\0"):
-        if name and (ROOT / name).is_file():
-            content = (ROOT / name).read_bytes()
-            if b"\0" not in content:
-                yield pathlib.Path(name), content.decode("utf-8")
+def text_files():
+    """All files but those that are built or not text."""
+    for folder, folders, names in os.walk(ROOT):
+        folders[:] = sorted(set(folders) - NOT_OURS)
+        for path in (pathlib.Path(folder, name) for name in sorted(names)):
+            content = path.read_bytes()
+            if b"\0" not in content and path.name != ".git":
+                yield path.relative_to(ROOT), content.decode("utf-8", errors="replace")
 
 
 def violations(path, text):
@@ -45,7 +46,7 @@ def violations(path, text):
 
 def main():
     found = [f"{path}:{number}: {what}"
-             for path, text in committed_files() for number, what in violations(path, text)]
+             for path, text in text_files() for number, what in violations(path, text)]
     for line in found:
         print(line)
     return 1 if found else 0
