@@ -26,6 +26,13 @@ program tester
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
+    use test_random, only: collect_random
+    use test_coloured_noise, only: collect_coloured_noise
+    use test_accelerometer, only: collect_accelerometer
+    use test_star_catalogue, only: collect_star_catalogue
+    use test_quest, only: collect_quest
+    use test_star_camera, only: collect_star_camera
+    use test_magnetometer, only: collect_magnetometer
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -56,7 +63,14 @@ program tester
              new_testsuite('file', collect_file), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
-             new_testsuite('arguments', collect_arguments)]
+             new_testsuite('arguments', collect_arguments), &
+             new_testsuite('random', collect_random), &
+             new_testsuite('coloured-noise', collect_coloured_noise), &
+             new_testsuite('accelerometer', collect_accelerometer), &
+             new_testsuite('star-catalogue', collect_star_catalogue), &
+             new_testsuite('quest', collect_quest), &
+             new_testsuite('star-camera', collect_star_camera), &
+             new_testsuite('magnetometer', collect_magnetometer)]
 
     fast = .false.
     suite_name = ''

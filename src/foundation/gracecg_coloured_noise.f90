@@ -13,7 +13,7 @@
 !> no scale of its own, so one row of poles serves every sampling frequency.
 !>
 !> The spectrum of the generated samples is h/f to 0.4 % for 1e-4 <= f/fs <= 0.3: 1 mHz to 3 Hz
-!> at 10 Hz. Below the lowest pole (7e-6 fs) it is flat; aliasing lifts it by 15 % at fs/2.
+!> at 10 Hz. Below the lowest pole (7e-6 fs) it is flat; aliasing lifts it by 24 % at fs/2.
 module gracecg_coloured_noise
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp

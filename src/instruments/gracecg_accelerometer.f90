@@ -137,29 +137,29 @@ contains
         class(accelerometer_t), intent(in) :: self
         character(WARNING_LENGTH), allocatable :: warnings(:)
 
-        integer :: i
+        character(WARNING_LENGTH) :: found(12)      ! three axes, four limits
+        integer :: i, n
 
-        allocate (warnings(0))
+        n = 0
         do i = 1, 3
-            call compare('scale1 - 1', self%scale1(i) - 1, SCALE1_LIMIT(i), '', i)
-            call compare('scale2', self%scale2(i), SCALE2_LIMIT(i), ' s^2/m', i)
-            call compare('scale3', self%scale3(i), SCALE3_LIMIT(i), ' s^4/m^2', i)
-            call compare('bias', self%bias(i), BIAS_LIMIT(i), ' m/s^2', i)
+            call compare('scale1 - 1', self%scale1(i) - 1, SCALE1_LIMIT(i), '')
+            call compare('scale2', self%scale2(i), SCALE2_LIMIT(i), ' s^2/m')
+            call compare('scale3', self%scale3(i), SCALE3_LIMIT(i), ' s^4/m^2')
+            call compare('bias', self%bias(i), BIAS_LIMIT(i), ' m/s^2')
         end do
+        allocate (warnings(n))
+        warnings(:) = found(:n)
 
     contains
 
-        subroutine compare(name, value, limit, unit, i)
+        subroutine compare(name, value, limit, unit)
             character(*), intent(in) :: name, unit
             real(dp), intent(in) :: value, limit
-            integer, intent(in) :: i
-
-            character(WARNING_LENGTH) :: warning
 
             if (abs(value) <= limit) return
-            warning = 'accelerometer '//name//', '//AXIS(i)//' axis: '//number_text(value)//unit// &
-                ' exceeds the limit '//number_text(limit)//unit
-            warnings = [warnings, warning]
+            n = n + 1
+            found(n) = 'accelerometer '//name//', '//AXIS(i)//' axis: '//number_text(value)// &
+                unit//' exceeds the limit '//number_text(limit)//unit
         end subroutine compare
     end function exceeded_limits
 end module gracecg_accelerometer

@@ -179,8 +179,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call fail(error, 'the star camera sees '//number_text(real(n, dp))//' stars, at least '// &
-                  number_text(real(minimum, dp))//' are needed: widen the field of view or use a '// &
-                  'richer catalogue')
+                  number_text(real(minimum, dp))//' are needed: widen the field of view or use '// &
+                  'a richer catalogue')
     end subroutine fail_too_few
 
     subroutine check_settings(self, attitude, head, error)
