@@ -8,6 +8,7 @@ module gracecg_observation_set
     use gracecg_text, only: integer_text
     use gracecg_settings, only: settings_t, FULL_RANGE
     use gracecg_time, only: utc_t, parse_utc, utc_text
+    use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
         MAX_DIPOLE
     implicit none
@@ -209,6 +210,8 @@ contains
 
         integer :: head
 
+        call check_sizes(observations, error)
+        if (allocated(error)) return
         call check_series('accelerometer', observations%accelerometer_time, &
                           observations%acceleration, error)
         if (allocated(error)) return
@@ -229,9 +232,48 @@ contains
                 call fail(error, 'star camera: a quaternion is not of unit length')
             else if (.not. setup%duration > 0) then
                 call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
+            else if (.not. min(setup%accelerometer_interval, setup%star_camera_interval, &
+                               setup%magnetometer_interval) > 0) then
+                call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
+                          'magnetometer must be positive')
+            else
+                call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia), error)
             end if
         end associate
     end subroutine check_observations
+
+    !> Fails unless every time tag has its sample.
+    subroutine check_sizes(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. (allocated(observations%accelerometer_time) .and. &
+                   allocated(observations%acceleration) .and. &
+                   allocated(observations%magnetometer_time) .and. allocated(observations%field) .and. &
+                   allocated(observations%star_camera_time) .and. &
+                   allocated(observations%star_camera_head) .and. &
+                   allocated(observations%quaternion))) then
+            call fail(error, 'the samples of an instrument are missing altogether')
+            return
+        end if
+        call compare('accelerometer', size(observations%accelerometer_time), &
+                     size(observations%acceleration, 2))
+        call compare('magnetometer', size(observations%magnetometer_time), size(observations%field, 2))
+        call compare('star camera', size(observations%star_camera_time), size(observations%quaternion, 2))
+        call compare('star camera, heads', size(observations%star_camera_time), &
+                     size(observations%star_camera_head))
+
+    contains
+
+        subroutine compare(name, times, samples)
+            character(*), intent(in) :: name
+            integer, intent(in) :: times, samples
+
+            if (allocated(error) .or. times == samples) return
+            call fail(error, name//': '//number_text(real(times, dp))//' time tags, but '// &
+                      number_text(real(samples, dp))//' samples')
+        end subroutine compare
+    end subroutine check_sizes
 
     subroutine check_series(name, times, values, error)
         character(*), intent(in) :: name
