@@ -4,8 +4,8 @@
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
-        select_suite
+    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
+        run_selected, select_suite
     use test_quaternion, only: collect_quaternion
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
@@ -23,6 +23,7 @@ program tester
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_file, only: collect_file
+    use test_field_file, only: collect_field_file
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
@@ -75,6 +76,7 @@ program tester
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('file', collect_file), &
+             new_testsuite('field-file', collect_field_file), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &

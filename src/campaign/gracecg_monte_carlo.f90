@@ -2,7 +2,8 @@
 module gracecg_monte_carlo
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI
-    use gracecg_error, only: error_t, add_context, number_text
+    use gracecg_error, only: error_t, add_context
+    use gracecg_text, only: integer_text
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
@@ -14,11 +15,12 @@ module gracecg_monte_carlo
 
     !> The estimates of all runs of one case and algorithm.
     type :: monte_carlo_t
+        integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! (3, runs), m
         logical, allocatable :: converged(:)        !! (runs)
     end type monte_carlo_t
 
-    !> Statistics of the errors of the offset, m.
+    !> Statistics of the errors of the offset, mm.
     type :: error_statistics_t
         real(dp) :: rms(3)          !! About the true offset
         real(dp) :: mean(3)
@@ -35,14 +37,15 @@ module gracecg_monte_carlo
 
 contains
 
-    !> Simulates and estimates runs 1..`runs`, on `threads` threads. A run's numbers depend on
-    !> nothing but seed, case and its own number.
+    !> Simulates and estimates the given runs, on `threads` threads. A run's numbers depend on nothing
+    !> but seed, case and its own number.
     !>
     !> Fails when a run fails: the error is that of the failed run with the lowest number.
     subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
-        integer, intent(in) :: seed, runs
+        integer, intent(in) :: seed
+        integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
         integer, intent(in) :: threads
         type(monte_carlo_t), intent(out) :: results
         type(error_t), allocatable, intent(out) :: error
@@ -50,43 +53,46 @@ contains
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: solution
         type(error_t), allocatable :: failure
-        integer :: run, failed_run
+        integer :: i, first_failed
 
-        allocate (results%offset(3, runs), results%converged(runs))
-        failed_run = runs + 1
+        allocate (results%offset(3, size(runs)), results%converged(size(runs)))
+        results%run = runs
+        first_failed = size(runs) + 1
         !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
         !$omp& private(observations, solution, failure)
-        do run = 1, runs
-            call simulator%observe(seed, run, observations, failure, only_used_head=.true.)
+        do i = 1, size(runs)
+            call simulator%observe(seed, runs(i), observations, failure, only_used_head=.true.)
             if (.not. allocated(failure)) then
                 call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
             end if
             if (allocated(failure)) then
                 !$omp critical (gracecg_monte_carlo_failure)
-                if (run < failed_run) then
-                    failed_run = run
+                if (i < first_failed) then
+                    first_failed = i
                     error = failure
                 end if
                 !$omp end critical (gracecg_monte_carlo_failure)
                 cycle
             end if
-            results%offset(:, run) = solution%offset
-            results%converged(run) = solution%converged
+            results%offset(:, i) = solution%offset
+            results%converged(i) = solution%converged
         end do
         !$omp end parallel do
-        call add_context(error, 'run '//number_text(real(failed_run, dp)))
+        if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
     end subroutine run_monte_carlo
 
-    pure function statistics_of(results, true_offset) result(statistics)
-        type(monte_carlo_t), intent(in) :: results
-        real(dp), intent(in) :: true_offset(3)      !! m
+    !> Statistics of a column of estimates. In millimetres, as the files have them, so that estimates
+    !> read back from a file give the same statistics to the last bit.
+    pure function statistics_of(offset_mm, true_mm) result(statistics)
+        real(dp), intent(in) :: offset_mm(:, :)     !! (3, runs)
+        real(dp), intent(in) :: true_mm(3)
         type(error_statistics_t) :: statistics
 
-        real(dp) :: errors(3, size(results%offset, 2))
+        real(dp) :: errors(3, size(offset_mm, 2))
         integer :: n
 
         n = size(errors, 2)
-        errors = results%offset - spread(true_offset, 2, n)
+        errors = offset_mm - spread(true_mm, 2, n)
         statistics%rms = sqrt(sum(errors**2, 2)/n)
         statistics%mean = sum(errors, 2)/n
         statistics%deviation = sqrt(sum((errors - spread(statistics%mean, 2, n))**2, 2)/max(n - 1, 1))

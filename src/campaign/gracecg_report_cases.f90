@@ -20,7 +20,7 @@ module gracecg_report_cases
     type(utc_t), parameter :: EPOCH = utc_t(47528, 0.0_dp)
     !! 1989-01-02 00:00:00 UTC. Not stated in the report; inferred from its sidereal angle, which is the
     !! Greenwich mean sidereal time of that midnight
-    real(dp), parameter :: SIDEREAL_ANGLE = 101.60748558_dp*DEGREE      !! Section 5.2
+    real(dp), parameter :: SIDEREAL_ANGLE = 101.60748558_dp             !! Section 5.2, deg
     real(dp), parameter :: TIME_OF_CASE(3) = [0.0_dp, 1400.0_dp, 2658.0_dp]
     !! s after the epoch. Cases 2 and 3 lie later on the orbit of case 1
 
@@ -71,7 +71,7 @@ contains
         case%setup%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
         case%setup%duration = DURATION
         case%earth_rotation = 'given'
-        case%sidereal_angle = SIDEREAL_ANGLE + EARTH_ROTATION_RATE*TIME_OF_CASE(case%number)
+        case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
         case%setup%mass = MASS
         case%setup%inertia = INERTIA
         case%density_scale = DENSITY_SCALE

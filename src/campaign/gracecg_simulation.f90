@@ -4,6 +4,7 @@ module gracecg_simulation
     use gracecg_constants, only: EARTH_GM, TWO_PI
     use gracecg_error, only: error_t, fail, add_context, number_text
     use gracecg_quaternion, only: quaternion_product
+    use gracecg_time, only: time_tag
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_equations_of_motion, only: satellite_dynamics_t, POSITION, OMEGA, ATTITUDE
@@ -261,7 +262,7 @@ contains
             observations%star_camera_time = epochs(self, self%star_camera_stride)
             observations%star_camera_head = [(self%case%setup%camera, i=1, n)]
         else
-            observations%star_camera_time = [((i*self%star_camera_stride*self%arc%interval, &
+            observations%star_camera_time = [((time_tag(i*self%star_camera_stride, self%arc%interval), &
                                                head=1, N_HEADS), i=1, n)]
             observations%star_camera_head = [((head, head=1, N_HEADS), i=1, n)]
         end if
@@ -275,7 +276,7 @@ contains
 
         integer :: i
 
-        times = [(i*stride*self%arc%interval, i=1, self%arc%steps/stride)]
+        times = [(time_tag(i*stride, self%arc%interval), i=1, self%arc%steps/stride)]
     end function epochs
 
     pure function true_accelerations(self, wave) result(values)

@@ -9,7 +9,8 @@
 module gracecg_earth_radiation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
-    use gracecg_error, only: error_t, fail, fail_out_of_range, nearest_name, number_text
+    use gracecg_error, only: error_t, fail, fail_out_of_range, nearest_name
+    use gracecg_text, only: integer_text
     use gracecg_table_earth_radiation, only: REPORT_ALBEDO, REPORT_EMISSIVITY, KNOCKE_ALBEDO, &
         KNOCKE_EMISSIVITY, PERIOD_DAYS, EPOCH_JD, SOLAR_IRRADIANCE_1AU
     implicit none
@@ -105,11 +106,11 @@ contains
         else if (any(segments_per_ring < 1)) then
             call fail(error, 'segments per ring of the Earth radiation model: every ring needs '// &
                       'at least one segment, but one has '// &
-                      number_text(real(minval(segments_per_ring), dp)))
+                      integer_text(minval(segments_per_ring)))
         else if (any(segments_per_ring > MAX_SEGMENTS) .or. &
                  sum(segments_per_ring) + 1 > MAX_SEGMENTS) then
             call fail(error, 'segments per ring of the Earth radiation model: with the cap at '// &
-                      'most '//number_text(real(MAX_SEGMENTS, dp))//' segments are allowed')
+                      'most '//integer_text(MAX_SEGMENTS)//' segments are allowed')
         end if
     end subroutine check_settings
 

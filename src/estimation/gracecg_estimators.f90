@@ -1,19 +1,23 @@
 !> The estimators by name.
 module gracecg_estimators
     use gracecg_error, only: error_t, fail
+    use gracecg_text, only: join
+    use gracecg_value, only: did_you_mean
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_assest, only: estimate_assest_fde
+    use gracecg_assest, only: estimate_assest
+    use gracecg_combined_estimation, only: estimate_combined
     implicit none
     private
-    public :: estimate_offset, ALGORITHM_NAMES
+    public :: estimate_offset, ESTIMATOR_NAMES
 
-    character(10), parameter :: ALGORITHM_NAMES(1) = [character(10) :: 'assest-fde']
+    character(10), parameter :: ESTIMATOR_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
+                                                      'ascfest', 'ascrest']
 
 contains
 
     !> Estimates the CG offset of an observation set. Fails for a name that is none of
-    !> ALGORITHM_NAMES, and as the estimator does.
+    !> ESTIMATOR_NAMES, and as the estimator does.
     subroutine estimate_offset(algorithm, observations, solution, error, with_covariance)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
@@ -21,11 +25,22 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: with_covariance    !! Compute the covariance: true when absent
 
+        logical :: covariance
+
+        covariance = .true.
+        if (present(with_covariance)) covariance = with_covariance
         select case (algorithm)
         case ('assest-fde')
-            call estimate_assest_fde(observations, solution, error, with_covariance)
+            call estimate_assest(observations, .false., solution, error, covariance)
+        case ('assest-rde')
+            call estimate_assest(observations, .true., solution, error, covariance)
+        case ('ascfest')
+            call estimate_combined(observations, .false., solution, error, covariance)
+        case ('ascrest')
+            call estimate_combined(observations, .true., solution, error, covariance)
         case default
-            call fail(error, 'there is no algorithm "'//trim(algorithm)//'"')
+            call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
+                      join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
         end select
     end subroutine estimate_offset
 end module gracecg_estimators

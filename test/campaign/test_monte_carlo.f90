@@ -27,6 +27,15 @@ contains
                     new_unittest('runs-do-not-depend-on-threads-or-neighbours', test_reproducible)]
     end subroutine collect_monte_carlo
 
+    pure function first_runs(n) result(runs)
+        integer, intent(in) :: n
+        integer :: runs(n)
+
+        integer :: i
+
+        runs = [(i, i=1, n)]
+    end function first_runs
+
     subroutine prepare(number, simulator, error)
         integer, intent(in) :: number       !! Of the case, 1..6
         type(simulator_t), intent(out) :: simulator
@@ -57,14 +66,14 @@ contains
             if (allocated(error)) return
             call predict_errors(simulator, 'assest-fde', prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, 'assest-fde', 11, RUNS, 2, results, failure)
+                call run_monte_carlo(simulator, 'assest-fde', 11, first_runs(RUNS), 2, results, failure)
             end if
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
             call check(error, all(results%converged))
             if (allocated(error)) return
-            statistics = statistics_of(results, simulator%case%offset)
-            call check(error, maxval(abs(statistics%rms/prediction%rms - 1)) < 0.12_dp, &
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+            call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.12_dp, &
                        REPORT_CASE_NAMES(i))
             if (allocated(error)) return
         end do
@@ -130,11 +139,11 @@ contains
 
         call prepare(4, simulator, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', 5, 8, 1, one_thread, failure)
+        call run_monte_carlo(simulator, 'assest-fde', 5, first_runs(8), 1, one_thread, failure)
         call check(error,.not. allocated(failure))
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', 5, 5, 2, two_threads, failure)
-        call check(error, maxval(abs(one_thread%offset(:, :5) - two_threads%offset)), 0.0_dp)
+        call run_monte_carlo(simulator, 'assest-fde', 5, [2, 3, 7], 2, two_threads, failure)
+        call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
         if (allocated(error)) return
         call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')
     end subroutine test_reproducible

@@ -4,11 +4,12 @@ module test_surface_loads
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
     use gracecg_earth_radiation, only: earth_irradiance_t
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_plates, only: satellite_surface_t, plate_t, new_trapezoid
     use gracecg_quaternion, only: rotation_matrix, normalised
     use gracecg_surface_loads
     use gracecg_vectors, only: cross, unit
+    use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -313,7 +314,7 @@ contains
         type(error_t), allocatable :: failure
 
         call validate_wall(wall_t(), failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call validate_wall(wall_t(-1.0_dp, 0.9_dp), failure)
         call check(error, allocated(failure))
