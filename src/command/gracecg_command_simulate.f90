@@ -8,7 +8,7 @@ module gracecg_command_simulate
     use gracecg_observation_files, only: write_observations, OBSERVATION_FILES
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe, drawn_wave
     use gracecg_truth_file, only: write_truth
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
@@ -54,7 +54,7 @@ contains
         call find_case(arguments%positional(1), case, error)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
-        if (.not. allocated(error)) call simulator%observe(seed, run, observations, error)
+        if (.not. allocated(error)) call observe(simulator, seed, run, observations, error)
         if (.not. allocated(error)) &
             call write_run(folder, simulator, seed, run, observations, error)
         if (.not. allocated(error)) call report(folder, observations, console)
@@ -74,7 +74,7 @@ contains
         comments(2) = 'case '//trim(simulator%case%setup%name)//', seed '//integer_text(seed)//', run '// &
                       integer_text(run)
         call write_truth(folder//'/'//TRUTH_FILE, simulator, &
-                         simulator%drawn_wave(seed, run), comments, error)
+                         drawn_wave(simulator, seed, run), comments, error)
         if (allocated(error)) return
         call write_observations(folder, observations, comments, error)
         if (allocated(error)) call remove_file(folder//'/'//TRUTH_FILE)

@@ -11,7 +11,8 @@ module test_simulation
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
+        drawn_wave
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none
     private
@@ -62,7 +63,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 1, observations, failure)
+        call observe(simulator, SEED, 1, observations, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
@@ -113,14 +114,14 @@ contains
         if (allocated(error)) return
         call prepare(another, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 7, first, failure)
+        call observe(simulator, SEED, 7, first, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
-        call simulator%observe(SEED, 3, between, failure)
-        call simulator%observe(SEED, 7, again, failure)
+        call observe(simulator, SEED, 3, between, failure)
+        call observe(simulator, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
         if (allocated(error)) return
-        call another%observe(SEED, 7, again, failure)
+        call observe(another, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
     end subroutine test_same_again
 
@@ -134,23 +135,23 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 7, reference, failure)
+        call observe(simulator, SEED, 7, reference, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
         other = simulator
-        call other%observe(SEED, 8, changed, failure)
+        call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
         if (allocated(error)) return
-        call other%observe(SEED + 1, 7, changed, failure)
+        call observe(other, SEED + 1, 7, changed, failure)
         call check_changed('seed')
         if (allocated(error)) return
         other%case%number = 2
-        call other%observe(SEED, 7, changed, failure)
+        call observe(other, SEED, 7, changed, failure)
         call check_changed('case')
         if (allocated(error)) return
         other = simulator
         other%case%satellite = 'back'
-        call other%observe(SEED, 7, changed, failure)
+        call observe(other, SEED, 7, changed, failure)
         call check_changed('satellite')
 
     contains
@@ -173,10 +174,10 @@ contains
         if (allocated(error)) return
         do head = 1, 2
             simulator%case%setup%camera = head
-            call simulator%observe(SEED, 4, full, failure)
+            call observe(simulator, SEED, 4, full, failure)
             call check_passes(error, failure)
             if (allocated(error)) return
-            call simulator%observe(SEED, 4, alone, failure, only_used_head=.true.)
+            call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
             call check_passes(error, failure)
             if (allocated(error)) return
             call check(error, all(alone%star_camera_head == head) .and. size(alone%star_camera_head) == 120)
@@ -203,7 +204,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), observations)
+        call observe_without_noise(simulator, density_wave_t(), observations)
         d = simulator%case%offset
         associate (arc => simulator%arc, instrument => simulator%case%accelerometer)
             do k = 1, 600
@@ -250,10 +251,10 @@ contains
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, failure)
             if (allocated(error)) return
-            call simulator%observe_without_noise(simulator%drawn_wave(SEED, run), clean)
+            call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
             total = total + sum(noisy%acceleration - clean%acceleration, 2)
         end do
@@ -271,11 +272,11 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), clean)
+        call observe_without_noise(simulator, density_wave_t(), clean)
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, failure)
             if (allocated(error)) return
             squares = squares + sum((noisy%field - clean%field)**2, 2)
@@ -295,11 +296,11 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), clean)
+        call observe_without_noise(simulator, density_wave_t(), clean)
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, failure)
             if (allocated(error)) return
             do i = 1, 120
@@ -342,8 +343,8 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), calm)
-        call simulator%observe_without_noise(density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
+        call observe_without_noise(simulator, density_wave_t(), calm)
+        call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
             expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag* &
                        simulator%case%accelerometer%scale1
@@ -369,7 +370,7 @@ contains
         if (allocated(error)) return
         resultant = 0
         do run = 1, N
-            wave = simulator%drawn_wave(SEED, run)
+            wave = drawn_wave(simulator, SEED, run)
             call check(error, wave%amplitude == 0.003_dp .and. wave%period == 12 .and. &
                        wave%phase >= 0 .and. wave%phase <= TWO_PI)
             if (allocated(error)) return
@@ -379,7 +380,7 @@ contains
         call check(error, abs(resultant)**2/N < 6.9_dp)
         if (allocated(error)) return
         simulator%case%density_wave_random = .false.
-        wave = simulator%drawn_wave(SEED, 1)
+        wave = drawn_wave(simulator, SEED, 1)
         call check(error, wave%amplitude, 0.0_dp)
     end subroutine test_drawn_wave
 
@@ -400,9 +401,9 @@ contains
         call new_simulator(case, fixed, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
-        call fixed%observe_without_noise(fixed%drawn_wave(SEED, 1), a)
-        call drawn%observe_without_noise(case%density_wave, b)
-        call drawn%observe_without_noise(density_wave_t(), calm)
+        call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
+        call observe_without_noise(drawn, case%density_wave, b)
+        call observe_without_noise(drawn, density_wave_t(), calm)
         call check(error, maxval(abs(b%acceleration - calm%acceleration)) > 1e-9_dp)
         if (allocated(error)) return
         call check(error, maxval(abs(a%acceleration - b%acceleration)), 0.0_dp, thr=1e-12_dp)
@@ -417,7 +418,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 1, observations, failure)
+        call observe(simulator, SEED, 1, observations, failure)
         associate (setup => observations%setup, case => simulator%case)
             call check(error, norm2(setup%guess_offset - case%offset) > 1e-4_dp .and. &
                        norm2(setup%guess_angular_velocity - case%angular_velocity) > 1e-5_dp .and. &

@@ -16,7 +16,7 @@ module test_assest
     use gracecg_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_offset_model, only: offset_matrix
-    use gracecg_assest, only: estimate_assest_fde
+    use gracecg_estimators, only: estimate_offset
     use gracecg_calibration_solution, only: calibration_solution_t
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none
@@ -149,7 +149,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: q(4)
 
-        call estimate_assest_fde(observations, solution, failure, with_covariance=.false.)
+        call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
         call check_passes(error, failure)
         if (allocated(error)) return
         call check(error, solution%converged)
@@ -293,7 +293,7 @@ contains
         end do
         call fill(observations, normalised(Q_0), error)
         if (allocated(error)) return
-        call estimate_assest_fde(observations, solution, failure)
+        call estimate_offset('assest-fde', observations, solution, failure)
         call check_fails(error, failure, [character(12) :: 'ASSEST', 'CG offset', 'singular', 'd_'])
     end subroutine test_singular
 
@@ -387,14 +387,14 @@ contains
         character(80) :: found
         integer :: run
 
-        call estimate_assest_fde(clean, reference, failure)
+        call estimate_offset('assest-fde', clean, reference, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
         weight = inverse(reference%covariance)
         total = 0
         do run = 1, runs
             call draw(observations)
-            call estimate_assest_fde(observations, solution, failure, with_covariance=.false.)
+            call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
             call check_passes(error, failure)
             if (allocated(error)) return
             deviation = solution%offset - reference%offset
@@ -425,12 +425,12 @@ contains
         call example(observations, error, interval=0.5_dp)
         if (allocated(error)) return
         observations%accelerometer_time(7) = observations%accelerometer_time(6)
-        call estimate_assest_fde(observations, solution, failure)
+        call estimate_offset('assest-fde', observations, solution, failure)
         call check_fails(error, failure, ['must increase'])
         if (allocated(error)) return
         call example(observations, error, interval=0.5_dp)
         observations%setup%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
-        call estimate_assest_fde(observations, solution, failure)
+        call estimate_offset('assest-fde', observations, solution, failure)
         call check_fails(error, failure, ['NaN'])
     end subroutine test_refusals
 
