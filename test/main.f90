@@ -26,6 +26,8 @@ program tester
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
+    use test_observation_files, only: collect_observation_files
+    use test_commands, only: collect_commands
     use test_random, only: collect_random
     use test_coloured_noise, only: collect_coloured_noise
     use test_accelerometer, only: collect_accelerometer
@@ -64,6 +66,8 @@ program tester
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
+             new_testsuite('observation-files', collect_observation_files), &
+             new_testsuite('commands', collect_commands), &
              new_testsuite('random', collect_random), &
              new_testsuite('coloured-noise', collect_coloured_noise), &
              new_testsuite('accelerometer', collect_accelerometer), &
