@@ -113,6 +113,7 @@ contains
         integer, intent(out) :: used        !! Words that make its name
         type(error_t), allocatable, intent(out) :: misuse
 
+        character(len(commands%name)), allocatable :: names(:)
         character(:), allocatable :: name
 
         position = 0
@@ -131,10 +132,11 @@ contains
             name = MODEL//' '//words(2)%text
             used = 2
         end if
-        position = findloc(commands%name == name, .true., 1)
-        if (position == 0) call fail(misuse, 'unknown command "'//name//'"'// &
-                                     did_you_mean(name, commands%name)//new_line('a')// &
-                                     'commands: gracecg --help')
+        names = commands%name
+        position = findloc(names == name, .true., 1)
+        if (position == 0) &
+            call fail(misuse, 'unknown command "'//name//'"'//did_you_mean(name, names)// &
+                      new_line('a')//'commands: gracecg --help')
     end subroutine find_command
 
     function model_names(commands) result(names)
