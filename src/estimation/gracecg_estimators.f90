@@ -14,7 +14,8 @@ module gracecg_estimators
 
 contains
 
-    !> The CG offset by one of ESTIMATOR_NAMES. Fails for another name, and where the estimator fails.
+    !> The CG offset by one of ESTIMATOR_NAMES. Fails for another name, and where the estimator
+    !> fails.
     subroutine estimate_offset(algorithm, observations, solution, error)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations

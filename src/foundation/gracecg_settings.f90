@@ -1,8 +1,8 @@
 !> Settings in namelist files, described once for reading and writing.
 !>
-!> A record (a case, the setup of an observation set) is described by one procedure that names each of
-!> its settings in turn to a `settings_t`. A reader fills the settings from a file, a writer puts them
-!> into one. So what is written can be read, with the same keys, units, ranges and choices.
+!> A record (a case, the setup of an observation set) is described by one procedure that names each
+!> of its settings in turn to a `settings_t`. A reader fills the settings from a file, a writer puts
+!> them into one. So what is written can be read, with the same keys, units, ranges and choices.
 module gracecg_settings
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
@@ -358,8 +358,8 @@ contains
         call self%file%entry(key, [(in_file_unit(values(i), factor), i=1, size(values))], meaning)
     end subroutine write_reals
 
-    !> number*factor. For a factor that is the reciprocal of an integer, as all decimal prefixes below
-    !> one are, by a division: 50 nT are then exactly 50e-9 T.
+    !> number*factor. For a factor that is the reciprocal of an integer, as all decimal prefixes
+    !> below one are, by a division: 50 nT are then exactly 50e-9 T.
     pure real(dp) function in_si_unit(number, factor) result(value)
         real(dp), intent(in) :: number
         real(dp), intent(in) :: factor
@@ -374,8 +374,8 @@ contains
         end if
     end function in_si_unit
 
-    !> The number that gives `value` back when read, with as few digits as do, at least 15. A few values
-    !> are out of reach of any number: then the nearest.
+    !> The number that gives `value` back when read, with as few digits as do, at least 15. A few
+    !> values are out of reach of any number: then the nearest.
     real(dp) function in_file_unit(value, factor) result(number)
         real(dp), intent(in) :: value
         real(dp), intent(in), optional :: factor

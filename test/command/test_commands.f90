@@ -166,25 +166,32 @@ contains
 
         call refused(error, 'simulat front-1', STATUS_MISUSED, &
                      [character(W) :: 'unknown command "simulat"', 'did you mean "simulate"?'])
-        call refused(error, 'model fild', STATUS_MISUSED, [character(W) :: 'did you mean "model field"?'])
+        call refused(error, 'model fild', STATUS_MISUSED, &
+                     [character(W) :: 'did you mean "model field"?'])
         call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'star-camera'])
         call refused(error, 'simulate front-1', STATUS_MISUSED, &
                      [character(W) :: '--out DIR is required', 'usage: gracecg simulate'])
         call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, &
                      [character(W) :: '--seed', '"one"'])
-        call refused(error, 'simulate front-1 --out x --run -1', STATUS_MISUSED, [character(W) :: '--run'])
-        call refused(error, 'estimate x', STATUS_MISUSED, [character(W) :: '--algorithm NAME is required'])
+        call refused(error, 'simulate front-1 --out x --run -1', STATUS_MISUSED, &
+                     [character(W) :: '--run'])
+        call refused(error, 'estimate x', STATUS_MISUSED, &
+                     [character(W) :: '--algorithm NAME is required'])
         call refused(error, 'estimate x --algorithm asest-fde', STATUS_MISUSED, &
                      [character(W) :: 'did you mean "assest-fde"?'])
         call refused(error, 'estimate x --algorithm assest-fde --format html', STATUS_MISUSED, &
                      [character(W) :: '--format', 'one of text, csv'])
-        call refused(error, 'cases shw front-1', STATUS_MISUSED, [character(W) :: 'did you mean "show"?'])
+        call refused(error, 'cases shw front-1', STATUS_MISUSED, &
+                     [character(W) :: 'did you mean "show"?'])
         call refused(error, 'cases show', STATUS_MISUSED, [character(W) :: 'which case?'])
-        call refused(error, 'model gravity', STATUS_MISUSED, [character(W) :: '--position X Y Z is required'])
-        call refused(error, 'model gravity --position nan 0 0', STATUS_MISUSED, [character(W) :: '"nan"'])
+        call refused(error, 'model gravity', STATUS_MISUSED, &
+                     [character(W) :: '--position X Y Z is required'])
+        call refused(error, 'model gravity --position nan 0 0', STATUS_MISUSED, &
+                     [character(W) :: '"nan"'])
         call refused(error, 'model gravity --position 7e6 0', STATUS_MISUSED, &
                      [character(W) :: '--position takes 3 values'])
-        call refused(error, 'model sun --date 1989-13-01', STATUS_MISUSED, [character(W) :: 'month 13'])
+        call refused(error, 'model sun --date 1989-13-01', STATUS_MISUSED, &
+                     [character(W) :: 'month 13'])
         call refused(error, 'model density --date 1989-01-02 --kp 3'//EQUATOR, STATUS_MISUSED, &
                      [character(W) :: 'all three of --f107, --f107a and --kp'])
         call refused(error, 'model field --date 1989-01-02 --table igrf14 --file x'//EQUATOR, &
@@ -194,9 +201,10 @@ contains
     !> The example of every help works as printed (below the folder of the tests).
     subroutine test_examples(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(9) = [character(17) :: 'verify', 'simulate', 'estimate', &
-                                                  'model gravity', 'model field', 'model density', &
-                                                  'model wind', 'model sun', 'model star-camera']
+        character(*), parameter :: COMMANDS(9) = [character(17) :: 'verify', 'simulate', &
+                                                  'estimate', 'model gravity', 'model field', &
+                                                  'model density', 'model wind', 'model sun', &
+                                                  'model star-camera']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
         integer :: i, k, place
@@ -243,14 +251,16 @@ contains
         end do
         if (allocated(error)) return
         words = split_words(list%line(3))
-        call check(error, words(3)%text == '1989-01-02T00:23:20' .and. words(4)%text(:2) == '89' .and. &
-                   words(6)%text(:3) == '107' .and. words(7)%text == 'W', list%line(3))
+        call check(error, words(3)%text == '1989-01-02T00:23:20' .and. &
+                   words(4)%text(:2) == '89' .and. words(6)%text(:3) == '107' .and. &
+                   words(7)%text == 'W', list%line(3))
         if (allocated(error)) return
         words = split_words(list%line(4))
         call check(error, words(4)%text(:2) == '10' .and. words(6)%text(:2) == '67' .and. &
                    words(7)%text == 'E', list%line(4))
         call refused(error, 'cases show frnt-1', STATUS_FAILED, &
-                     [character(W) :: 'no case "frnt-1"', 'front-1, front-2', 'did you mean "front-1"?'])
+                     [character(W) :: 'no case "frnt-1"', 'front-1, front-2', &
+                     'did you mean "front-1"?'])
     end subroutine test_cases
 
     !> A case shown, saved and run gives exactly the numbers of the built-in case.
@@ -266,13 +276,16 @@ contains
                 if (.not. allocated(error)) call make_file(error, 'case.nml', output)
                 if (.not. allocated(error)) &
                     call succeeds(error, 'simulate '//name//' --out '//FOLDER//'named', output)
-                if (.not. allocated(error)) &
-                    call succeeds(error, 'simulate '//FOLDER//'case.nml --out '//FOLDER//'filed', output)
+                if (.not. allocated(error)) call succeeds(error, 'simulate '//FOLDER// &
+                                                          'case.nml --out '//FOLDER//'filed', &
+                                                          output)
             end associate
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'truth.csv')
-            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'accelerometer.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', &
+                                                       'accelerometer.csv')
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'star_camera.csv')
-            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'magnetometer.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', &
+                                                       'magnetometer.csv')
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'setup.nml')
         end do
     end subroutine test_case_files
@@ -289,25 +302,31 @@ contains
         if (.not. allocated(error)) call check(error, a%text == b%text, name//' differs')
     end subroutine same_file
 
-    !> Case files with one line changed: the message names file, line and key, and nothing is written.
+    !> Case files with one line changed: the message names file, line and key, and nothing is
+    !> written.
     subroutine test_broken_cases(error)
         type(error_type), allocatable, intent(out) :: error
 
         call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
-        call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', 'duration'])
+        call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', &
+                                                     'duration'])
         call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:9', 'mass', '"heavy"'])
         call broken('mass =', 'mass =', [character(W) :: 'broken.nml:9', 'mass', 'value'])
-        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:9', 'mass', '-1', '0.001 to'])
+        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:9', 'mass', '-1', &
+                                            '0.001 to'])
         call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:9', 'mass', 'nan'])
-        call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', '3'])
+        call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', &
+                                                        '3'])
         call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
                     [character(W) :: 'broken.nml:', 'quaternion', 'not a unit quaternion'])
         call broken('epoch =', 'epoch = ''1995-01-02T00:00:00''', &
                     [character(W) :: 'no space weather for 1995-01-02', '1988-12-01 to 1989-02-28'])
         call broken('epoch =', 'epoch = ''2003-01-02T00:00:00''', &
                     [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
-        call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', 'day 32'])
-        call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', 'dtm77'])
+        call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', &
+                                                          'day 32'])
+        call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', &
+                                                        'dtm77'])
 
     contains
 
@@ -332,16 +351,18 @@ contains
                          STATUS_FAILED, parts)
             if (allocated(error)) return
             call check(error, .not. file_exists(FOLDER//'broken/truth.csv') .and. &
-                       .not. file_exists(FOLDER//'broken/setup.nml'), 'a result stands after '//text)
+                       .not. file_exists(FOLDER//'broken/setup.nml'), 'a result stands after '// &
+                       text)
         end subroutine broken
     end subroutine test_broken_cases
 
     !> Columns and rows as documented; other runs have other noise and the same truth.
     subroutine test_simulate(error)
         type(error_type), allocatable, intent(out) :: error
-        character(3), parameter :: TRUTH(24) = [character(3) :: 'tim', 'rx', 'ry', 'rz', 'vx', 'vy', 'vz', &
-                                                'q1', 'q2', 'q3', 'q4', 'wx', 'wy', 'wz', 'wdx', 'wdy', 'wdz', &
-                                                'bx', 'by', 'bz', 'ngx', 'ngy', 'ngz', '']
+        character(3), parameter :: TRUTH(24) = [character(3) :: 'tim', 'rx', 'ry', 'rz', 'vx', &
+                                                'vy', 'vz', 'q1', 'q2', 'q3', 'q4', 'wx', 'wy', &
+                                                'wz', 'wdx', 'wdy', 'wdz', 'bx', 'by', 'bz', &
+                                                'ngx', 'ngy', 'ngz', '']
         character(6) :: columns(23)
         type(error_t), allocatable :: failure
         type(text_file_t) :: file
@@ -356,15 +377,18 @@ contains
         if (.not. allocated(error)) &
             call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
         if (allocated(error)) return
-        call check(error, index(output, 'next: gracecg estimate '//FOLDER//'run2 --algorithm ') > 0, output)
+        call check(error, index(output, 'next: gracecg estimate '//FOLDER// &
+                                'run2 --algorithm ') > 0, output)
         if (allocated(error)) return
         call read_csv(FOLDER//'run1/truth.csv', columns, truth_1, failure, comments)
-        if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', columns, truth_2, failure)
+        if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', columns, truth_2, &
+                                                    failure)
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'run1/accelerometer.csv', ACCELEROMETER, noisy_1, failure)
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
-        if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, &
+                                                          failure)
         call check_passes(error, failure)
         if (allocated(error)) return
         call check(error, comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
@@ -374,15 +398,17 @@ contains
         if (allocated(error)) return
         call check(error, index(file%line(6), '0.3,') == 1, file%line(6))
         if (allocated(error)) return
-        call check(error, all(abs(truth_1(:, :20) - truth_2(:, :20)) <= 0), 'the truth depends on the run')
+        call check(error, all(abs(truth_1(:, :20) - truth_2(:, :20)) <= 0), &
+                   'the truth depends on the run')
         if (allocated(error)) return
-        call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), 'the density wave does not')
+        call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), &
+                   'the density wave does not')
         if (allocated(error)) return
         call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
     end subroutine test_simulate
 
-    !> The estimate from files: within five of its sigmas in the well observed axes of case 3, the same
-    !> in both formats.
+    !> The estimate from files: within five of its sigmas in the well observed axes of case 3, the
+    !> same in both formats.
     subroutine test_estimate(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: TRUE_OFFSET(3) = [0.3_dp, 0.4_dp, -0.5_dp]   ! mm, section 6.2
@@ -394,12 +420,14 @@ contains
         logical :: ok
 
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run3', output)
-        if (.not. allocated(error)) &
-            call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde --format csv', output)
+        if (.not. allocated(error)) call succeeds(error, 'estimate '//FOLDER// &
+                                                  'run3 --algorithm assest-fde --format csv', &
+                                                  output)
         if (allocated(error)) return
         text = text_file_of(output, 'output')
-        call check(error, text%line(1), 'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
-                   'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z')
+        call check(error, text%line(1), &
+                   'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
+                   'converged,condition,residual_rms_x,residual_rms_y,residual_rms_z')
         if (allocated(error)) return
         fields = split(text%line(2), ',')
         call check(error, size(fields) == 13 .and. fields(1)%text == 'assest-fde' .and. &
@@ -408,8 +436,8 @@ contains
             if (allocated(error)) return
             call parse_real(fields(1 + axis)%text, value, ok)
             call parse_real(fields(4 + axis)%text, sigma, ok)
-            call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. sigma < 0.1_dp, &
-                       text%line(2))
+            call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. &
+                       sigma < 0.1_dp, text%line(2))
         end do
         if (.not. allocated(error)) &
             call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output)
@@ -444,7 +472,8 @@ contains
         columns(1) = 'time_s'
         do i = 1, size(CURVE_NAMES)
             do axis = 1, 3
-                columns(1 + 3*(i - 1) + axis) = trim(CURVE_NAMES(i))//'_'//char(ichar('x') + axis - 1)
+                columns(1 + 3*(i - 1) + axis) = trim(CURVE_NAMES(i))//'_'//char(ichar('x') + &
+                        axis - 1)
             end do
         end do
         call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
@@ -453,13 +482,15 @@ contains
         call check(error, size(table, 1), 601)
         if (allocated(error)) return
         ! a_total = a_vel + a_gg + a_acc
-        call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, 17:19) - table(:, 20:22))) &
-                   < 1e-22_dp)
-        call refused(error, 'verify front-1 front-1', STATUS_FAILED, [character(W) :: 'two of the cases'])
+        call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, &
+                17:19) - table(:, 20:22))) < 1e-22_dp)
+        call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
+                     [character(W) :: 'two of the cases'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
     end subroutine test_verify
 
-    !> Folders that cannot be made or written: below a file, below /proc, or with a folder in the way.
+    !> Folders that cannot be made or written: below a file, below /proc, or with a folder in the
+    !> way.
     subroutine test_unwritable(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output
@@ -492,11 +523,12 @@ contains
         call row_of(error, 'model gravity --degree 0'//EQUATOR, HEADER, point)
         if (.not. allocated(error)) call row_of(error, 'model gravity'//EQUATOR, HEADER, full)
         if (allocated(error)) return
-        call check(error, abs(point(1) + EARTH_GM/R**2) < 1e-14_dp*10 .and. abs(point(2)) <= 0 .and. &
-                   abs(point(4) - EARTH_GM/R) < 1e-8_dp*10)
+        call check(error, abs(point(1) + EARTH_GM/R**2) < 1e-14_dp*10 .and. &
+                   abs(point(2)) <= 0 .and. abs(point(4) - EARTH_GM/R) < 1e-8_dp*10)
         if (allocated(error)) return
         call check(error, full(1)/point(1) > 1.0013_dp .and. full(1)/point(1) < 1.0015_dp)
-        call refused(error, 'model gravity --degree 71'//EQUATOR, STATUS_FAILED, [character(W) :: '70'])
+        call refused(error, 'model gravity --degree 71'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: '70'])
         call refused(error, 'model gravity --degree 5 --order 6'//EQUATOR, STATUS_FAILED, &
                      [character(W) :: 'order'])
         call refused(error, 'model gravity --file nowhere.gfc'//EQUATOR, STATUS_FAILED, &
@@ -511,7 +543,8 @@ contains
         real(dp) :: old(6), new(6)
 
         call row_of(error, IN_1989//EQUATOR, HEADER, old)
-        if (.not. allocated(error)) call row_of(error, IN_1989//' --table igrf14'//EQUATOR, HEADER, new)
+        if (.not. allocated(error)) call row_of(error, IN_1989//' --table igrf14'//EQUATOR, &
+                                                HEADER, new)
         if (allocated(error)) return
         call check(error, maxval(abs(old(4:6) - [old(1), -old(3), old(2)])) <= 0)
         if (allocated(error)) return
@@ -520,11 +553,12 @@ contains
                      [character(W) :: 'igrf95', '1985 to 2000', 'igrf14 covers 1900 to 2030'])
     end subroutine test_field
 
-    !> The density is the sum over the constituents (with O2, a little more); the row of the table is
-    !> that of the indices given.
+    !> The density is the sum over the constituents (with O2, a little more); the row of the table
+    !> is that of the indices given.
     subroutine test_density(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: HEADER = 'density,temperature,exospheric_temperature,n_he,n_o,n_n2'
+        character(*), parameter :: HEADER = &
+            'density,temperature,exospheric_temperature,n_he,n_o,n_n2'
         character(*), parameter :: AT = 'model density --date 1989-01-02T06:00:00'//EQUATOR
         real(dp), parameter :: ATOMIC_MASS_UNIT = 1.66054e-27_dp
         real(dp) :: air(6), same(6), sum_of_parts
@@ -541,12 +575,13 @@ contains
         if (allocated(error)) return
         call succeeds(error, AT, output)
         if (allocated(error)) return
-        call check(error, index(output, '# local_time_h = 6'//LF) > 0 .and. index(output, '# day = 1.25'//LF) > 0 &
-                   .and. index(output, '# latitude_deg = 0'//LF) > 0 .and. &
-                   index(output, '# height_km = 459.728'//LF) > 0, output)
+        call check(error, index(output, '# local_time_h = 6'//LF) > 0 .and. index(output, &
+                '# day = 1.25'//LF) > 0 .and. index(output, '# latitude_deg = 0'//LF) > 0 .and. &
+                index(output, '# height_km = 459.728'//LF) > 0, output)
         call refused(error, 'model density --date 1995-06-01'//EQUATOR, STATUS_FAILED, &
                      [character(W) :: '--f107, --f107a and --kp', '1988-12-01 to 1989-02-28'])
-        call refused(error, AT//' --f107 10 --f107a 210 --kp 2', STATUS_FAILED, [character(W) :: '10', '50'])
+        call refused(error, AT//' --f107 10 --f107a 210 --kp 2', STATUS_FAILED, &
+                     [character(W) :: '10', '50'])
         call refused(error, 'model density --date 1989-01-02 --position 6.4e6 0 0', STATUS_FAILED, &
                      [character(W) :: 'height 21.863 km', 'valid from 120 km'])
     end subroutine test_density
@@ -561,10 +596,12 @@ contains
         if (.not. allocated(error)) &
             call row_of(error, 'model wind --date 1989-01-03'//EQUATOR, 'east,north', later)
         if (allocated(error)) return
-        call check(error, maxval(abs(wind - later)) <= 0 .and. norm2(wind) > 10 .and. norm2(wind) < 500)
+        call check(error, maxval(abs(wind - later)) <= 0 .and. norm2(wind) > 10 .and. &
+                   norm2(wind) < 500)
         if (allocated(error)) return
         call succeeds(error, 'model wind --date 1989-01-02'//EQUATOR, output)
-        if (.not. allocated(error)) call check(error, index(output, '# HWM93 of 1989-01-02') == 1, output)
+        if (.not. allocated(error)) call check(error, index(output, '# HWM93 of 1989-01-02') == 1, &
+                                               output)
     end subroutine test_wind_model
 
     !> On 2 January 1989: right ascension 281.9 deg, declination -23 deg, near the perihelion.
@@ -583,7 +620,8 @@ contains
                    abs(asin(sun(3)/norm2(sun(:3)))/DEGREE + 23) < 0.5_dp)
     end subroutine test_sun_model
 
-    !> The error stays within five sigma of the boresight's, which is the greatest; other runs differ.
+    !> The error stays within five sigma of the boresight's, which is the greatest; other runs
+    !> differ.
     subroutine test_star_camera_model(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: HEADER = 'q1,q2,q3,q4,stars,angle_error_arcsec'
@@ -594,31 +632,37 @@ contains
         if (.not. allocated(error)) call row_of(error, AT//' --run 2', HEADER, second)
         if (.not. allocated(error)) call row_of(error, AT//' --head 2', HEADER, other)
         if (allocated(error)) return
-        call check(error, abs(norm2(first(:4)) - 1) < 1e-14_dp .and. first(5) >= 2 .and. first(5) <= 20)
+        call check(error, abs(norm2(first(:4)) - 1) < 1e-14_dp .and. first(5) >= 2 .and. &
+                   first(5) <= 20)
         if (allocated(error)) return
-        call check(error, first(6) > 0 .and. first(6) < 50 .and. maxval(abs(first(:4) - second(:4))) > 0)
+        call check(error, first(6) > 0 .and. first(6) < 50 .and. &
+                   maxval(abs(first(:4) - second(:4))) > 0)
         if (allocated(error)) return
         call check(error, maxval(abs(first(:4) - other(:4))) > 0.1_dp)
         call refused(error, 'model star-camera --quaternion 0 0 0 0', STATUS_FAILED, &
                      [character(W) :: '--quaternion', 'not a unit quaternion'])
         call refused(error, 'model star-camera --quaternion 0.5 0.5 0.5 0.6', STATUS_FAILED, &
                      [character(W) :: 'not a unit quaternion'])
-        call refused(error, AT//' --head 3', STATUS_MISUSED, [character(W) :: '--head', 'from 1 to 2'])
+        call refused(error, AT//' --head 3', STATUS_MISUSED, [character(W) :: '--head', &
+                'from 1 to 2'])
     end subroutine test_star_camera_model
 
     subroutine test_impossible(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: MODELS(4) = [character(27) :: 'gravity', 'field --date 1989-01-02', &
-                                                'density --date 1989-01-02', 'wind --date 1989-01-02']
+        character(*), parameter :: MODELS(4) = [character(27) :: 'gravity', &
+                                                'field --date 1989-01-02', &
+                                                'density --date 1989-01-02', &
+                                                'wind --date 1989-01-02']
         integer :: i
 
         do i = 1, size(MODELS)
             call refused(error, 'model '//trim(MODELS(i))//' --position 0 0 0', STATUS_FAILED, &
                          [character(W) :: '--position', 'inside the Earth'])
-            call refused(error, 'model '//trim(MODELS(i))//' --position 6370e3 0 0', STATUS_FAILED, &
-                         [character(W) :: '--position', '8.137 km below the ellipsoid'])
-            call refused(error, 'model '//trim(MODELS(i))//' --position 6837.865 0 0', STATUS_FAILED, &
-                         [character(W) :: 'give Earth-fixed metres'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6370e3 0 0', &
+                         STATUS_FAILED, [character(W) :: '--position', &
+                         '8.137 km below the ellipsoid'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6837.865 0 0', &
+                         STATUS_FAILED, [character(W) :: 'give Earth-fixed metres'])
         end do
     end subroutine test_impossible
 
@@ -633,7 +677,8 @@ contains
         call make_directory(FOLDER, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
-        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', status='replace')
+        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', &
+              status='replace')
         write (unit) content
         close (unit)
     end subroutine make_file

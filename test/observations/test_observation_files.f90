@@ -64,7 +64,8 @@ contains
 
         call simulated_set(error, observations)
         if (allocated(error)) return
-        call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], failure)
+        call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], &
+                                failure)
         call check_passes(error, failure)
     end subroutine write_set
 
@@ -89,16 +90,19 @@ contains
         associate (a => written%setup, b => again%setup)
             call same('epoch', [real(a%epoch%mjd, dp), a%epoch%seconds], &
                       [real(b%epoch%mjd, dp), b%epoch%seconds])
-            call same('satellite', [a%duration, a%mass, [a%inertia]], [b%duration, b%mass, [b%inertia]])
+            call same('satellite', [a%duration, a%mass, [a%inertia]], [b%duration, b%mass, &
+                    [b%inertia]])
             call same('rods', [a%rods%activations%amplitude, a%rods%activations%frequency, &
                                a%rods%activations%phase, a%rods%activations%stop], &
                       [b%rods%activations%amplitude, b%rods%activations%frequency, &
                        b%rods%activations%phase, b%rods%activations%stop])
-            call same('intervals', [a%accelerometer_interval, a%star_camera_interval, a%magnetometer_interval], &
-                      [b%accelerometer_interval, b%star_camera_interval, b%magnetometer_interval])
+            call same('intervals', [a%accelerometer_interval, a%star_camera_interval, &
+                                    a%magnetometer_interval], [b%accelerometer_interval, &
+                                    b%star_camera_interval, b%magnetometer_interval])
             call same('mounting', [a%mounting], [b%mounting])
-            call same('noise', [a%accelerometer_psd_level, a%accelerometer_psd_corner, a%star_camera_sigma], &
-                      [b%accelerometer_psd_level, b%accelerometer_psd_corner, b%star_camera_sigma])
+            call same('noise', [a%accelerometer_psd_level, a%accelerometer_psd_corner, &
+                                a%star_camera_sigma], [b%accelerometer_psd_level, &
+                                b%accelerometer_psd_corner, b%star_camera_sigma])
             call same('guess', [a%guess_quaternion, a%guess_angular_velocity, a%guess_offset], &
                       [b%guess_quaternion, b%guess_angular_velocity, b%guess_offset])
             call same('weights', [a%accelerometer_weight, a%star_camera_weight], &
@@ -129,7 +133,8 @@ contains
         integer :: k
         character(:), allocatable :: text
 
-        call check(error, real_text(3*0.1_dp) /= '0.3', 'the product is exact: the test shows nothing')
+        call check(error, real_text(3*0.1_dp) /= '0.3', &
+                   'the product is exact: the test shows nothing')
         if (allocated(error)) return
         do k = 1, 86400
             text = real_text(time_tag(k, 0.1_dp))
@@ -144,7 +149,8 @@ contains
         if (allocated(error)) return
         call check(error, all(abs(observations%accelerometer_time - [(k/10.0_dp, k=1, 600)]) <= 0))
         if (allocated(error)) return
-        call check(error, all(abs(observations%star_camera_time(1::2) - [(k/2.0_dp, k=1, 120)]) <= 0))
+        call check(error, all(abs(observations%star_camera_time(1::2) - [(k/2.0_dp, k=1, &
+                120)]) <= 0))
     end subroutine test_time_tags
 
     subroutine test_missing(error)
@@ -154,7 +160,8 @@ contains
         integer :: i
 
         call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
-        call check_fails(error, failure, [character(W) :: 'there-is-no-such-folder', 'no such folder'])
+        call check_fails(error, failure, [character(W) :: 'there-is-no-such-folder', &
+                                          'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
             if (.not. allocated(error)) call write_set(error)
             if (allocated(error)) return
@@ -167,12 +174,14 @@ contains
     subroutine test_broken_rows(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call broken('accelerometer.csv', 3, 'time,ax,ay,az', [character(W) :: 'accelerometer.csv:3', &
+        call broken('accelerometer.csv', 3, 'time,ax,ay,az', &
+                    [character(W) :: 'accelerometer.csv:3', &
                     'column 1 is "time", expected "time_s"'])
-        call broken('accelerometer.csv', 10, '0.7,NaN,0,0', [character(W) :: 'accelerometer.csv:10', &
-                    'column ax', '"NaN" is not a finite number'])
-        call broken('accelerometer.csv', 10, '0.7,0,1e999,0', [character(W) :: 'accelerometer.csv:10', &
-                    'column ay', 'is not a finite number'])
+        call broken('accelerometer.csv', 10, '0.7,NaN,0,0', &
+                    [character(W) :: 'accelerometer.csv:10', 'column ax', &
+                    '"NaN" is not a finite number'])
+        call broken('accelerometer.csv', 10, '0.7,0,1e999,0', &
+                    [character(W) :: 'accelerometer.csv:10', 'column ay', 'is not a finite number'])
         call broken('accelerometer.csv', 10, '0.7,0,0', [character(W) :: 'accelerometer.csv:10', &
                     '3 columns, expected 4'])
         call broken('accelerometer.csv', 10, '0.6,0,0,0', [character(W) :: 'accelerometer.csv:10', &
@@ -183,8 +192,8 @@ contains
                     '3 is not the number of a camera head'])
         call broken('star_camera.csv', 8, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
                     '1.5 is not the number of a camera head'])
-        call broken('star_camera.csv', 8, '1.5,1,0,0,0,1.001', [character(W) :: 'star_camera.csv:8', &
-                    'not a unit quaternion', '1.001'])
+        call broken('star_camera.csv', 8, '1.5,1,0,0,0,1.001', &
+                    [character(W) :: 'star_camera.csv:8', 'not a unit quaternion', '1.001'])
         call broken('star_camera.csv', 8, '1.5,1,0,0,0,0', [character(W) :: 'star_camera.csv:8', &
                     'not a unit quaternion'])
         call broken('star_camera.csv', 8, '0.5,1,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
@@ -272,13 +281,15 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call broken('mass =', '    mas = 420', [character(W) :: 'setup.nml', 'mass'])
-        call broken('mass =', '    mass = -1', [character(W) :: 'setup.nml:11', 'mass', '-1', '0.001 to'])
+        call broken('mass =', '    mass = -1', [character(W) :: 'setup.nml:11', 'mass', '-1', &
+                                                '0.001 to'])
         call broken('mass =', '    mass = heavy', [character(W) :: 'setup.nml:11', 'mass', 'heavy'])
         call broken('guess_quaternion =', '    guess_quaternion = 0, 0, 0, 0.1', &
                     [character(W) :: 'setup.nml', 'guess_quaternion', 'unit length'])
         call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', &
                     [character(W) :: 'setup.nml', 'mounting_2', 'not a unit quaternion'])
-        call broken('epoch =', '    epoch = ''1989-02-30''', [character(W) :: 'setup.nml', 'epoch', 'day 30'])
+        call broken('epoch =', '    epoch = ''1989-02-30''', [character(W) :: 'setup.nml', &
+                'epoch', 'day 30'])
         call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', &
                     [character(W) :: 'setup.nml', 'inertia'])
         call broken('duration =', '    duration = 90', [character(W) :: 'accelerometer.csv:603', &
@@ -324,7 +335,8 @@ contains
         end do
         observations%field(2, 5) = ieee_value(1.0_dp, ieee_quiet_nan)
         call write_observations(BLOCKED, observations, ['comment'], failure)
-        call check_fails(error, failure, [character(W) :: 'magnetometer.csv', 'by', 'not a finite number'])
+        call check_fails(error, failure, [character(W) :: 'magnetometer.csv', 'by', &
+                                          'not a finite number'])
         if (.not. allocated(error)) call nothing_stands(BLOCKED)
 
     contains
@@ -352,7 +364,8 @@ contains
         call make_directory(FOLDER, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
-        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', status='replace')
+        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', &
+              status='replace')
         write (unit) content
         close (unit)
     end subroutine make_file
@@ -364,7 +377,8 @@ contains
         if (allocated(failure)) call test_failed(error, failure%message)
     end subroutine check_passes
 
-    !> Two texts as an array: an array constructor with a type does not pad variables in gfortran 12.
+    !> Two texts as an array: an array constructor with a type does not pad variables in gfortran
+    !> 12.
     pure function parts_of(first, second) result(parts)
         character(*), intent(in) :: first, second
         character(W) :: parts(2)
