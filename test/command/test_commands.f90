@@ -37,6 +37,7 @@ contains
                     new_unittest('broken-case-files', test_broken_cases), &
                     new_unittest('simulate', test_simulate), &
                     new_unittest('estimate', test_estimate), &
+                    new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('verify', test_verify), &
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('gravity', test_gravity), &
@@ -456,6 +457,32 @@ contains
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'run3/magnetometer.csv: no such file'])
     end subroutine test_estimate
+
+    !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
+    subroutine test_no_convergence(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: KEY = 'guess_angular_velocity = '
+        type(text_file_t) :: setup
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status, place
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'lost/setup.nml', setup, failure)
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        place = index(setup%text, KEY) + len(KEY)
+        call make_file(error, 'lost/setup.nml', setup%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
+                       setup%text(place:))
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv', status, output, &
+                 messages)
+        call check(error, status, STATUS_FAILED, messages)
+        if (allocated(error)) return
+        call check(error, index(output, ',F,') > 0 .and. index(messages, 'did not converge') > 0, &
+                   output//messages)
+    end subroutine test_no_convergence
 
     subroutine test_verify(error)
         type(error_type), allocatable, intent(out) :: error
