@@ -33,10 +33,12 @@ def main():
         if not check:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    stale += [p for p in (ROOT / "src").rglob("gracecg_table_*.f90") if p not in written]
+    left_over = [p for p in (ROOT / "src").rglob("gracecg_table_*.f90") if p not in written]
     for path in stale:
         print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
-    return 1 if check and stale else 0
+    for path in left_over:
+        print("without a generator: " + str(path.relative_to(ROOT)))
+    return 1 if check and stale + left_over else 0
 
 
 if __name__ == "__main__":

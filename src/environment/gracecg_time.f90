@@ -10,6 +10,7 @@ module gracecg_time
     use gracecg_constants, only: TWO_PI, SECONDS_PER_DAY, DAYS_PER_CENTURY, HOUR_ANGLE, &
         EARTH_ROTATION_RATE
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     use gracecg_table_leap_seconds, only: LEAP_SECOND_MJD, LEAP_SECOND_TAI_MINUS_UTC
     implicit none
     private
@@ -90,7 +91,7 @@ contains
             complaint = 'month '//text(6:7)//' is outside 01 to 12'
         else if (day < 1 .or. day > days_in_month(year, month)) then
             complaint = 'day '//text(9:10)//' is outside 01 to '// &
-                        number_text(real(days_in_month(year, month), dp))//' of '//text(1:7)
+                        integer_text(days_in_month(year, month))//' of '//text(1:7)
         else
             complaint = ''
             mjd = modified_julian_day(year, month, day)
@@ -167,11 +168,9 @@ contains
         integer :: mjd, whole, minutes, year, month, day
         character(19) :: seconds_resolution
         character(10) :: decimals
-        character(12) :: number
 
         if (.not. is_in_range(utc)) then
-            write (number, '(i0)') utc%mjd
-            text = 'MJD '//trim(number)//' + '//number_text(utc%seconds)//' s'
+            text = 'MJD '//integer_text(utc%mjd)//' + '//number_text(utc%seconds)//' s'
             return
         end if
         mjd = utc%mjd

@@ -6,6 +6,7 @@
 module gracecg_settings
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_text, only: integer_text, join
     use gracecg_namelist, only: namelist_file_t, namelist_writer_t
     implicit none
     private
@@ -283,7 +284,6 @@ contains
         logical, intent(in), optional :: required
 
         character(:), allocatable :: text
-        character(12) :: longest
 
         if (allocated(self%failure)) return
         if (is_true(required)) then
@@ -295,8 +295,7 @@ contains
         end if
         if (allocated(self%failure)) return
         if (len(text) > len(value)) then
-            write (longest, '(i0)') len(value)
-            call self%reject(key, 'has more than '//trim(longest)//' characters')
+            call self%reject(key, 'has more than '//integer_text(len(value))//' characters')
         else
             value = text
         end if
@@ -422,16 +421,10 @@ contains
         character(*), intent(in), optional :: choices(:)
         logical, intent(in), optional :: required
 
-        integer :: i
         character(:), allocatable :: comment
 
         comment = meaning
-        if (present(choices)) then
-            comment = comment//':'
-            do i = 1, size(choices)
-                comment = comment//' '//trim(choices(i))
-            end do
-        end if
+        if (present(choices)) comment = comment//': '//join(choices, ' ')
         call self%file%entry(key, trim(value), comment)
     end subroutine write_text
 

@@ -1,25 +1,25 @@
 !> The commands, run in this process with what they say captured.
 module test_commands
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_version, only: VERSION
     use gracecg_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
     use gracecg_text, only: string_t, split, split_words, parse_real
     use gracecg_file, only: text_file_t, read_text_file, text_file_of, file_exists, &
-        make_directory, remove_file
+        remove_file
     use gracecg_csv, only: read_csv
     use gracecg_report_cases, only: REPORT_CASE_NAMES
     use gracecg_assumption_verification, only: CURVE_NAMES
     use gracecg_console, only: console_t
     use gracecg_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use testdrive, only: unittest_type, error_type, check, new_unittest, test_failed
+    use testdrive, only: unittest_type, error_type, check, new_unittest
+    use fixture, only: FOLDER, make_file, check_passes
     implicit none
     private
     public :: collect_commands
 
     integer, parameter :: W = 70
     character(*), parameter :: LF = new_line('a')
-    character(*), parameter :: FOLDER = 'build/test-output/'
     character(*), parameter :: EQUATOR = ' --position 6837865 0 0'
 
 contains
@@ -157,7 +157,7 @@ contains
         call check(error, output, 'gracecg '//VERSION//LF)
         if (allocated(error)) return
         call read_text_file('fpm.toml', manifest, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, index(manifest%text, LF//'version = "'//VERSION//'"'//LF) > 0)
     end subroutine test_version
@@ -299,7 +299,7 @@ contains
 
         call read_text_file(FOLDER//first//name, a, failure)
         if (.not. allocated(failure)) call read_text_file(FOLDER//second//name, b, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, a%text == b%text, name//' differs')
     end subroutine same_file
 
@@ -390,7 +390,7 @@ contains
             call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
         if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, &
                                                           failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
                    comments(2)%text == 'case front-3, seed 5, run 1')
@@ -470,7 +470,7 @@ contains
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'lost/setup.nml', setup, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         place = index(setup%text, KEY) + len(KEY)
         call make_file(error, 'lost/setup.nml', setup%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
@@ -504,7 +504,7 @@ contains
             end do
         end do
         call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(table, 1), 601)
         if (allocated(error)) return
@@ -692,28 +692,4 @@ contains
                          STATUS_FAILED, [character(W) :: 'give Earth-fixed metres'])
         end do
     end subroutine test_impossible
-
-    !> Writes a file below FOLDER with exactly the given content.
-    subroutine make_file(error, name, content)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), intent(in) :: name, content
-
-        type(error_t), allocatable :: failure
-        integer :: unit
-
-        call make_directory(FOLDER, failure)
-        call check_passes(error, failure)
-        if (allocated(error)) return
-        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', &
-              status='replace')
-        write (unit) content
-        close (unit)
-    end subroutine make_file
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_commands

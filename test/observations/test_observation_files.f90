@@ -3,7 +3,7 @@ module test_observation_files
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
     use gracecg_time, only: time_tag
     use gracecg_text, only: real_text
@@ -12,14 +12,14 @@ module test_observation_files
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_simulation, only: simulator_t, new_simulator
-    use testdrive, only: unittest_type, error_type, check, new_unittest, test_failed
+    use testdrive, only: unittest_type, error_type, check, new_unittest
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
     implicit none
     private
     public :: collect_observation_files
 
     integer, parameter :: W = 60
     integer, parameter :: COMMENTS = 2      !! Lines before the header in the files written here
-    character(*), parameter :: FOLDER = 'build/test-output/'
     character(*), parameter :: SET = FOLDER//'observations'
 
 contains
@@ -49,7 +49,7 @@ contains
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call simulator%observe(7, 3, observations, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         observations%setup%rods%activations(1)%phase = 30*DEGREE
         observations%setup%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
         observations%setup%name = 'it''s a "name"'
@@ -66,7 +66,7 @@ contains
         if (allocated(error)) return
         call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], &
                                 failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine write_set
 
     subroutine test_round_trip(error)
@@ -78,7 +78,7 @@ contains
         if (allocated(error)) return
         call write_observations(SET, written, [character(20) :: 'first comment', 'second'], failure)
         if (.not. allocated(failure)) call read_observations(SET, again, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call same('accelerometer times', written%accelerometer_time, again%accelerometer_time)
         call same('accelerations', [written%acceleration], [again%acceleration])
@@ -160,14 +160,15 @@ contains
         integer :: i
 
         call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
-        call check_fails(error, failure, [character(W) :: 'there-is-no-such-folder', &
+        call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
                                           'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
             if (.not. allocated(error)) call write_set(error)
             if (allocated(error)) return
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
             call read_observations(SET, observations, failure)
-            call check_fails(error, failure, parts_of(OBSERVATION_FILES(i), 'no such file'))
+            call check_fails(error, message_of(failure), &
+                             parts_of(OBSERVATION_FILES(i), 'no such file'))
         end do
     end subroutine test_missing
 
@@ -226,7 +227,7 @@ contains
                        good%text(good%last(line) + 1:))
         if (allocated(error)) return
         call read_observations(SET, observations, failure)
-        call check_fails(error, failure, parts)
+        call check_fails(error, message_of(failure), parts)
     end subroutine check_broken
 
     !> Cut anywhere, in the header, in mid-line, in mid-number or between lines: refused.
@@ -273,7 +274,8 @@ contains
             type(observation_set_t) :: observations
 
             call read_observations(SET, observations, failure)
-            call check_fails(error, failure, parts_of('.csv', part))
+            call check_fails(error, message_of(failure), &
+                             parts_of('.csv', part))
         end subroutine refused
     end subroutine test_truncated
 
@@ -328,14 +330,15 @@ contains
         do i = 1, size(OBSERVATION_FILES)
             call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
             call write_observations(BLOCKED, observations, ['comment'], failure)
-            call check_fails(error, failure, parts_of(OBSERVATION_FILES(i), 'is a folder'))
+            call check_fails(error, message_of(failure), &
+                             parts_of(OBSERVATION_FILES(i), 'is a folder'))
             if (.not. allocated(error)) call nothing_stands(BLOCKED)
             call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
             if (allocated(error)) return
         end do
         observations%field(2, 5) = ieee_value(1.0_dp, ieee_quiet_nan)
         call write_observations(BLOCKED, observations, ['comment'], failure)
-        call check_fails(error, failure, [character(W) :: 'magnetometer.csv', 'by', &
+        call check_fails(error, message_of(failure), [character(W) :: 'magnetometer.csv', 'by', &
                                           'not a finite number'])
         if (.not. allocated(error)) call nothing_stands(BLOCKED)
 
@@ -353,30 +356,6 @@ contains
         end subroutine nothing_stands
     end subroutine test_unwritable
 
-    !> Writes a file below FOLDER with exactly the given content.
-    subroutine make_file(error, name, content)
-        type(error_type), allocatable, intent(out) :: error
-        character(*), intent(in) :: name, content
-
-        type(error_t), allocatable :: failure
-        integer :: unit
-
-        call make_directory(FOLDER, failure)
-        call check_passes(error, failure)
-        if (allocated(error)) return
-        open (newunit=unit, file=FOLDER//name, access='stream', form='unformatted', &
-              status='replace')
-        write (unit) content
-        close (unit)
-    end subroutine make_file
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
-
     !> Two texts as an array: an array constructor with a type does not pad variables in gfortran
     !> 12.
     pure function parts_of(first, second) result(parts)
@@ -386,19 +365,4 @@ contains
         parts(1) = first
         parts(2) = second
     end function parts_of
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
 end module test_observation_files

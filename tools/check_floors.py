@@ -1,0 +1,236 @@
+#!/usr/bin/env python3
+"""Checks the order of the house: who may use whom, and what a library must not do.
+
+    tools/check_floors.py              prints each violation as file:line: text; status 1 if any
+    tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
+
+The rules:
+- src/ holds one module a file, named after the file, with a `private` statement.
+- A module uses modules of lower floors, or of its own floor without circles.
+- The estimators see observations, never the truth: by no chain of `use` do they reach the dynamics
+  or the instruments; of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
+- Below the commands nothing stops the program or writes to the terminal.
+- LAPACK and BLAS are called in gracecg_lapack only.
+"""
+import collections
+import pathlib
+import re
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+FLOORS = {
+    "src/foundation": 0, "src/environment": 1, "src/spacecraft": 2, "src/dynamics": 3,
+    "src/instruments": 4, "src/observations": 5, "src/estimation": 6, "src/campaign": 7,
+    "src/command": 8, "src/interface": 9, "app": 9,
+    "src": 8,  # the umbrella module, src/gracecg.f90; the C and F77 interface stands on it
+}
+
+TRUTH = ("dynamics", "instruments")
+
+# The geomagnetic model may stand in for a failed magnetometer; to evaluate it takes the epoch and
+# the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
+# truth) come with it. Mass properties and torque rods are what an operator knows of the satellite.
+ESTIMATION_MAY_USE = {
+    "environment": {"gracecg_geomagnetic_field", "gracecg_shc_file", "gracecg_time",
+                    "gracecg_earth_shape"},
+    "spacecraft": {"gracecg_mass_properties", "gracecg_torque_rods"},
+}
+
+MODULE = re.compile(r"module\s+(?!procedure\b|subroutine\b|function\b)(\w+)$")
+USE = re.compile(r"use\b\s*(?:,\s*non_intrinsic\s*)?(?:::)?\s*(\w+)")
+CONDITION = r"(?:\d+\s+)?(?:if\s*\(.*\)\s*)?"
+FORBIDDEN = (
+    ("stops the program", re.compile(CONDITION + r"(?:error\s+)?stop\b(?!\s*[=(%])")),
+    ("stops the program", re.compile(CONDITION + r"call\s+(?:exit|abort)\b")),
+    ("prints", re.compile(CONDITION + r"print\s*(?:\*|''|\w+\s*(?:,|$))")),
+    ("writes to the terminal",
+     re.compile(CONDITION + r"write\s*\(\s*(?:unit\s*=\s*)?(?:\*|6\b|output_unit\b|error_unit\b)")),
+)
+# Double precision and double complex names of BLAS (levels 1 to 3) and LAPACK.
+LAPACK_CALL = re.compile(
+    r"\b[dz](?:dotu?|dotc|axpy|scal|copy|swap|nrm2|asum|rotg?"
+    r"|(?:ge|gb|gt|po|pp|pb|pt|sy|sp|sb|st|tr|tp|tb|tz|or|he|hp|un|la)[a-z0-9]{1,4})\s*\(")
+
+Source = collections.namedtuple("Source", "path floor room statements module uses")
+
+
+def statements(text):
+    """Yields (line number, statement): lower case, no comments, character constants emptied."""
+    pending, start = "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        line = re.sub(r"'[^']*'|\"[^\"]*\"", "''", line)
+        line = line.split("!")[0].strip().lower()
+        if not line or line.startswith("#"):
+            continue
+        start = start if pending else number
+        if line.endswith("&"):
+            pending += line.strip("&") + " "
+            continue
+        for part in (pending + line.lstrip("&")).split(";"):
+            yield start, part.strip()
+        pending = ""
+
+
+def floor_of(path):
+    """The floor of a source: that of its top folder, or of its room below src/."""
+    return FLOORS.get("/".join(path.parts[:-1][:2]))
+
+
+def read_sources(root):
+    """All Fortran sources of src/ and app/."""
+    files = [f for top in ("src", "app") for f in sorted((root / top).rglob("*.[fF]*"))]
+    for file in files:
+        path = file.relative_to(root)
+        lines = list(statements(file.read_text(encoding="utf-8")))
+        modules = [m.group(1) for _, s in lines if (m := MODULE.match(s))]
+        uses = {}
+        for number, statement in lines:
+            if match := USE.match(statement):
+                uses.setdefault(match.group(1), number)
+        room = path.parts[1] if len(path.parts) > 2 else ""
+        yield Source(path, floor_of(path), room, lines, modules, uses)
+
+
+def check_form(source):
+    """One module a file, named after it, private; nothing that a library must not do."""
+    if source.floor is None:
+        yield 1, "stands on no floor"
+    if source.path.parts[0] == "src":
+        if source.module != [source.path.stem]:
+            yield 1, f"holds {', '.join(source.module) or 'no module'}; " \
+                     f"one module is expected, {source.path.stem}"
+        if not any(s == "private" for _, s in source.statements):
+            yield 1, "has no `private` statement"
+    for number, statement in source.statements:
+        if source.path.parts[0] == "src" and source.room != "command":
+            for what, pattern in FORBIDDEN:
+                if pattern.match(statement):
+                    yield number, f"{what}: {statement}"
+        if source.path.stem != "gracecg_lapack" and (call := LAPACK_CALL.search(statement)):
+            yield number, f"calls LAPACK or BLAS outside gracecg_lapack: {call.group()}...)"
+
+
+def check_uses(source, home):
+    """The direct uses of one module."""
+    for name, number in source.uses.items():
+        used = home.get(name)
+        if used is None or None in (source.floor, used.floor):
+            continue
+        if used.floor > source.floor:
+            yield number, f"uses {name} of a floor above ({used.path.parent})"
+        elif source.room == "estimation" and used.room in ESTIMATION_MAY_USE \
+                and name not in ESTIMATION_MAY_USE[used.room]:
+            yield number, f"an estimator uses {name}; of {used.room} it may use only " \
+                          + ", ".join(sorted(ESTIMATION_MAY_USE[used.room]))
+
+
+def chain_to(target, source, home):
+    """The shortest chain of uses from a source to a module for which target(module) holds."""
+    chains, seen = collections.deque([[source]]), {source.path}
+    while chains:
+        chain = chains.popleft()
+        for name in chain[-1].uses:
+            used = home.get(name)
+            if used is None:
+                continue
+            if target(used):
+                return chain[1:] + [used]
+            if used.path not in seen:
+                seen.add(used.path)
+                chains.append(chain + [used])
+    return None
+
+
+def check_chains(source, home):
+    """Circles, and estimators that reach the truth."""
+    targets = [("is in a circle of uses", lambda used: used.path == source.path)]
+    if source.room == "estimation":
+        targets.append(("an estimator reaches the truth", lambda used: used.room in TRUTH))
+    for what, target in targets:
+        if chain := chain_to(target, source, home):
+            names = [link.path.stem for link in chain]
+            yield source.uses[names[0]], f"{what}: {' -> '.join(names)}"
+
+
+def violations(root):
+    sources = list(read_sources(root))
+    home = {name: source for source in sources for name in source.module}
+    for source in sources:
+        found = [*check_form(source), *check_uses(source, home), *check_chains(source, home)]
+        for number, text in sorted(found):
+            yield f"{source.path}:{number}: {text}"
+
+
+def plant(root, path, *body, head="private"):
+    file = root / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    name = file.stem
+    file.write_text("\n".join([f"module {name}", *body, head, f"end module {name}"]) + "\n",
+                    encoding="utf-8")
+
+
+def plant_clean_house(root):
+    """A house without violations, with text that only looks like some."""
+    plant(root, "src/foundation/gracecg_lapack.f90", "call dpotrf(a)", "! stop")
+    plant(root, "src/environment/gracecg_time.f90", "use, intrinsic :: iso_fortran_env, only: &",
+          "    output_unit", "text = 'stop; print *' ! it's; stop", "write (unit, '(a)') text")
+    plant(root, "src/environment/tables/gracecg_table_wind.f90", "stop_time = distance(1.0)")
+    plant(root, "src/environment/gracecg_wind.f90", "use gracecg_table_wind, only: wind")
+    plant(root, "src/dynamics/gracecg_torques.f90", "use gracecg_wind")
+    plant(root, "src/observations/gracecg_preprocessing.f90", "use gracecg_time")
+    plant(root, "src/estimation/gracecg_assest.f90", "use gracecg_time", "use gracecg_preprocessing")
+    plant(root, "src/command/gracecg_table.f90", "use gracecg_assest", "print *, x", "stop")
+
+
+# (what is planted, where it must be found, a word of the message)
+PLANTED = (
+    (("src/foundation/gracecg_up.f90", "", "use :: gracecg_time"), "gracecg_up.f90:3:", "above"),
+    (("src/environment/tables/gracecg_table_wind.f90", "use gracecg_wind"),
+     "gracecg_wind.f90:2:", "circle"),
+    (("src/estimation/gracecg_assest.f90", "use &", "  gracecg_torques"),
+     "gracecg_assest.f90:2:", "truth"),
+    (("src/observations/gracecg_preprocessing.f90", "use gracecg_torques"),
+     "gracecg_assest.f90:3:", "truth"),
+    (("src/estimation/gracecg_assest.f90", "use gracecg_wind"),
+     "gracecg_assest.f90:2:", "may use only"),
+    (("src/campaign/gracecg_a.f90", "end module", "module gracecg_b"),
+     "gracecg_a.f90:1:", "one module"),
+    (("src/campaign/gracecg_a.f90", "if (any(x > 0)) error stop 1"), "gracecg_a.f90:2:", "stops"),
+    (("src/campaign/gracecg_a.f90", "call exit(1)"), "gracecg_a.f90:2:", "stops"),
+    (("src/campaign/gracecg_a.f90", "x = 1; Print '(a)', x"), "gracecg_a.f90:2:", "prints"),
+    (("src/campaign/gracecg_a.f90", "write(*,*) x"), "gracecg_a.f90:2:", "terminal"),
+    (("src/campaign/gracecg_a.f90", "write (unit=error_unit, '(a)') x"),
+     "gracecg_a.f90:2:", "terminal"),
+    (("src/campaign/gracecg_a.f90", "y = ddot(3, a, 1, b, 1)"), "gracecg_a.f90:2:", "LAPACK"),
+    (("src/campaign/gracecg_a.f90", "call dpotrs(a)"), "gracecg_a.f90:2:", "LAPACK"),
+    (("src/campaign/gracecg_a.f90",), "gracecg_a.f90:1:", "private"),
+    (("src/attic/gracecg_a.f90",), "gracecg_a.f90:1:", "no floor"),
+)
+
+
+def self_test():
+    """The messages of what went wrong: false alarms and violations that were not found."""
+    for planted, where, word in ((None, "", ""), *PLANTED):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            plant_clean_house(root)
+            if planted:
+                plant(root, *planted, head="" if word == "private" else "private")
+            found = list(violations(root))
+        if planted is None and found:
+            yield "false alarm: " + "; ".join(found)
+        if planted and not any(where in line and word in line for line in found):
+            yield f"not found: {word} in {planted}; found: {found}"
+
+
+def main():
+    found = list(self_test() if "--self-test" in sys.argv[1:] else violations(ROOT))
+    for line in found:
+        print(line)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# Installs what gracecg is built with, where it is missing, and prints the path of the fpm to use.
+#
+# Needed: gfortran, OpenBLAS (found through pkg-config, as fpm does) and fpm 0.12 or later.
+# On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm
+# comes from PyPI into .venv. Whatever it does it says on standard error; with everything in place
+# it says nothing. Status 1, with what to do, when it cannot help.
+set -euo pipefail
+CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+
+readonly FPM_OLDEST=0.12.0
+readonly FPM_INSTALLED=0.12.0
+
+say() {
+    printf 'setup: %s\n' "$@" >&2
+}
+
+# The first fpm that is recent enough: that of .venv, else that of PATH.
+find_fpm() {
+    local candidate version
+    for candidate in "$PWD/.venv/bin/fpm" "$(command -v fpm)"; do
+        [ -x "$candidate" ] || continue
+        version=$("$candidate" --version 2>/dev/null | sed -n 's/^Version: *\([0-9.]*\).*/\1/p') || continue
+        [ -n "$version" ] || continue
+        if printf '%s\n%s\n' "$FPM_OLDEST" "$version" | sort -V -C; then
+            printf '%s\n' "$candidate"
+            return 0
+        fi
+    done
+    return 1
+}
+
+# The Debian packages of what is missing, on one line.
+missing_packages() {
+    local packages=''
+    command -v "${FPM_FC:-gfortran}" >/dev/null || packages+=' gfortran'
+    command -v pkg-config >/dev/null || packages+=' pkg-config'
+    pkg-config --exists openblas 2>/dev/null || packages+=' libopenblas-dev'
+    if ! find_fpm >/dev/null && ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
+        packages+=' python3-venv'
+    fi
+    printf '%s\n' "${packages# }"
+}
+
+explain_packages() {
+    say "missing here: $1 (names of Debian packages)." "$2" \
+        "  Debian, Ubuntu: apt-get install $1   (as root)" \
+        '  Fedora: dnf install gcc-gfortran openblas-devel pkgconf-pkg-config python3' \
+        '  Arch: pacman -S gcc-fortran openblas pkgconf python' \
+        'Elsewhere: gfortran, OpenBLAS, and a pkg-config for which "pkg-config --exists openblas" holds.'
+}
+
+install_packages() {
+    local packages=$1 as_root=''
+    if ! command -v apt-get >/dev/null; then
+        explain_packages "$packages" 'This machine has no apt-get, so please install them, then try again:'
+        return 1
+    fi
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! sudo -n true 2>/dev/null; then
+            explain_packages "$packages" 'Installing them takes root. Please have them installed, then try again:'
+            return 1
+        fi
+        as_root='sudo -n'
+    fi
+    say "installing $packages with apt-get (a few minutes at most)"
+    local log
+    log=$(mktemp)
+    # Word splitting of $as_root and $packages is meant. A failed update matters only if the
+    # installation fails too.
+    # shellcheck disable=SC2086
+    if ! {
+        $as_root apt-get -o DPkg::Lock::Timeout=120 update || true
+        $as_root env DEBIAN_FRONTEND=noninteractive \
+            apt-get -o DPkg::Lock::Timeout=120 install -y $packages
+    } >"$log" 2>&1 </dev/null; then
+        tail -n 15 "$log" >&2
+        rm -f "$log"
+        explain_packages "$packages" 'apt-get could not install them (its last lines stand above). Is there a network?'
+        return 1
+    fi
+    rm -f "$log"
+}
+
+install_fpm() {
+    say "no fpm $FPM_OLDEST or later here: installing fpm $FPM_INSTALLED from PyPI into .venv"
+    if python3 -m venv --clear .venv >&2 &&
+        .venv/bin/python -m pip install --quiet --disable-pip-version-check "fpm==$FPM_INSTALLED" >&2 &&
+        find_fpm >/dev/null; then
+        return 0
+    fi
+    say "fpm $FPM_INSTALLED could not be installed from PyPI (the reason stands above). Is there a network?" \
+        "Otherwise put an fpm of version $FPM_OLDEST or later on PATH (https://fpm.fortran-lang.org), then try again."
+    return 1
+}
+
+packages=$(missing_packages)
+if [ -n "$packages" ]; then
+    install_packages "$packages"
+    packages=$(missing_packages)
+    if [ -n "$packages" ]; then
+        explain_packages "$packages" 'They are not found although apt-get installed them: see PATH, PKG_CONFIG_PATH and FPM_FC.'
+        exit 1
+    fi
+fi
+find_fpm >/dev/null || install_fpm
+find_fpm
