@@ -1,3 +1,24 @@
+!> The program `gracecg`: the words of the command line to the command, its status to the system.
+!>
+!> The status goes out by C's `exit`: Fortran 2008's `stop` with a code would add a line of its own to
+!> standard error.
 program gracecg_main
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_arguments, only: process_words
+    use gracecg_console, only: console_t
+    use gracecg_command_line, only: run_command_line
     implicit none
+
+    interface
+        subroutine c_exit(status) bind(c, name='exit')
+            import :: c_int
+            integer(c_int), value :: status
+        end subroutine c_exit
+    end interface
+
+    type(console_t) :: console
+    integer :: status
+
+    call run_command_line(process_words(1), console, status)
+    call c_exit(int(status, c_int))
 end program gracecg_main

@@ -4,8 +4,8 @@
 !> The last line reads `N passed, N failed`; the status is 1 when a test failed or none was run.
 program tester
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
-    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, run_selected, &
-        select_suite
+    use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
+        run_selected, select_suite
     use test_quaternion, only: collect_quaternion
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
@@ -23,9 +23,13 @@ program tester
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_file, only: collect_file
+    use test_field_file, only: collect_field_file
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
+    use test_attitude_fit, only: collect_attitude_fit
+    use test_batch_processor, only: collect_batch_processor
+    use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
     use test_coloured_noise, only: collect_coloured_noise
     use test_accelerometer, only: collect_accelerometer
@@ -33,6 +37,15 @@ program tester
     use test_quest, only: collect_quest
     use test_star_camera, only: collect_star_camera
     use test_magnetometer, only: collect_magnetometer
+    use test_torques, only: collect_torques
+    use test_equations_of_motion, only: collect_equations_of_motion
+    use test_truth_arc, only: collect_truth_arc
+    use test_preprocessing, only: collect_preprocessing
+    use test_noise_propagation, only: collect_noise_propagation
+    use test_monte_carlo, only: collect_monte_carlo
+    use test_assest, only: collect_assest
+    use test_report_cases, only: collect_report_cases
+    use test_verification, only: collect_verification
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -61,16 +74,29 @@ program tester
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('file', collect_file), &
+             new_testsuite('field-file', collect_field_file), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
+             new_testsuite('attitude-fit', collect_attitude_fit), &
+             new_testsuite('batch-processor', collect_batch_processor), &
+             new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &
              new_testsuite('coloured-noise', collect_coloured_noise), &
              new_testsuite('accelerometer', collect_accelerometer), &
              new_testsuite('star-catalogue', collect_star_catalogue), &
              new_testsuite('quest', collect_quest), &
              new_testsuite('star-camera', collect_star_camera), &
-             new_testsuite('magnetometer', collect_magnetometer)]
+             new_testsuite('magnetometer', collect_magnetometer), &
+             new_testsuite('torques', collect_torques), &
+             new_testsuite('equations-of-motion', collect_equations_of_motion), &
+             new_testsuite('truth-arc', collect_truth_arc), &
+             new_testsuite('preprocessing', collect_preprocessing), &
+             new_testsuite('noise-propagation', collect_noise_propagation), &
+             new_testsuite('monte-carlo', collect_monte_carlo), &
+             new_testsuite('assest', collect_assest), &
+             new_testsuite('report-cases', collect_report_cases), &
+             new_testsuite('verification', collect_verification)]
 
     fast = .false.
     suite_name = ''

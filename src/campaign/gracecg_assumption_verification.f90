@@ -3,6 +3,7 @@
 module gracecg_assumption_verification
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_time, only: time_tag
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_equations_of_motion, only: OMEGA
     use gracecg_truth_arc, only: truth_arc_t
@@ -65,7 +66,7 @@ contains
         if (allocated(error)) return
         allocate (verification%time(0:arc%steps), verification%curve(3, size(CURVE_NAMES), 0:arc%steps))
         do k = 0, arc%steps
-            verification%time(k) = k*arc%interval
+            verification%time(k) = time_tag(k, arc%interval)
             verification%curve(:, :, k) = curves_at(fixed_wave, arc, k)
         end do
     end subroutine verify_case

@@ -46,7 +46,7 @@ module gracecg_calibration_case
         character(256) :: field_file = ''     !! .shc
         ! atmosphere
         character(16) :: density_model = 'dtm77'  !! 'dtm77', 'exponential' or 'none'
-        character(16) :: height_above = 'ellipsoid'   !! 'ellipsoid' or 'sphere'
+        real(dp) :: density_scale = 1               !! Factor of the model's density
         character(16) :: space_weather = 'table'  !! 'table', 'given' or 'file'
         character(256) :: space_weather_file = ''
         real(dp) :: f107 = 150, f107_mean = 150     !! sfu, if given
@@ -69,7 +69,8 @@ module gracecg_calibration_case
         ! radiation
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! At 1 au, W/m^2
         real(dp) :: reflectivity_sun = 0.45_dp      !! eta of (2-8)
-        character(16) :: earth_radiation_constants = 'report'      !! 'report' or 'knocke'
+        character(20) :: earth_radiation_constants = 'report'
+        !! 'report', 'knocke' or 'constant-emissivity'
         integer :: earth_radiation_rings = 1
         real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
@@ -95,7 +96,8 @@ contains
         call describe_case(reader, case)
         call reader%finish(error)
         if (allocated(error)) return
-        case%quaternion = normalised(case%quaternion)
+        ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
+        if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)
     end subroutine read_case
 
     !> The namelist text of a case: what `read_case` reads. Fails when a setting is not finite.
@@ -185,9 +187,8 @@ contains
         call settings%group('atmosphere', 'Density and wind')
         call settings%text_value('density', case%density_model, 'thermosphere model', &
                                  [character(16) :: 'dtm77', 'exponential', 'none'])
-        call settings%text_value('height_above', case%height_above, &
-                                 'height for the model: above the WGS-84 ellipsoid or a sphere of 6371.2 km', &
-                                 [character(16) :: 'ellipsoid', 'sphere'])
+        call settings%real_value('density_scale', case%density_scale, 0.0_dp, 100.0_dp, &
+                                 'factor of the model''s density')
         call settings%text_value('space_weather', case%space_weather, 'solar flux and Kp of the date', &
                                  [character(16) :: 'table', 'given', 'file'])
         call settings%text_value('space_weather_file', case%space_weather_file, 'if file')
@@ -251,9 +252,9 @@ contains
         call settings%real_value('reflectivity_sun', case%reflectivity_sun, 0.0_dp, 2.0_dp, &
                                  'eta of the solar radiation pressure')
         call settings%text_value('earth_constants', case%earth_radiation_constants, 'albedo and emissivity', &
-                                 [character(16) :: 'report', 'knocke'])
-        call settings%integer_value('earth_rings', case%earth_radiation_rings, 0, 4, &
-                                    'of 6, 12, 18, 24 segments around the cap')
+                                 [character(20) :: 'report', 'knocke', 'constant-emissivity'])
+        call settings%integer_value('earth_rings', case%earth_radiation_rings, 0, 7, &
+                                    'of 6, 12, 18 ... segments around the cap')
         call settings%real_value('reflectivity_earth', case%reflectivity_earth, 0.0_dp, 2.0_dp, &
                                  'eta of the Earth radiation pressure')
         call settings%end_group()

@@ -166,7 +166,7 @@ contains
         real(dp) :: f107, f107_mean, kp
 
         dynamics%with_drag = case%density_model /= 'none'
-        dynamics%height_above_sphere = case%height_above == 'sphere'
+        dynamics%density_scale = case%density_scale
         if (.not. case%density_wave_random) dynamics%density_wave = case%density_wave
         select case (case%density_model)
         case ('dtm77')

@@ -4,6 +4,7 @@ module gracecg_simulation
     use gracecg_constants, only: EARTH_GM, TWO_PI
     use gracecg_error, only: error_t, fail, add_context, number_text
     use gracecg_quaternion, only: quaternion_product
+    use gracecg_time, only: time_tag
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_equations_of_motion, only: satellite_dynamics_t, POSITION, OMEGA, ATTITUDE
@@ -27,6 +28,8 @@ module gracecg_simulation
         type(calibration_case_t) :: case
         type(truth_arc_t) :: arc
         type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs, heads)
+        real(dp) :: star_camera_sigma(3) = 0
+        !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
         !! Sampling intervals in intervals of the arc
     contains
@@ -120,7 +123,28 @@ contains
                 if (allocated(error)) return
             end do
         end do
+        call find_star_noise(simulator, error)
     end subroutine find_stars
+
+    !> The noise that an operator would expect of the used head, from QUEST's covariance (3-21), which
+    !> is that of half the angles.
+    subroutine find_star_noise(simulator, error)
+        type(simulator_t), intent(inout) :: simulator
+        type(error_t), allocatable, intent(out) :: error
+
+        type(random_stream_t) :: any_stream
+        real(dp) :: q(4), covariance(3, 3), variance(3)
+        integer :: i, axis
+
+        any_stream = new_stream(0, 0, 0, 0, 0)
+        variance = 0
+        do i = 1, size(simulator%frames, 1)
+            call simulator%frames(i, simulator%case%setup%camera)%draw(any_stream, q, covariance, error)
+            if (allocated(error)) return
+            variance = variance + [(4*covariance(axis, axis), axis=1, 3)]
+        end do
+        simulator%star_camera_sigma = sqrt(variance/size(simulator%frames, 1))
+    end subroutine find_star_noise
 
     !> True attitude at star-camera epoch i, of unit length.
     pure function attitude_at(simulator, i) result(q)
@@ -228,6 +252,7 @@ contains
         one_head = .false.
         if (present(only_used_head)) one_head = only_used_head
         observations%setup = operator_setup(self%case)
+        observations%setup%star_camera_sigma = self%star_camera_sigma
         observations%accelerometer_time = epochs(self, self%accelerometer_stride)
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
         allocate (observations%acceleration(3, size(observations%accelerometer_time)))
@@ -237,7 +262,7 @@ contains
             observations%star_camera_time = epochs(self, self%star_camera_stride)
             observations%star_camera_head = [(self%case%setup%camera, i=1, n)]
         else
-            observations%star_camera_time = [((i*self%star_camera_stride*self%arc%interval, &
+            observations%star_camera_time = [((time_tag(i*self%star_camera_stride, self%arc%interval), &
                                                head=1, N_HEADS), i=1, n)]
             observations%star_camera_head = [((head, head=1, N_HEADS), i=1, n)]
         end if
@@ -251,7 +276,7 @@ contains
 
         integer :: i
 
-        times = [(i*stride*self%arc%interval, i=1, self%arc%steps/stride)]
+        times = [(time_tag(i*stride, self%arc%interval), i=1, self%arc%steps/stride)]
     end function epochs
 
     pure function true_accelerations(self, wave) result(values)
@@ -281,7 +306,7 @@ contains
         end do
     end function true_field
 
-    !> Star-camera quaternions, and the noise that an operator would expect of them.
+    !> Star-camera quaternions.
     subroutine draw_stars(self, seed, run, observations, error)
         type(simulator_t), intent(in) :: self
         integer, intent(in) :: seed, run
@@ -289,25 +314,18 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(random_stream_t) :: streams(N_HEADS)
-        real(dp) :: covariance(3, 3), variance(3)
-        integer :: i, head, frame, used
+        real(dp) :: covariance(3, 3)
+        integer :: i, head, frame
 
         do head = 1, N_HEADS
             streams(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
         end do
-        variance = 0
-        used = 0
         do i = 1, size(observations%star_camera_time)
             head = observations%star_camera_head(i)
             frame = nint(observations%star_camera_time(i)/(self%star_camera_stride*self%arc%interval))
             call self%frames(frame, head)%draw(streams(head), observations%quaternion(:, i), covariance, error)
             if (allocated(error)) return
-            if (head /= observations%setup%camera) cycle
-            used = used + 1
-            ! (3-21) is of half the angles
-            variance = variance + 4*[covariance(1, 1), covariance(2, 2), covariance(3, 3)]
         end do
-        observations%setup%star_camera_sigma = sqrt(variance/used)
     end subroutine draw_stars
 
     function run_stream(self, seed, run, instrument) result(stream)

@@ -4,7 +4,7 @@
 !> body axes, attitude quaternion q (inertial to body, scalar last).
 module gracecg_equations_of_motion
     use gracecg_kinds, only: dp
-    use gracecg_constants, only: EARTH_GM, EARTH_RADIUS_IGRF, EARTH_ROTATION_RATE, HOUR_ANGLE, &
+    use gracecg_constants, only: EARTH_GM, EARTH_ROTATION_RATE, HOUR_ANGLE, &
         SECONDS_PER_DAY, DAYS_PER_CENTURY
     use gracecg_vectors, only: cross, rotation_z
     use gracecg_quaternion, only: rotation_matrix, quaternion_rate
@@ -44,6 +44,7 @@ module gracecg_equations_of_motion
         class(geomagnetic_model_t), allocatable :: field
         class(density_model_t), allocatable :: atmosphere
         class(wind_model_t), allocatable :: wind
+        real(dp) :: density_scale = 1               !! Factor of the model's density
         type(density_wave_t) :: density_wave
         type(earth_radiation_t) :: earth_radiation
         ! the satellite
@@ -64,8 +65,6 @@ module gracecg_equations_of_motion
         logical :: with_earth_radiation = .true.
         logical :: with_gravity_gradient = .true.   !! Torque
         logical :: with_rods = .true.               !! Magnetic torque
-        logical :: height_above_sphere = .false.
-        !! Height for the atmosphere: above the sphere of 6371.2 km instead of the ellipsoid
     contains
         procedure :: rate
         procedure :: loads
@@ -166,11 +165,10 @@ contains
         real(dp) :: longitude, velocity_in_air(3)
 
         call earth_fixed_to_geodetic(fixed_position, point%latitude, longitude, point%height)
-        if (self%height_above_sphere) point%height = norm2(fixed_position) - EARTH_RADIUS_IGRF
         point%local_solar_time = self%local_time_greenwich + t/3600 + longitude/HOUR_ANGLE
         point%day_of_year = self%day_of_year + t/SECONDS_PER_DAY
         call self%atmosphere%evaluate(point, air)
-        air%density = air%density*(1 + self%density_wave%relative_change(t))
+        air%density = self%density_scale*air%density*(1 + self%density_wave%relative_change(t))
 
         velocity_in_air = y(VELOCITY) - air_velocity(self, y(POSITION), point)
         velocity_in_air = matmul(acting%body_from_inertial, velocity_in_air)
@@ -227,7 +225,7 @@ contains
             call self%earth_radiation%irradiance_at(y(POSITION), sun, &
                                                     self%earth_radiation_day + t/SECONDS_PER_DAY, earthlight)
             acting%erp = earth_radiation_acceleration(self%surface, self%mass, self%reflectivity_earth, &
-                                                      acting%body_from_inertial, earthlight)
+                                                      acting%body_from_inertial, acting%vertical, earthlight)
         end if
     end subroutine radiation_loads
 end module gracecg_equations_of_motion

@@ -9,7 +9,8 @@
 module gracecg_earth_radiation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
-    use gracecg_error, only: error_t, fail, fail_out_of_range, nearest_name, number_text
+    use gracecg_error, only: error_t, fail, fail_out_of_range, nearest_name
+    use gracecg_text, only: integer_text
     use gracecg_table_earth_radiation, only: REPORT_ALBEDO, REPORT_EMISSIVITY, KNOCKE_ALBEDO, &
         KNOCKE_EMISSIVITY, PERIOD_DAYS, EPOCH_JD, SOLAR_IRRADIANCE_1AU
     implicit none
@@ -17,7 +18,7 @@ module gracecg_earth_radiation
     public :: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings
     public :: MAX_SEGMENTS, MAX_RINGS, EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
 
-    integer, parameter :: MAX_SEGMENTS = 61     !! The cap and rings of 6, 12, 18 and 24
+    integer, parameter :: MAX_SEGMENTS = 169    !! The cap and seven rings of 6, 12 ... 42
     integer, parameter :: MAX_RINGS = 16
     real(dp), parameter :: EARTH_RADIATION_EPOCH_JD = EPOCH_JD
     !! t0 of eqs. (2-13), (2-14) as a Julian date, UTC
@@ -55,8 +56,9 @@ module gracecg_earth_radiation
 
 contains
 
-    !> Rings of 6, 12, 18, ... segments. One ring (7 segments with the cap) is the likely reading of
-    !> the card `ERADP 1 7` of CSR-TM-00-01 section 5.2; two are Knocke's own choice.
+    !> Rings of 6, 12, 18, ... segments. Two rings (19 segments with the cap) are Knocke's own choice
+    !> and the only number with which the Earth radiation curves of CSR-TM-00-01 Figures 5.2 and 5.3
+    !> lie in their printed windows; what the 7 of its card `ERADP 1 7` counts is not stated.
     pure function standard_rings(ring_count) result(segments_per_ring)
         integer, intent(in) :: ring_count
         integer :: segments_per_ring(ring_count)
@@ -72,7 +74,9 @@ contains
         type(earth_radiation_t), intent(out) :: self
         character(*), intent(in) :: constants
         !! 'report': the cards of CSR-TM-00-01 section 5.2, k1 = -0.17;
-        !! 'knocke': the same but for Knocke's own k1 = -0.07
+        !! 'knocke': the same but for Knocke's own k1 = -0.07;
+        !! 'constant-emissivity': the report's albedo with e = e0, which is what the curves of
+        !! Figures 5.2 and 5.3 show: its emissivity cards of degree 1 and 2 had no effect there
         integer, intent(in) :: segments_per_ring(:)
         !! From the cap outwards, e.g. standard_rings(1); empty: the cap alone
         real(dp), intent(in) :: solar_irradiance    !! At 1 au, W/m^2, e.g. DEFAULT_SOLAR_IRRADIANCE
@@ -102,11 +106,11 @@ contains
         else if (any(segments_per_ring < 1)) then
             call fail(error, 'segments per ring of the Earth radiation model: every ring needs '// &
                       'at least one segment, but one has '// &
-                      number_text(real(minval(segments_per_ring), dp)))
+                      integer_text(minval(segments_per_ring)))
         else if (any(segments_per_ring > MAX_SEGMENTS) .or. &
                  sum(segments_per_ring) + 1 > MAX_SEGMENTS) then
             call fail(error, 'segments per ring of the Earth radiation model: with the cap at '// &
-                      'most '//number_text(real(MAX_SEGMENTS, dp))//' segments are allowed')
+                      'most '//integer_text(MAX_SEGMENTS)//' segments are allowed')
         end if
     end subroutine check_settings
 
@@ -115,7 +119,8 @@ contains
         character(*), intent(in) :: constants
         type(error_t), allocatable, intent(out) :: error
 
-        character(6), parameter :: KNOWN(2) = ['report', 'knocke']
+        character(19), parameter :: KNOWN(3) = [character(19) :: 'report', 'knocke', &
+                                                'constant-emissivity']
 
         select case (constants)
         case ('report')
@@ -124,9 +129,12 @@ contains
         case ('knocke')
             self%albedo = KNOCKE_ALBEDO
             self%emissivity = KNOCKE_EMISSIVITY
+        case ('constant-emissivity')
+            self%albedo = REPORT_ALBEDO
+            self%emissivity = [REPORT_EMISSIVITY(1), 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
         case default
             call fail(error, 'constants of the Earth radiation model: "'//constants// &
-                      '" is not known; use "report" or "knocke"')
+                      '" is not known; use "report", "knocke" or "constant-emissivity"')
             if (nearest_name(constants, KNOWN) /= '') then
                 error%message = error%message//'; did you mean "'// &
                                 nearest_name(constants, KNOWN)//'"?'

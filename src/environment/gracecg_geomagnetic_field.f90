@@ -74,7 +74,10 @@ contains
         end select
         call coefficients_at(decimal_year, epochs, tables, list, error)
         call add_context(error, generation)
-        if (allocated(error)) return
+        if (allocated(error)) then
+            if (generation == 'igrf95') error%message = error%message//'; igrf14 covers 1900 to 2030'
+            return
+        end if
         call new_igrf(generation, EARTH_RADIUS_IGRF, degree, list, model, error)
     end subroutine igrf
 

@@ -7,6 +7,7 @@ module gracecg_geopotential
     use gracecg_kinds, only: dp
     use gracecg_constants, only: EARTH_GM
     use gracecg_error, only: error_t, fail, fail_out_of_range, number_text
+    use gracecg_text, only: integer_text
     use gracecg_spherical_harmonics, only: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, &
         harmonic_function, differentiate
     use gracecg_table_egm96, only: EGM96_DEGREE, EGM96_GM, EGM96_RADIUS, EGM96_C, EGM96_S
@@ -124,7 +125,7 @@ contains
         if (allocated(error)) return
         if (min(ubound(c, 2), ubound(s, 2)) < order) then
             call fail(error, name//': there are no coefficients up to order '// &
-                      number_text(real(order, dp)))
+                      integer_text(order))
             return
         end if
         if (.not. (mu > 0 .and. mu <= huge(mu) .and. radius > 0 .and. radius <= huge(radius))) then

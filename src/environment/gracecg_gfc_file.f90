@@ -6,10 +6,9 @@
 !> not matter here, comments (#) and blank lines are skipped.
 module gracecg_gfc_file
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, add_context, fail, fail_in_file
-    use gracecg_file, only: text_file_t, read_text_file
-    use gracecg_text, only: string_t, integer_text, lower_case, parse_integer, parse_real, &
-        split_words
+    use gracecg_error, only: error_t, add_context, fail
+    use gracecg_field_file, only: field_file_t, read_field_file
+    use gracecg_text, only: string_t, integer_text, lower_case, parse_integer, parse_real
     use gracecg_geopotential, only: geopotential_t, check_degree_and_order, new_geopotential
     implicit none
     private
@@ -21,8 +20,8 @@ module gracecg_gfc_file
         real(dp) :: mu = 0              !! m^3/s^2
         real(dp) :: radius = 0          !! m
         integer :: max_degree = -1
-        integer :: fields = 5           !! Words on a line gfc, at least
-        integer :: last_line = 0        !! Of the head
+        integer :: fields = 5           !! Fields of a line gfc, at least
+        integer :: last_row = 0         !! Of the head
     end type head_t
 
 contains
@@ -31,69 +30,69 @@ contains
     !> read; a head without gravitational constant, radius or maximum degree; another product or
     !> normalisation; a degree the file does not have; a line that cannot be understood; NaN; a
     !> coefficient given twice or (beyond degree 1) not at all; coefficients that change with time.
-    subroutine read_gfc(file, degree, order, model, error)
-        character(*), intent(in) :: file
+    subroutine read_gfc(path, degree, order, model, error)
+        character(*), intent(in) :: path
         integer, intent(in) :: degree
         integer, intent(in) :: order
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: text
+        type(field_file_t) :: file
         type(head_t) :: head
         real(dp), allocatable :: c(:, :), s(:, :)
 
-        call read_text_file(file, text, error)
+        call read_field_file(path, file, error)
         if (allocated(error)) return
-        call read_head(text, head, error)
+        call read_head(file, head, error)
         if (allocated(error)) return
         call check_degree_and_order(degree, order, head%max_degree, error)
-        call add_context(error, text%name)
+        call add_context(error, file%text%name)
         if (allocated(error)) return
-        call read_coefficients(text, head, degree, order, c, s, error)
+        call read_coefficients(file, head, degree, order, c, s, error)
         if (allocated(error)) return
         call new_geopotential(head%name, head%mu, head%radius, c, s, degree, order, model, error)
-        call add_context(error, text%name)
+        call add_context(error, file%text%name)
     end subroutine read_gfc
 
-    subroutine read_head(text, head, error)
-        type(text_file_t), intent(in) :: text
+    subroutine read_head(file, head, error)
+        type(field_file_t), intent(in) :: file
         type(head_t), intent(out) :: head
         type(error_t), allocatable, intent(out) :: error
 
-        type(string_t), allocatable :: words(:)
+        type(string_t), allocatable :: fields(:)
         character(:), allocatable :: keyword
         integer :: i, first
 
-        call find_head(text, first, head%last_line)
-        head%name = text%name
-        do i = first, head%last_line
-            call split_line(text, i, words, keyword)
-            if (size(words) < 2) cycle
-            call take_keyword(text, i, keyword, words(2)%text, head, error)
+        call find_head(file, first, head%last_row)
+        head%name = file%text%name
+        do i = first, head%last_row
+            call split_row(file, i, fields, keyword)
+            if (size(fields) < 2) cycle
+            call take_keyword(file, i, keyword, fields(2)%text, head, error)
             if (allocated(error)) return
         end do
         if (.not. head%mu > 0) then
-            call fail_missing(text%name, 'earth_gravity_constant', error)
+            call fail_missing(file%text%name, 'earth_gravity_constant', error)
         else if (.not. head%radius > 0) then
-            call fail_missing(text%name, 'radius', error)
+            call fail_missing(file%text%name, 'radius', error)
         else if (head%max_degree < 0) then
-            call fail_missing(text%name, 'max_degree', error)
+            call fail_missing(file%text%name, 'max_degree', error)
         end if
     end subroutine read_head
 
-    !> The lines of the head: after begin_of_head, to end_of_head or to the first coefficient.
-    subroutine find_head(text, first, last)
-        type(text_file_t), intent(in) :: text
+    !> The rows of the head: after begin_of_head, to end_of_head or to the first coefficient.
+    subroutine find_head(file, first, last)
+        type(field_file_t), intent(in) :: file
         integer, intent(out) :: first, last
 
-        type(string_t), allocatable :: words(:)
+        type(string_t), allocatable :: fields(:)
         character(:), allocatable :: keyword
         integer :: i, first_coefficient
 
         first = 1
-        first_coefficient = text%line_count() + 1
-        do i = 1, text%line_count()
-            call split_line(text, i, words, keyword)
+        first_coefficient = file%row_count() + 1
+        do i = 1, file%row_count()
+            call split_row(file, i, fields, keyword)
             select case (keyword)
             case ('begin_of_head')
                 first = i + 1
@@ -107,22 +106,19 @@ contains
         last = first_coefficient - 1
     end subroutine find_head
 
-    subroutine split_line(text, i, words, keyword)
-        type(text_file_t), intent(in) :: text
-        integer, intent(in) :: i                                !! Line number
-        type(string_t), allocatable, intent(out) :: words(:)
-        character(:), allocatable, intent(out) :: keyword
-        !! The first word in small letters; empty for a blank line or a comment
+    subroutine split_row(file, i, fields, keyword)
+        type(field_file_t), intent(in) :: file
+        integer, intent(in) :: i                                !! Row
+        type(string_t), allocatable, intent(out) :: fields(:)
+        character(:), allocatable, intent(out) :: keyword       !! The first field in small letters
 
-        words = split_words(text%line(i))
-        keyword = ''
-        if (size(words) > 0) keyword = lower_case(words(1)%text)
-        if (index(keyword, '#') == 1) keyword = ''
-    end subroutine split_line
+        fields = file%fields(i)
+        keyword = lower_case(fields(1)%text)
+    end subroutine split_row
 
-    subroutine take_keyword(text, i, keyword, value, head, error)
-        type(text_file_t), intent(in) :: text
-        integer, intent(in) :: i                !! Line number
+    subroutine take_keyword(file, i, keyword, value, head, error)
+        type(field_file_t), intent(in) :: file
+        integer, intent(in) :: i                !! Row
         character(*), intent(in) :: keyword, value
         type(head_t), intent(inout) :: head
         type(error_t), allocatable, intent(out) :: error
@@ -159,8 +155,8 @@ contains
             end select
         end select
         if (ok) return
-        call fail_at(text, i, keyword//' = '//value//' cannot be used; allowed: '// &
-                     allowed(keyword), error)
+        call file%fail_at(i, keyword//' = '//value//' cannot be used; allowed: '// &
+                          allowed(keyword), error)
     end subroutine take_keyword
 
     pure function allowed(keyword) result(values)
@@ -191,44 +187,42 @@ contains
 
     !> The coefficients to degree and order. Those of degree 0 and 1 may be absent: they are then 1
     !> and 0.
-    subroutine read_coefficients(text, head, degree, order, c, s, error)
-        type(text_file_t), intent(in) :: text
+    subroutine read_coefficients(file, head, degree, order, c, s, error)
+        type(field_file_t), intent(in) :: file
         type(head_t), intent(in) :: head
         integer, intent(in) :: degree, order
         real(dp), allocatable, intent(out) :: c(:, :), s(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        type(string_t), allocatable :: words(:)
+        type(string_t), allocatable :: fields(:)
         character(:), allocatable :: keyword
         logical, allocatable :: given(:, :)
         integer :: i, n, m
 
         allocate (c(0:degree, 0:order), s(0:degree, 0:order), source=0.0_dp)
         allocate (given(0:degree, 0:order), source=.false.)
-        do i = head%last_line + 1, text%line_count()
-            call split_line(text, i, words, keyword)
+        do i = head%last_row + 1, file%row_count()
+            call split_row(file, i, fields, keyword)
             select case (keyword)
-            case ('')
-                cycle
             case ('gfc')
-                call read_line(text, i, words, head, c, s, given, error)
+                call read_row(file, i, fields, head, c, s, given, error)
             case ('gfct', 'trnd', 'dot', 'acos', 'asin')
-                call fail_at(text, i, 'coefficients that change with time are not supported; '// &
-                             'provide the model at one epoch, in lines gfc', error)
+                call file%fail_at(i, 'coefficients that change with time are not supported; '// &
+                                  'provide the model at one epoch, in lines gfc', error)
             case default
-                call fail_at(text, i, 'expected a line "gfc n m C S"', error)
+                call file%fail_at(i, 'expected a line "gfc n m C S"', error)
             end select
             if (allocated(error)) return
         end do
         if (.not. any(given)) then
-            call fail(error, text%name//': there is no line "gfc n m C S" of use')
+            call fail(error, file%text%name//': there is no line "gfc n m C S" of use')
             return
         end if
         if (.not. given(0, 0)) c(0, 0) = 1
         do n = 2, degree
             do m = 0, min(n, order)
                 if (given(n, m)) cycle
-                call fail(error, text%name//': there is no coefficient of degree '// &
+                call fail(error, file%text%name//': there is no coefficient of degree '// &
                           integer_text(n)//', order '//integer_text(m)// &
                           '; is the file complete (max_degree '// &
                           integer_text(head%max_degree)//')?')
@@ -238,10 +232,10 @@ contains
     end subroutine read_coefficients
 
     !> One line gfc; degrees and orders beyond the wanted ones are skipped.
-    subroutine read_line(text, i, words, head, c, s, given, error)
-        type(text_file_t), intent(in) :: text
-        integer, intent(in) :: i                            !! Line number
-        type(string_t), intent(in) :: words(:)              !! Of this line
+    subroutine read_row(file, i, fields, head, c, s, given, error)
+        type(field_file_t), intent(in) :: file
+        integer, intent(in) :: i                            !! Row
+        type(string_t), intent(in) :: fields(:)             !! Of this line
         type(head_t), intent(in) :: head
         real(dp), intent(inout) :: c(0:, 0:), s(0:, 0:)
         logical, intent(inout) :: given(0:, 0:)
@@ -250,36 +244,26 @@ contains
         integer :: n, m
         logical :: ok(4)
 
-        if (size(words) < head%fields) then
-            call fail_at(text, i, 'expected at least '//integer_text(head%fields)// &
-                         ' fields, found '//integer_text(size(words)), error)
+        if (size(fields) < head%fields) then
+            call file%fail_at(i, 'expected at least '//integer_text(head%fields)// &
+                              ' fields, found '//integer_text(size(fields)), error)
             return
         end if
-        call parse_integer(words(2)%text, n, ok(1))
-        call parse_integer(words(3)%text, m, ok(2))
+        call parse_integer(fields(2)%text, n, ok(1))
+        call parse_integer(fields(3)%text, m, ok(2))
         if (.not. all(ok(:2)) .or. m < 0 .or. n < m .or. n > head%max_degree) then
-            call fail_at(text, i, 'degree and order must be integers with 0 <= order <= degree '// &
-                         '<= max_degree = '//integer_text(head%max_degree), error)
+            call file%fail_at(i, 'degree and order must be integers with 0 <= order <= degree '// &
+                              '<= max_degree = '//integer_text(head%max_degree), error)
             return
         end if
         if (n > ubound(c, 1) .or. m > ubound(c, 2)) return
         if (given(n, m)) then
-            call fail_at(text, i, 'this degree and order was given before', error)
+            call file%fail_at(i, 'this degree and order was given before', error)
             return
         end if
-        call parse_real(words(4)%text, c(n, m), ok(3))
-        call parse_real(words(5)%text, s(n, m), ok(4))
-        if (.not. all(ok)) call fail_at(text, i, 'C and S must be finite numbers', error)
+        call parse_real(fields(4)%text, c(n, m), ok(3))
+        call parse_real(fields(5)%text, s(n, m), ok(4))
+        if (.not. all(ok)) call file%fail_at(i, 'C and S must be finite numbers', error)
         given(n, m) = .true.
-    end subroutine read_line
-
-    !> A failure at a line of the file.
-    subroutine fail_at(text, i, message, error)
-        type(text_file_t), intent(in) :: text
-        integer, intent(in) :: i                !! Line number
-        character(*), intent(in) :: message
-        type(error_t), allocatable, intent(out) :: error
-
-        call fail_in_file(error, text%name, i, message, text%line(i))
-    end subroutine fail_at
+    end subroutine read_row
 end module gracecg_gfc_file

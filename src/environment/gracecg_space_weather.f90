@@ -5,9 +5,10 @@
 !> given out as the printed tenths, 2.7, which is what programs of the time used.
 module gracecg_space_weather
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, fail, fail_in_file, add_context, number_text
+    use gracecg_error, only: error_t, fail
+    use gracecg_text, only: string_t, integer_text
+    use gracecg_field_file, only: field_file_t, read_field_file
     use gracecg_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
-    use gracecg_data_file, only: data_line_t, read_data_lines, split_fields, real_of_field
     use gracecg_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
         SPACE_WEATHER_F107_MEAN, SPACE_WEATHER_KP_TENTHS
     implicit none
@@ -123,90 +124,72 @@ contains
         type(space_weather_t), intent(out) :: table
         type(error_t), allocatable, intent(out) :: error
 
-        type(data_line_t), allocatable :: lines(:)
-        character(:), allocatable :: complaint
+        type(field_file_t) :: rows
         integer :: i, n
 
-        call read_data_lines(file, lines, error)
+        call read_field_file(file, rows, error)
         if (allocated(error)) return
-        n = size(lines)
+        n = rows%row_count()
         allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
         do i = 1, n
-            call parse_row(lines(i)%text, table%mjd(i), table%f107(i), table%f107_mean(i), &
-                           table%kp(:, i), complaint)
-            if (complaint == '' .and. i > 1) then
-                if (table%mjd(i) <= table%mjd(i - 1)) complaint = 'the days must rise, and '// &
-                    date_text(table%mjd(i))//' follows '//date_text(table%mjd(i - 1))
-            end if
-            if (complaint /= '') then
-                call fail_in_file(error, file, lines(i)%number, complaint, lines(i)%text)
-                return
-            end if
+            call parse_row(rows, i, table%mjd(i), table%f107(i), table%f107_mean(i), &
+                           table%kp(:, i), error)
+            if (allocated(error)) return
+            if (i == 1) cycle
+            if (table%mjd(i) > table%mjd(i - 1)) cycle
+            call rows%fail_at(i, 'the days must rise, and '//date_text(table%mjd(i))// &
+                              ' follows '//date_text(table%mjd(i - 1)), error)
+            return
         end do
     end subroutine read_space_weather
 
-    !> One line of a file. `complaint` says what is wrong, or is empty.
-    subroutine parse_row(text, mjd, f107, f107_mean, kp, complaint)
-        character(*), intent(in) :: text
+    subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
+        type(field_file_t), intent(in) :: rows
+        integer, intent(in) :: row
         integer, intent(out) :: mjd
         real(dp), intent(out) :: f107, f107_mean    !! sfu
         real(dp), intent(out) :: kp(INTERVALS)
-        character(:), allocatable, intent(out) :: complaint
+        type(error_t), allocatable, intent(out) :: error
 
-        character(len(text)), allocatable :: fields(:)
-        type(error_t), allocatable :: error
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: complaint
         type(utc_t) :: day
         real(dp) :: numbers(2:COLUMNS)
-        logical :: valid
         integer :: i
 
         mjd = 0
         f107 = 0
         f107_mean = 0
         kp = 0
-        complaint = ''
-        call split_fields(text, fields)
-        if (size(fields) /= COLUMNS) then
-            complaint = 'has '//number_text(real(size(fields), dp))//' fields instead of 24: '// &
-                'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of 10 Kp, their sum, 8 of ap, Ap'
-            return
-        end if
-        call parse_utc(fields(1), day, error)
-        if (allocated(error)) then
-            complaint = error%message
+        call rows%get_fields(row, COLUMNS, 'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of '// &
+                             '10 Kp, their sum, 8 of ap, Ap', fields, error)
+        if (allocated(error)) return
+        call parse_utc(fields(1)%text, day, complaint)
+        if (allocated(complaint)) then
+            call rows%fail_at(row, complaint%message, error)
             return
         end if
         do i = 2, COLUMNS
-            call real_of_field(fields(i), numbers(i), valid)
-            if (.not. valid) then
-                complaint = '"'//trim(fields(i))//'" is not a number'
-                return
-            end if
+            select case (i)
+            case (F107_COLUMN)
+                call rows%get_real(row, fields(i), 'F10.7', numbers(i), error, &
+                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            case (F107_MEAN_COLUMN)
+                call rows%get_real(row, fields(i), '81-day mean of F10.7', numbers(i), error, &
+                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            case default
+                call rows%get_real(row, fields(i), 'column '//integer_text(i), numbers(i), error)
+            end select
+            if (allocated(error)) return
         end do
         mjd = day%mjd
         f107 = numbers(F107_COLUMN)
         f107_mean = numbers(F107_MEAN_COLUMN)
         kp = numbers(FIRST_KP_COLUMN:LAST_KP_COLUMN)/10
-        if (.not. is_flux(f107)) then
-            complaint = 'F10.7 = '//number_text(f107)
-        else if (.not. is_flux(f107_mean)) then
-            complaint = '81-day mean of F10.7 = '//number_text(f107_mean)
-        end if
-        if (complaint /= '') then
-            complaint = complaint//' is outside the allowed range '//number_text(FLUX_RANGE(1))// &
-                ' to '//number_text(FLUX_RANGE(2))//' sfu'
-            return
-        end if
         i = findloc(is_kp(kp), .false., 1)
-        if (i > 0) complaint = 'Kp is given as 10 Kp in thirds, 0 3 7 10 13 17 ... 90, not "'// &
-            trim(fields(FIRST_KP_COLUMN + i - 1))//'"'
+        if (i > 0) call rows%fail_at(row, 'Kp is given as 10 Kp in thirds, 0 3 7 10 13 17 ... '// &
+                                     '90, not "'//fields(FIRST_KP_COLUMN + i - 1)%text//'"', error)
     end subroutine parse_row
-
-    elemental logical function is_flux(value)
-        real(dp), intent(in) :: value
-
-        is_flux = value >= FLUX_RANGE(1) .and. value <= FLUX_RANGE(2)
-    end function is_flux
 
     !> True for 0.0, 0.3, 0.7, 1.0 ... 8.7, 9.0.
     elemental logical function is_kp(value)

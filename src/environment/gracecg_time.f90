@@ -10,11 +10,12 @@ module gracecg_time
     use gracecg_constants, only: TWO_PI, SECONDS_PER_DAY, DAYS_PER_CENTURY, HOUR_ANGLE, &
         EARTH_ROTATION_RATE
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     use gracecg_table_leap_seconds, only: LEAP_SECOND_MJD, LEAP_SECOND_TAI_MINUS_UTC
     implicit none
     private
     public :: utc_t, parse_utc, check_utc_in_range, utc_text
-    public :: utc_plus, seconds_between, tai_minus_utc
+    public :: utc_plus, seconds_between, time_tag, tai_minus_utc
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time
     public :: gmst_1982, sidereal_angle
     public :: modified_julian_day, calendar_date
@@ -90,7 +91,7 @@ contains
             complaint = 'month '//text(6:7)//' is outside 01 to 12'
         else if (day < 1 .or. day > days_in_month(year, month)) then
             complaint = 'day '//text(9:10)//' is outside 01 to '// &
-                        number_text(real(days_in_month(year, month), dp))//' of '//text(1:7)
+                        integer_text(days_in_month(year, month))//' of '//text(1:7)
         else
             complaint = ''
             mjd = modified_julian_day(year, month, day)
@@ -167,11 +168,9 @@ contains
         integer :: mjd, whole, minutes, year, month, day
         character(19) :: seconds_resolution
         character(10) :: decimals
-        character(12) :: number
 
         if (.not. is_in_range(utc)) then
-            write (number, '(i0)') utc%mjd
-            text = 'MJD '//trim(number)//' + '//number_text(utc%seconds)//' s'
+            text = 'MJD '//integer_text(utc%mjd)//' + '//number_text(utc%seconds)//' s'
             return
         end if
         mjd = utc%mjd
@@ -228,6 +227,18 @@ contains
                 (whole_tai_minus_utc(finish%mjd) - whole_tai_minus_utc(start%mjd))
         seconds_between = whole + (finish%seconds - start%seconds)
     end function seconds_between
+
+    !> The time of sample k of a series of equal intervals, in s from its beginning: k times the
+    !> interval to the nanosecond, so that the third tenth of a second is 0.3 and no
+    !> 0.30000000000000004.
+    elemental real(dp) function time_tag(k, interval)
+        integer, intent(in) :: k
+        real(dp), intent(in) :: interval    !! s
+
+        real(dp), parameter :: PER_SECOND = 1e9_dp
+
+        time_tag = anint(k*interval*PER_SECOND)/PER_SECOND
+    end function time_tag
 
     !> TAI-UTC in s. After the last known leap second the last value holds.
     elemental real(dp) function tai_minus_utc(utc)

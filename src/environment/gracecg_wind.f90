@@ -7,8 +7,9 @@
 module gracecg_wind
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, fail, fail_in_file, number_text
-    use gracecg_data_file, only: data_line_t, read_data_lines, split_fields, real_of_field
+    use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: string_t, integer_text
+    use gracecg_field_file, only: field_file_t, read_field_file
     use gracecg_table_wind, only: WIND_LATITUDES, WIND_LOCAL_TIMES, WIND_EAST, WIND_NORTH
     implicit none
     private
@@ -127,74 +128,65 @@ contains
         type(tabulated_wind_t), intent(out) :: wind
         type(error_t), allocatable, intent(out) :: error
 
-        type(data_line_t), allocatable :: lines(:)
+        type(field_file_t) :: table
         real(dp), allocatable :: rows(:, :)     ! (column, row)
-        integer :: i, local_times, latitudes
+        integer :: i, n, local_times, latitudes
 
-        call read_data_lines(file, lines, error)
+        call read_field_file(file, table, error)
         if (allocated(error)) return
-        allocate (rows(COLUMNS, size(lines)))
-        do i = 1, size(lines)
-            call parse_row(file, lines(i), rows(:, i), error)
+        n = table%row_count()
+        allocate (rows(COLUMNS, n))
+        do i = 1, n
+            call parse_row(table, i, rows(:, i), error)
             if (allocated(error)) return
         end do
         local_times = count(rows(1, :) <= rows(1, 1))
-        latitudes = size(lines)/local_times
-        if (local_times*latitudes /= size(lines) .or. latitudes < 2 .or. local_times < 2) then
-            call fail(error, file//': '//number_text(real(size(lines), dp))//' rows are no '// &
-                      'complete grid: every latitude needs the same local times, and '// &
-                      'there must be two or more of both; the first latitude has '// &
-                      number_text(real(local_times, dp)))
+        latitudes = n/local_times
+        if (local_times*latitudes /= n .or. latitudes < 2 .or. local_times < 2) then
+            call fail(error, file//': '//integer_text(n)//' rows are no complete grid: every '// &
+                      'latitude needs the same local times, and there must be two or more of '// &
+                      'both; the first latitude has '//integer_text(local_times))
             return
         end if
-        do i = 1, size(lines)
-            call check_place(file, lines(i), rows(:2, i), i, local_times, latitudes, error)
+        do i = 1, n
+            call check_place(table, i, rows(:2, i), local_times, latitudes, error)
             if (allocated(error)) return
         end do
         wind = table_of(reshape(rows(4, :), [local_times, latitudes]), &
                         reshape(rows(3, :), [local_times, latitudes]))
     end subroutine read_wind
 
-    !> The four numbers of a line.
-    subroutine parse_row(file, line, numbers, error)
-        character(*), intent(in) :: file
-        type(data_line_t), intent(in) :: line
+    !> The four numbers of a row.
+    subroutine parse_row(table, row, numbers, error)
+        type(field_file_t), intent(in) :: table
+        integer, intent(in) :: row
         real(dp), intent(out) :: numbers(COLUMNS)
         type(error_t), allocatable, intent(out) :: error
 
-        character(len(line%text)), allocatable :: fields(:)
-        logical :: valid
+        character(15), parameter :: NAMES(COLUMNS) = [character(15) :: &
+            'latitude', 'local time', 'northward wind', 'eastward wind']
+        character(3), parameter :: UNITS(COLUMNS) = [character(3) :: 'deg', 'h', 'm/s', 'm/s']
+        real(dp), parameter :: LOWEST(COLUMNS) = [-90.0_dp, 0.0_dp, -FASTEST_WIND, -FASTEST_WIND]
+        real(dp), parameter :: HIGHEST(COLUMNS) = [90.0_dp, 24.0_dp, FASTEST_WIND, FASTEST_WIND]
+        type(string_t), allocatable :: fields(:)
         integer :: i
 
         numbers = 0
-        call split_fields(line%text, fields)
-        if (size(fields) /= COLUMNS) then
-            call fail_in_file(error, file, line%number, 'has '// &
-                number_text(real(size(fields), dp))//' fields instead of 4: latitude (deg), '// &
-                'local time (h), northward and eastward wind (m/s)', line%text)
-            return
-        end if
+        call table%get_fields(row, COLUMNS, 'latitude (deg), local time (h), northward and '// &
+                              'eastward wind (m/s)', fields, error)
         do i = 1, COLUMNS
-            call real_of_field(fields(i), numbers(i), valid)
-            if (.not. valid) then
-                call fail_in_file(error, file, line%number, &
-                                  '"'//trim(fields(i))//'" is not a number', line%text)
-                return
-            end if
+            if (allocated(error)) return
+            call table%get_real(row, fields(i), trim(NAMES(i)), numbers(i), error, &
+                                LOWEST(i), HIGHEST(i), UNITS(i))
         end do
-        if (maxval(abs(numbers(3:4))) > FASTEST_WIND) then
-            call fail_in_file(error, file, line%number, 'a wind is outside the allowed range '// &
-                '-'//number_text(FASTEST_WIND)//' to '//number_text(FASTEST_WIND)//' m/s', &
-                line%text)
-        end if
     end subroutine parse_row
 
     !> Checks that a row stands where the regular grid wants it.
-    subroutine check_place(file, line, place, row, local_times, latitudes, error)
-        character(*), intent(in) :: file
-        type(data_line_t), intent(in) :: line
+    subroutine check_place(table, row, place, local_times, latitudes, error)
+        type(field_file_t), intent(in) :: table
+        integer, intent(in) :: row
         real(dp), intent(in) :: place(2)                !! Latitude in deg, local time in h
-        integer, intent(in) :: row, local_times, latitudes
+        integer, intent(in) :: local_times, latitudes
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: TOLERANCE = 1e-3_dp      !! deg and h: a rounded table
@@ -203,10 +195,11 @@ contains
         expected(1) = -90 + 180.0_dp*((row - 1)/local_times)/(latitudes - 1)
         expected(2) = 24.0_dp*mod(row - 1, local_times)/local_times
         if (any(abs(place - expected) > TOLERANCE)) then
-            call fail_in_file(error, file, line%number, 'the grid is not regular: expected '// &
-                'latitude '//number_text(expected(1))//' deg and local time '// &
-                number_text(expected(2))//' h here (latitudes from -90 to 90 deg, within each '// &
-                'the local times from 0 h on, equally spaced)', line%text)
+            call table%fail_at(row, 'the grid is not regular: expected latitude '// &
+                               number_text(expected(1))//' deg and local time '// &
+                               number_text(expected(2))//' h here (latitudes from -90 to '// &
+                               '90 deg, within each the local times from 0 h on, equally '// &
+                               'spaced)', error)
         end if
     end subroutine check_place
 end module gracecg_wind

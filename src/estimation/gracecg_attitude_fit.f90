@@ -9,7 +9,11 @@ module gracecg_attitude_fit
     use gracecg_quaternion, only: quaternion_rate, rate_matrix
     implicit none
     private
-    public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, new_attitude_fit, kinematic_partials
+    public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, fitted_small_angles_t
+    public :: new_attitude_fit, kinematic_partials
+
+    !> What is integrated beside the angular velocity and its transition matrix
+    integer, parameter :: NOTHING_ELSE = 0, FULL_ATTITUDE = 1, SMALL_ANGLES = 2
 
     !> What the rotation depends on.
     type :: attitude_fit_t
@@ -23,6 +27,7 @@ module gracecg_attitude_fit
         procedure :: rate_partials
         procedure :: fit_rotation
         procedure :: fit_attitude
+        procedure :: fit_small_angles
     end type attitude_fit_t
 
     !> Angular velocity along the arc, at k h for k = 0..n.
@@ -39,9 +44,19 @@ module gracecg_attitude_fit
         real(dp), allocatable :: phi_12(:, :, :)    !! dq(t)/d omega(t0), (4, 3, 0:n), eq. (4-54), s
     end type fitted_attitude_t
 
-    !> q, omega, Phi_11, Phi_12, Phi_22 or their derivatives, integrated together.
+    !> Attitude along the arc with the partials of small angles zeta that turn the nominal into the
+    !> true attitude.
+    type :: fitted_small_angles_t
+        real(dp), allocatable :: q(:, :)            !! (4, 0:n)
+        real(dp), allocatable :: phi_11(:, :, :)    !! d zeta(t)/d zeta(t0), (3, 3, 0:n), eq. (4-65)
+        real(dp), allocatable :: phi_12(:, :, :)    !! d zeta(t)/d omega(t0), (3, 3, 0:n), eq. (4-66), s
+    end type fitted_small_angles_t
+
+    !> What is integrated together, or its derivative; the parts that are not wanted stay zero.
     type :: bundle_t
-        real(dp) :: q(4), omega(3), phi_11(4, 4), phi_12(4, 3), phi_22(3, 3)
+        real(dp) :: q(4) = 0, omega(3) = 0, phi_22(3, 3) = 0
+        real(dp) :: phi_11(4, 4) = 0, phi_12(4, 3) = 0          ! full attitude
+        real(dp) :: zeta_11(3, 3) = 0, zeta_12(3, 3) = 0        ! small angles
     end type bundle_t
 
 contains
@@ -104,7 +119,7 @@ contains
         state = initial_bundle([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], omega_0)
         call store_rotation(self, 0, state, rotation)
         do k = 1, self%steps
-            call advance(self, k - 1, .false., state)
+            call advance(self, k - 1, NOTHING_ELSE, state)
             call store_rotation(self, k, state, rotation)
         end do
     end subroutine fit_rotation
@@ -125,13 +140,38 @@ contains
         allocate (attitude%q(4, 0:n), attitude%phi_11(4, 4, 0:n), attitude%phi_12(4, 3, 0:n))
         state = initial_bundle(q_0, omega_0)
         do k = 0, n
-            if (k > 0) call advance(self, k - 1, .true., state)
+            if (k > 0) call advance(self, k - 1, FULL_ATTITUDE, state)
             attitude%q(:, k) = state%q
             attitude%phi_11(:, :, k) = state%phi_11
             attitude%phi_12(:, :, k) = state%phi_12
             call store_rotation(self, k, state, rotation)
         end do
     end subroutine fit_attitude
+
+    !> Integrates attitude and angular velocity with the transition matrix of the reduced state,
+    !> (4-58), (4-59), (4-65)-(4-67), whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
+    subroutine fit_small_angles(self, q_0, omega_0, attitude, rotation)
+        class(attitude_fit_t), intent(in) :: self
+        real(dp), intent(in) :: q_0(4)              !! At t = 0, inertial to body
+        real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
+        type(fitted_small_angles_t), intent(out) :: attitude
+        type(fitted_rotation_t), intent(out) :: rotation
+
+        type(bundle_t) :: state
+        integer :: k, n
+
+        n = self%steps
+        call allocate_rotation(n, rotation)
+        allocate (attitude%q(4, 0:n), attitude%phi_11(3, 3, 0:n), attitude%phi_12(3, 3, 0:n))
+        state = initial_bundle(q_0, omega_0)
+        do k = 0, n
+            if (k > 0) call advance(self, k - 1, SMALL_ANGLES, state)
+            attitude%q(:, k) = state%q
+            attitude%phi_11(:, :, k) = state%zeta_11
+            attitude%phi_12(:, :, k) = state%zeta_12
+            call store_rotation(self, k, state, rotation)
+        end do
+    end subroutine fit_small_angles
 
     subroutine allocate_rotation(n, rotation)
         integer, intent(in) :: n
@@ -157,50 +197,51 @@ contains
 
         state%q = q_0
         state%omega = omega_0
-        state%phi_11 = identity(4)
-        state%phi_12 = 0
         state%phi_22 = identity(3)
+        state%phi_11 = identity(4)
+        state%zeta_11 = identity(3)
     end function initial_bundle
 
     !> One step of the classical Runge-Kutta method from step k.
-    pure subroutine advance(self, k, with_attitude, state)
+    pure subroutine advance(self, k, more, state)
         type(attitude_fit_t), intent(in) :: self
         integer, intent(in) :: k
-        logical, intent(in) :: with_attitude    !! Integrate q, Phi_11 and Phi_12 too
+        integer, intent(in) :: more     !! NOTHING_ELSE, FULL_ATTITUDE or SMALL_ANGLES
         type(bundle_t), intent(inout) :: state
 
         type(bundle_t) :: k1, k2, k3, k4
 
-        call derivative(self, 2*k, with_attitude, state, k1)
-        call derivative(self, 2*k + 1, with_attitude, shifted(state, k1, self%interval/2), k2)
-        call derivative(self, 2*k + 1, with_attitude, shifted(state, k2, self%interval/2), k3)
-        call derivative(self, 2*k + 2, with_attitude, shifted(state, k3, self%interval), k4)
+        call derivative(self, 2*k, more, state, k1)
+        call derivative(self, 2*k + 1, more, shifted(state, k1, self%interval/2), k2)
+        call derivative(self, 2*k + 1, more, shifted(state, k2, self%interval/2), k3)
+        call derivative(self, 2*k + 2, more, shifted(state, k3, self%interval), k4)
         state = shifted(shifted(shifted(shifted(state, k1, self%interval/6), &
                                         k2, self%interval/3), k3, self%interval/3), k4, self%interval/6)
     end subroutine advance
 
-    !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55).
-    pure subroutine derivative(self, half, with_attitude, state, rate)
+    !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55) and (4-65)-(4-67).
+    pure subroutine derivative(self, half, more, state, rate)
         type(attitude_fit_t), intent(in) :: self
         integer, intent(in) :: half
-        logical, intent(in) :: with_attitude
+        integer, intent(in) :: more
         type(bundle_t), intent(in) :: state
         type(bundle_t), intent(out) :: rate
 
-        real(dp) :: half_omega_matrix(4, 4)
+        real(dp) :: half_omega_matrix(4, 4), minus_pi(3, 3)
 
         rate%omega = self%angular_acceleration(half, state%omega)
         rate%phi_22 = matmul(self%rate_partials(state%omega), state%phi_22)
-        if (with_attitude) then
+        if (more == NOTHING_ELSE) return
+        rate%q = quaternion_rate(state%q, state%omega)
+        if (more == FULL_ATTITUDE) then
             half_omega_matrix = rate_matrix(state%omega)/2
-            rate%q = quaternion_rate(state%q, state%omega)
             rate%phi_11 = matmul(half_omega_matrix, state%phi_11)
             rate%phi_12 = matmul(half_omega_matrix, state%phi_12) + &
                           matmul(kinematic_partials(state%q), state%phi_22)
         else
-            rate%q = 0
-            rate%phi_11 = 0
-            rate%phi_12 = 0
+            minus_pi = -cross_matrix(state%omega)
+            rate%zeta_11 = matmul(minus_pi, state%zeta_11)
+            rate%zeta_12 = matmul(minus_pi, state%zeta_12) + state%phi_22
         end if
     end subroutine derivative
 
@@ -212,8 +253,10 @@ contains
 
         sum%q = state%q + h*rate%q
         sum%omega = state%omega + h*rate%omega
+        sum%phi_22 = state%phi_22 + h*rate%phi_22
         sum%phi_11 = state%phi_11 + h*rate%phi_11
         sum%phi_12 = state%phi_12 + h*rate%phi_12
-        sum%phi_22 = state%phi_22 + h*rate%phi_22
+        sum%zeta_11 = state%zeta_11 + h*rate%zeta_11
+        sum%zeta_12 = state%zeta_12 + h*rate%zeta_12
     end function shifted
 end module gracecg_attitude_fit

@@ -3,7 +3,7 @@ module gracecg_calibration_solution
     use gracecg_kinds, only: dp
     implicit none
     private
-    public :: calibration_solution_t
+    public :: calibration_solution_t, store_offset
 
     type :: calibration_solution_t
         character(:), allocatable :: algorithm  !! Name as on the command line
@@ -20,4 +20,22 @@ module gracecg_calibration_solution
         real(dp) :: condition = 0               !! Of the offset's normal matrix, unit diagonal
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
     end type calibration_solution_t
+
+contains
+
+    !> Puts the accelerometer's part of an estimate into a solution.
+    pure subroutine store_offset(state, residuals, solution)
+        real(dp), intent(in) :: state(9)            !! d (m), alpha (m/s^3), beta (m/s^2)
+        real(dp), intent(in) :: residuals(:)        !! x, y, z of each sample in turn, m/s^2
+        type(calibration_solution_t), intent(inout) :: solution
+
+        integer :: axis
+
+        solution%offset = state(1:3)
+        solution%drift = state(4:6)
+        solution%bias = state(7:9)
+        do axis = 1, 3
+            solution%residual_rms(axis) = norm2(residuals(axis::3))/sqrt(size(residuals)/3.0_dp)
+        end do
+    end subroutine store_offset
 end module gracecg_calibration_solution

@@ -2,14 +2,39 @@
 !> the noise's: covariance of x = N^-1 G e is N^-1 G E{e e^T} G^T N^-1 (the "sandwich").
 module gracecg_noise_propagation
     use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t
     use gracecg_quaternion, only: rotation_matrix
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_observation_set, only: calibration_setup_t
     use gracecg_attitude_fit, only: kinematic_partials
     use gracecg_preprocessing, only: interpolation_t
     implicit none
     private
-    public :: stationary_noise_covariance, star_noise_covariance
+    public :: stationary_noise_covariance, accelerometer_noise_covariance, star_noise_covariance
 
 contains
+
+    !> Covariance by the accelerometer's noise, each axis with its spectrum (3-2).
+    subroutine accelerometer_noise_covariance(setup, gain, epoch, covariance, error)
+        type(calibration_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x (3 times samples)
+        integer, intent(in) :: epoch(:)                 !! Increasing index of each sample
+        real(dp), intent(out) :: covariance(:, :)       !! Parameters x parameters
+        type(error_t), allocatable, intent(out) :: error
+
+        type(coloured_noise_t) :: noise
+        integer :: axis, lag
+
+        covariance = 0
+        do axis = 1, 3
+            noise = coloured_noise(setup%accelerometer_psd_level(axis), setup%accelerometer_psd_corner(axis), &
+                                   setup%accelerometer_psd_sides, setup%accelerometer_interval, error)
+            if (allocated(error)) return
+            covariance = covariance + stationary_noise_covariance( &
+                         gain(:, axis::3), epoch, &
+                         noise%autocovariance([(lag, lag=0, epoch(size(epoch)) - epoch(1))]))
+        end do
+    end subroutine accelerometer_noise_covariance
 
     !> sum over pairs of epochs of g_i r(|k_i - k_j|) g_j^T for one accelerometer axis.
     pure function stationary_noise_covariance(gain, epoch, autocovariance) result(covariance)

@@ -18,7 +18,8 @@ module gracecg_coloured_noise
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t, fail, fail_out_of_range, number_text
+    use gracecg_error, only: error_t, fail, fail_out_of_range
+    use gracecg_text, only: integer_text
     use gracecg_random, only: random_stream_t
     implicit none
     private
@@ -99,7 +100,7 @@ contains
             call fail_out_of_range(error, 'sampling interval', sampling_interval, &
                                    tiny(1.0_dp), LARGEST, 's')
         else if (sides /= ONE_SIDED .and. sides /= TWO_SIDED) then
-            call fail(error, 'sides of the noise spectrum = '//number_text(real(sides, dp))// &
+            call fail(error, 'sides of the noise spectrum = '//integer_text(sides)// &
                       ': allowed are 1 (one-sided) and 2 (two-sided)')
         end if
     end subroutine check_arguments

@@ -86,7 +86,7 @@ contains
         character(:), allocatable :: problem
         integer :: i
 
-        found = split(file%line(line_number), ',')
+        allocate (found, source=split(file%line(line_number), ','))
         do i = 1, min(size(found), size(expected_columns))
             if (trim(adjustl(found(i)%text)) == expected_columns(i)) cycle
             problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &
@@ -98,8 +98,8 @@ contains
             problem = integer_text(size(found))//' columns, expected '// &
                       integer_text(size(expected_columns))
         end if
-        call fail_in_file(error, file%name, line_number, problem//'; the columns must be '// &
-                          join(expected_columns, ','), file%line(line_number))
+        call file%fail_at(line_number, problem//'; the columns must be '// &
+                          join(expected_columns, ','), error)
     end subroutine check_header
 
     subroutine read_row(file, line_number, columns, row, error)
@@ -125,20 +125,17 @@ contains
             if (column > size(row)) exit
             call parse_real(file%text(first:comma - 1), row(column), ok)
             if (.not. ok) then
-                call fail_in_file(error, file%name, line_number, &
-                                  'column '//trim(columns(column))//': "'// &
-                                  file%text(first:comma - 1)//'" is not a finite number', &
-                                  file%line(line_number))
+                call file%fail_at(line_number, 'column '//trim(columns(column))//': "'// &
+                                  file%text(first:comma - 1)//'" is not a finite number', error)
                 return
             end if
             if (comma > last) exit
             first = comma + 1
         end do
         if (column == size(row)) return
-        call fail_in_file(error, file%name, line_number, &
-                          integer_text(size(split(file%line(line_number), ',')))// &
+        call file%fail_at(line_number, integer_text(size(split(file%line(line_number), ',')))// &
                           ' columns, expected '//integer_text(size(row))//': '// &
-                          join(columns, ','), file%line(line_number))
+                          join(columns, ','), error)
     end subroutine read_row
 
     !> Begins a file with its comment lines and its header.

@@ -5,14 +5,15 @@
 !> wrong and where (file, line, key, value), what is allowed, and what to do.
 module gracecg_error
     use gracecg_kinds, only: dp
+    use gracecg_text, only: integer_text
     implicit none
     private
-    public :: error_t, fail, fail_in_file, fail_out_of_range, add_context
+    public :: error_t, fail, fail_in_file, fail_out_of_range, add_context, message_of
     public :: nearest_name, number_text
 
     type :: error_t
         !! One failure
-        character(:), allocatable :: message    !! Complete sentences, lines separated by new_line('a')
+        character(:), allocatable :: message    !! Complete sentences; lines end with new_line('a')
     end type error_t
 
 contains
@@ -34,14 +35,10 @@ contains
         character(*), intent(in) :: message
         character(*), intent(in), optional :: line  !! The offending line
 
-        character(12) :: number
         character(:), allocatable :: place
 
         place = file
-        if (line_number > 0) then
-            write (number, '(i0)') line_number
-            place = file//':'//trim(number)
-        end if
+        if (line_number > 0) place = file//':'//integer_text(line_number)
         call fail(error, place//': '//message)
         if (present(line)) then
             error%message = error%message//new_line('a')//'  | '//trim(line)
@@ -52,7 +49,8 @@ contains
     subroutine fail_out_of_range(error, name, value, low, high, unit)
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in) :: name            !! Name of the quantity, as the user knows it
-        real(dp), intent(in) :: value, low, high    !! The value and its allowed range, both ends included
+        real(dp), intent(in) :: value
+        real(dp), intent(in) :: low, high           !! The allowed range, both ends included
         character(*), intent(in), optional :: unit
 
         character(:), allocatable :: suffix
@@ -61,8 +59,9 @@ contains
         if (present(unit)) then
             if (len_trim(unit) > 0) suffix = ' '//trim(unit)
         end if
-        call fail(error, name//' = '//number_text(value)//suffix//' is outside the allowed range '// &
-                  number_text(low)//' to '//number_text(high)//suffix)
+        call fail(error, name//' = '//number_text(value)//suffix// &
+                  ' is outside the allowed range '//number_text(low)//' to '// &
+                  number_text(high)//suffix)
     end subroutine fail_out_of_range
 
     !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
@@ -73,6 +72,15 @@ contains
         if (allocated(error)) error%message = context//': '//error%message
     end subroutine add_context
 
+    !> The message of an error, or an empty text when there is none.
+    pure function message_of(error) result(message)
+        type(error_t), allocatable, intent(in) :: error
+        character(:), allocatable :: message
+
+        message = ''
+        if (allocated(error)) message = error%message
+    end function message_of
+
     !> The shortest text that shows a number to about seven digits, without padding.
     function number_text(value) result(text)
         real(dp), intent(in) :: value
@@ -80,13 +88,11 @@ contains
 
         character(32) :: buffer
 
-        if (value == 0) then
-            text = '0'
+        if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
+            text = integer_text(nint(value))
             return
         end if
-        if (abs(value) < 1e7_dp .and. value == anint(value)) then
-            write (buffer, '(i0)') nint(value)
-        else if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
+        if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
             write (buffer, '(f0.6)') value
             call strip_zeros(buffer)
         else

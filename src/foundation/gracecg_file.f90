@@ -7,7 +7,7 @@ module gracecg_file
     use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, &
         c_ptr, c_size_t
     use gracecg_kinds, only: i8
-    use gracecg_error, only: error_t, fail
+    use gracecg_error, only: error_t, fail, fail_in_file
     use gracecg_text, only: integer_text
     implicit none
     private
@@ -23,6 +23,7 @@ module gracecg_file
     contains
         procedure :: line_count
         procedure :: line => line_of_text
+        procedure :: fail_at => fail_at_line
     end type text_file_t
 
     type :: output_file_t
@@ -303,6 +304,20 @@ contains
         if (number >= 1 .and. number <= self%line_count()) &
             line = self%text(self%first(number):self%last(number))
     end function line_of_text
+
+    !> A failure at a line of the text; shows the line if there is one of that number.
+    subroutine fail_at_line(self, number, message, error)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number       !! Counted from 1
+        character(*), intent(in) :: message
+        type(error_t), allocatable, intent(out) :: error
+
+        if (number >= 1 .and. number <= self%line_count()) then
+            call fail_in_file(error, self%name, number, message, self%line(number))
+        else
+            call fail_in_file(error, self%name, number, message)
+        end if
+    end subroutine fail_at_line
 
     !> Begins a file. Fails when it cannot be written in its folder. A path below /dev is written
     !> directly: a device must not be replaced by a file.

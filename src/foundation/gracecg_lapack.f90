@@ -1,6 +1,7 @@
 !> Linear algebra: explicit interfaces to the LAPACK and BLAS procedures that are used, and the few
 !> solvers built on them. Nothing else in the project calls LAPACK.
 module gracecg_lapack
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, number_text
     implicit none
@@ -65,7 +66,7 @@ contains
 
         n = size(a, 1)
         vectors = a
-        if (any(a /= a)) then
+        if (any(ieee_is_nan(a))) then
             call fail(error, 'eigenvalues asked of a matrix that contains NaN')
             return
         end if
@@ -129,7 +130,8 @@ contains
         factor = scaled
         call dpotrf('U', n, factor, n, info)
         if (info == 0) then
-            call dpocon('U', n, factor, n, maxval(sum(abs(scaled), 1)), reciprocal, work, iwork, info)
+            call dpocon('U', n, factor, n, maxval(sum(abs(scaled), 1)), reciprocal, work, iwork, &
+                        info)
             condition = 1/max(reciprocal, tiny(1.0_dp))
         else
             reciprocal = 0

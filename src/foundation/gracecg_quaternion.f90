@@ -30,8 +30,8 @@ contains
     end function rotation_matrix
 
     !> The quaternion of a rotation matrix by its largest component (S. W. Shepperd, J. Guidance and
-    !> Control 1 (1978) 223-224), so that no component is divided by a small number. It stands in for
-    !> CSR-TM-00-01 eqs. (4-34)-(4-36) and (4-76)-(4-78), which divide by q4.
+    !> Control 1 (1978) 223-224), so that no component is divided by a small number. It stands in
+    !> for CSR-TM-00-01 eqs. (4-34)-(4-36) and (4-76)-(4-78), which divide by q4.
     pure function quaternion_of_matrix(m) result(q)
         real(dp), intent(in) :: m(3, 3) !! Rotation matrix
         real(dp) :: q(4)                !! Unit quaternion, scalar last, q(4) >= 0

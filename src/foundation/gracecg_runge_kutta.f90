@@ -5,7 +5,8 @@
 module gracecg_runge_kutta
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, number_text
-    use gracecg_table_rkf78, only: STAGES, NODES, WEIGHTS_7, WEIGHTS_8, FIRST, STAGE_USED, COEFFICIENTS
+    use gracecg_table_rkf78, only: STAGES, NODES, WEIGHTS_7, WEIGHTS_8, FIRST, STAGE_USED, &
+        COEFFICIENTS
     implicit none
     private
     public :: ode_system_t, rkf78_step, rkf78_integrate
@@ -70,7 +71,7 @@ contains
         logical :: last
 
         steps = 0
-        if (t_end == t) return
+        if (abs(t_end - t) <= 0) return
         h = t_end - t
         do
             last = abs(h) >= abs(t_end - t)
@@ -90,7 +91,8 @@ contains
             end if
             if (abs(h) <= 16*epsilon(t)*max(abs(t), abs(t_end))) then
                 call fail(error, 'numerical integration: the step size became too small at t = '// &
-                          number_text(t)//' s; loosen the tolerance or look for a discontinuity or NaN')
+                          number_text(t)//' s; loosen the tolerance or look for '// &
+                          'a discontinuity or NaN')
                 return
             end if
         end do

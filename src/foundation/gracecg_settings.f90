@@ -1,11 +1,12 @@
 !> Settings in namelist files, described once for reading and writing.
 !>
-!> A record (a case, the setup of an observation set) is described by one procedure that names each of
-!> its settings in turn to a `settings_t`. A reader fills the settings from a file, a writer puts them
-!> into one. So what is written can be read, with the same keys, units, ranges and choices.
+!> A record (a case, the setup of an observation set) is described by one procedure that names each
+!> of its settings in turn to a `settings_t`. A reader fills the settings from a file, a writer puts
+!> them into one. So what is written can be read, with the same keys, units, ranges and choices.
 module gracecg_settings
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_text, only: integer_text, join
     use gracecg_namelist, only: namelist_file_t, namelist_writer_t
     implicit none
     private
@@ -213,6 +214,7 @@ contains
 
         real(dp) :: numbers(size(values)), number, scale
         logical :: needed
+        integer :: i
 
         if (allocated(self%failure)) return
         needed = is_true(required)
@@ -230,7 +232,10 @@ contains
             call self%file%get(self%group_name, key, numbers, self%failure, low=low, high=high, &
                                unit=unit, index=self%group_index)
         end if
-        if (.not. allocated(self%failure)) values = numbers*scale
+        if (allocated(self%failure)) return
+        do i = 1, size(values)
+            values(i) = in_si_unit(numbers(i), scale)
+        end do
     end subroutine read_reals
 
     !> Makes an absent, optional key known, so that it can be suggested for a misspelt one.
@@ -279,7 +284,6 @@ contains
         logical, intent(in), optional :: required
 
         character(:), allocatable :: text
-        character(12) :: longest
 
         if (allocated(self%failure)) return
         if (is_true(required)) then
@@ -291,8 +295,7 @@ contains
         end if
         if (allocated(self%failure)) return
         if (len(text) > len(value)) then
-            write (longest, '(i0)') len(value)
-            call self%reject(key, 'has more than '//trim(longest)//' characters')
+            call self%reject(key, 'has more than '//integer_text(len(value))//' characters')
         else
             value = text
         end if
@@ -354,17 +357,44 @@ contains
         call self%file%entry(key, [(in_file_unit(values(i), factor), i=1, size(values))], meaning)
     end subroutine write_reals
 
-    !> value/factor, freed of the rounding of that division: to 15 significant digits.
+    !> number*factor. For a factor that is the reciprocal of an integer, as all decimal prefixes
+    !> below one are, by a division: 50 nT are then exactly 50e-9 T.
+    pure real(dp) function in_si_unit(number, factor) result(value)
+        real(dp), intent(in) :: number
+        real(dp), intent(in) :: factor
+
+        real(dp) :: divisor
+
+        divisor = anint(1/factor)
+        if (abs(factor*divisor - 1) < 4*epsilon(factor)) then
+            value = number/divisor
+        else
+            value = number*factor
+        end if
+    end function in_si_unit
+
+    !> The number that gives `value` back when read, with as few digits as do, at least 15. A few
+    !> values are out of reach of any number: then the nearest.
     real(dp) function in_file_unit(value, factor) result(number)
         real(dp), intent(in) :: value
         real(dp), intent(in), optional :: factor
 
-        character(24) :: digits
+        character(*), parameter :: FORMATS(3) = ['(es26.14e3)', '(es26.15e3)', '(es26.16e3)']
+        character(26) :: digits
+        integer :: i
 
         number = value
         if (.not. present(factor)) return
-        write (digits, '(es24.14e3)') value/factor
-        read (digits, *) number
+        do i = 1, size(FORMATS)
+            write (digits, FORMATS(i)) value/factor
+            read (digits, *) number
+            if (in_si_unit(number, factor) == value) return
+        end do
+        do i = -1, 1, 2
+            number = nearest(value/factor, real(i, dp))
+            if (in_si_unit(number, factor) == value) return
+        end do
+        number = value/factor
     end function in_file_unit
 
     subroutine write_integer(self, key, value, low, high, meaning)
@@ -391,16 +421,10 @@ contains
         character(*), intent(in), optional :: choices(:)
         logical, intent(in), optional :: required
 
-        integer :: i
         character(:), allocatable :: comment
 
         comment = meaning
-        if (present(choices)) then
-            comment = comment//':'
-            do i = 1, size(choices)
-                comment = comment//' '//trim(choices(i))
-            end do
-        end if
+        if (present(choices)) comment = comment//': '//join(choices, ' ')
         call self%file%entry(key, trim(value), comment)
     end subroutine write_text
 

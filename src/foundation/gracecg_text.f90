@@ -297,7 +297,7 @@ contains
         integer :: exponent
         character(25) :: buffer
 
-        if (value == 0) then
+        if (abs(value) <= 0) then
             text = '0'
             return
         else if (.not. ieee_is_finite(value)) then
@@ -335,7 +335,7 @@ contains
             text = decimal_text(value < 0, (mantissa + unit/2)/unit, &
                                 exponent - MOST_DIGITS + 1 + excess)
             call parse_real(text, again, ok)
-            if (ok .and. again == value) return
+            if (ok .and. abs(again - value) <= 0) return
         end do
         text = ''
     end function shortest

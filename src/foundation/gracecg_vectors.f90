@@ -17,7 +17,8 @@ contains
         c(3) = a(1)*b(2) - a(2)*b(1)
     end function cross
 
-    !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16): matmul(cross_matrix(v), w) = v x w.
+    !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16): matmul(cross_matrix(v), w) is
+    !> v x w.
     pure function cross_matrix(v) result(m)
         real(dp), intent(in) :: v(3)
         real(dp) :: m(3, 3)
@@ -49,8 +50,8 @@ contains
     end function identity
 
     !> The matrix that takes coordinates of a frame into those of a frame turned about its z axis by
-    !> `angle` (passive). With the sidereal angle it takes inertial into Earth-fixed coordinates: the
-    !> transpose of CSR-TM-00-01 eq. (2-4).
+    !> `angle` (passive). With the sidereal angle it takes inertial into Earth-fixed coordinates:
+    !> the transpose of CSR-TM-00-01 eq. (2-4).
     pure function rotation_z(angle) result(m)
         real(dp), intent(in) :: angle   !! rad
         real(dp) :: m(3, 3)

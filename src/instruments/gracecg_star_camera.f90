@@ -59,6 +59,7 @@ module gracecg_star_camera
         real(dp) :: noise = 0
         !! Standard deviation of a direction along each axis across it, rad
     contains
+        procedure :: measure
         procedure :: draw
     end type star_frame_t
 
@@ -127,8 +128,24 @@ contains
         axis_2 = cross(line, axis_1)
     end subroutine across
 
-    !> One noisy attitude from a frame of stars: Gaussian noise across every line of sight, then
-    !> QUEST. Fails when the stars are collinear.
+    !> Noisy directions of the frame's stars: Gaussian noise across every line of sight.
+    subroutine measure(self, stream, observed)
+        class(star_frame_t), intent(in) :: self
+        type(random_stream_t), intent(inout) :: stream
+        real(dp), intent(out) :: observed(:, :)     !! Unit vectors, camera frame; (3, stars)
+
+        real(dp) :: draws(2*size(self%reference, 2))
+        integer :: i
+
+        call stream%normals(draws)
+        do i = 1, size(observed, 2)
+            observed(:, i) = unit(self%line_of_sight(:, i) + draws(2*i - 1)*self%across_1(:, i) &
+                                  + draws(2*i)*self%across_2(:, i))
+        end do
+    end subroutine measure
+
+    !> One noisy attitude from a frame of stars: noisy directions, then QUEST. Fails when the stars
+    !> are collinear.
     subroutine draw(self, stream, q_observed, covariance, error)
         class(star_frame_t), intent(in) :: self
         type(random_stream_t), intent(inout) :: stream
@@ -137,14 +154,9 @@ contains
         !! Of half the angles of the error, camera frame, rad^2: CSR-TM-00-01 eq. (3-21)
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: observed(3, size(self%reference, 2)), draws(2*size(self%reference, 2)), loss
-        integer :: i
+        real(dp) :: observed(3, size(self%reference, 2)), loss
 
-        call stream%normals(draws)
-        do i = 1, size(observed, 2)
-            observed(:, i) = unit(self%line_of_sight(:, i) + draws(2*i - 1)*self%across_1(:, i) &
-                                  + draws(2*i)*self%across_2(:, i))
-        end do
+        call self%measure(stream, observed)
         call quest(observed, self%reference, self%relative_deviation, q_observed, covariance, &
                    loss, error)
         covariance = self%noise**2*covariance

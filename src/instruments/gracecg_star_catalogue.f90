@@ -5,7 +5,9 @@
 module gracecg_star_catalogue
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, fail, fail_in_file
+    use gracecg_error, only: error_t, fail
+    use gracecg_field_file, only: field_file_t, read_field_file
+    use gracecg_text, only: string_t
     use gracecg_table_bright_stars, only: RIGHT_ASCENSION, DECLINATION, VISUAL_MAGNITUDE
     implicit none
     private
@@ -22,7 +24,6 @@ module gracecg_star_catalogue
     ! Columns of a catalogue file, counted from 1
     integer, parameter :: RA_COLUMN = 3, DEC_COLUMN = 4, MAGNITUDE_COLUMN = 7, PASS_COLUMN = 11
     integer, parameter :: N_COLUMNS = 12
-    integer, parameter :: LINE_LENGTH = 512
 
 contains
 
@@ -84,146 +85,64 @@ contains
     !>
     !> Fails when the file cannot be read, a line has not 12 columns, a number used cannot be read
     !> or is out of range, or no star is taken.
-    subroutine read_star_catalogue(file, catalogue, error)
-        character(*), intent(in) :: file
+    subroutine read_star_catalogue(path, catalogue, error)
+        character(*), intent(in) :: path
         type(star_catalogue_t), intent(out) :: catalogue
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: stars(:, :)
-        integer :: unit, status, i
+        type(field_file_t) :: file
+        real(dp), allocatable :: stars(:, :)    ! Right ascension, declination (deg), magnitude
+        logical, allocatable :: taken(:)
+        integer :: i, k
 
-        open (newunit=unit, file=file, status='old', action='read', iostat=status)
-        if (status /= 0) then
-            call fail(error, 'the star catalogue "'//file//'" cannot be opened: check the path')
+        call read_field_file(path, file, error)
+        if (allocated(error)) return
+        allocate (stars(3, file%row_count()), taken(file%row_count()))
+        do i = 1, file%row_count()
+            call read_star(file, i, stars(:, i), taken(i), error)
+            if (allocated(error)) return
+        end do
+        if (.not. any(taken)) then
+            call fail(error, file%text%name//': there is no star with passA = 1')
             return
         end if
-        call read_stars(unit, file, stars, error)
-        close (unit)
-        if (allocated(error)) return
-        allocate (catalogue%magnitude, source=stars(3, :))
-        allocate (catalogue%direction(3, size(stars, 2)))
-        do i = 1, size(stars, 2)
-            catalogue%direction(:, i) = direction_of(stars(1, i), stars(2, i))
+        allocate (catalogue%magnitude, source=pack(stars(3, :), taken))
+        allocate (catalogue%direction(3, count(taken)))
+        k = 0
+        do i = 1, size(taken)
+            if (.not. taken(i)) cycle
+            k = k + 1
+            catalogue%direction(:, k) = direction_of(stars(1, i), stars(2, i))
         end do
     end subroutine read_star_catalogue
 
-    !> Right ascension, declination (deg) and magnitude of the stars taken.
-    subroutine read_stars(unit, file, stars, error)
-        integer, intent(in) :: unit
-        character(*), intent(in) :: file
-        real(dp), allocatable, intent(out) :: stars(:, :)   !! (3, stars)
-        type(error_t), allocatable, intent(out) :: error
-
-        character(LINE_LENGTH) :: line
-        real(dp) :: star(3)
-        integer :: status, number, n
-        logical :: taken
-
-        allocate (stars(3, 1024))
-        number = 0
-        n = 0
-        do
-            read (unit, '(a)', iostat=status) line
-            if (is_iostat_end(status)) exit
-            number = number + 1
-            if (status /= 0) then
-                call fail_in_file(error, file, number, &
-                                  'the line cannot be read: is this a text file?')
-                return
-            end if
-            if (index(line, '#') > 0) line(index(line, '#'):) = ''
-            if (line == '') cycle
-            call read_star(file, number, line, star, taken, error)
-            if (allocated(error)) return
-            if (.not. taken) cycle
-            if (n == size(stars, 2)) stars = reshape(stars, [3, 2*n], pad=[0.0_dp])
-            n = n + 1
-            stars(:, n) = star
-        end do
-        if (n == 0) call fail_in_file(error, file, 0, 'there is no star with passA = 1')
-        stars = stars(:, :n)
-    end subroutine read_stars
-
-    !> Right ascension, declination and magnitude of one line, and whether the star is taken.
-    subroutine read_star(file, number, line, star, taken, error)
-        character(*), intent(in) :: file, line
-        integer, intent(in) :: number       !! Line number
-        real(dp), intent(out) :: star(3)
+    !> Right ascension, declination and magnitude of one row, and whether the star is taken.
+    subroutine read_star(file, row, star, taken, error)
+        type(field_file_t), intent(in) :: file
+        integer, intent(in) :: row
+        real(dp), intent(out) :: star(3)    !! deg, deg, mag
         logical, intent(out) :: taken
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: first(N_COLUMNS), last(N_COLUMNS), n
-        character(:), allocatable :: complaint
+        type(string_t), allocatable :: fields(:)
 
         star = 0
         taken = .false.
-        complaint = ''
-        call split(line, first, last, n)
-        if (n /= N_COLUMNS) then
-            complaint = 'a star needs 12 columns (see the header of data/bright_stars.txt)'
-        else if (.not. readable(field(RA_COLUMN), 0.0_dp, 360.0_dp, star(1))) then
-            complaint = 'right ascension (column 3) must be a number from 0 to 360 deg'
-        else if (.not. readable(field(DEC_COLUMN), -90.0_dp, 90.0_dp, star(2))) then
-            complaint = 'declination (column 4) must be a number from -90 to 90 deg'
-        else if (.not. readable(field(MAGNITUDE_COLUMN), -30.0_dp, 30.0_dp, star(3))) then
-            complaint = 'magnitude V (column 7) must be a number from -30 to 30'
-        else if (field(PASS_COLUMN) /= '0' .and. field(PASS_COLUMN) /= '1') then
-            complaint = 'passA (column 11) must be 0 or 1'
-        else
-            taken = field(PASS_COLUMN) == '1'
-        end if
-        if (complaint /= '') call fail_in_file(error, file, number, complaint, line)
-
-    contains
-
-        function field(column)
-            integer, intent(in) :: column
-            character(:), allocatable :: field
-
-            field = line(first(column):last(column))
-        end function field
+        call file%get_fields(row, N_COLUMNS, 'HIP, HR, right ascension, declination, two proper '// &
+                             'motions, V, source, distance and magnitude difference of a '// &
+                             'companion, passA, passB', fields, error)
+        if (allocated(error)) return
+        call file%get_real(row, fields(RA_COLUMN), 'right ascension', star(1), error, &
+                           0.0_dp, 360.0_dp, 'deg')
+        if (allocated(error)) return
+        call file%get_real(row, fields(DEC_COLUMN), 'declination', star(2), error, &
+                           -90.0_dp, 90.0_dp, 'deg')
+        if (allocated(error)) return
+        call file%get_real(row, fields(MAGNITUDE_COLUMN), 'magnitude V', star(3), error, &
+                           -30.0_dp, 30.0_dp)
+        if (allocated(error)) return
+        taken = fields(PASS_COLUMN)%text == '1'
+        if (.not. taken .and. fields(PASS_COLUMN)%text /= '0') &
+            call file%fail_at(row, 'passA (column 11) must be 0 or 1', error)
     end subroutine read_star
-
-    !> Whether a field is a number inside a range.
-    logical function readable(field, low, high, value)
-        character(*), intent(in) :: field
-        real(dp), intent(in) :: low, high
-        real(dp), intent(out) :: value
-
-        integer :: status
-
-        value = 0
-        readable = .false.
-        if (verify(field, '+-.0123456789eE') > 0) return
-        read (field, '(f512.0)', iostat=status) value
-        readable = status == 0 .and. value >= low .and. value <= high
-    end function readable
-
-    !> Where the fields of a line stand, separated by blanks or tabulators. `n` counts all of them,
-    !> also those for which there is no room.
-    pure subroutine split(line, first, last, n)
-        character(*), intent(in) :: line
-        integer, intent(out) :: first(:), last(:)   !! Positions in the line; (fields)
-        integer, intent(out) :: n
-
-        character(*), parameter :: BLANKS = ' '//achar(9)//achar(13)
-        integer :: position, skipped, length
-
-        first = 1
-        last = 0
-        n = 0
-        position = 1
-        do
-            skipped = verify(line(position:), BLANKS) - 1
-            if (skipped < 0) exit
-            position = position + skipped
-            length = scan(line(position:)//' ', BLANKS) - 1
-            n = n + 1
-            if (n <= size(first)) then
-                first(n) = position
-                last(n) = position + length - 1
-            end if
-            position = position + length
-        end do
-    end subroutine split
 end module gracecg_star_catalogue

@@ -5,13 +5,15 @@ module gracecg_observation_set
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     use gracecg_settings, only: settings_t, FULL_RANGE
     use gracecg_time, only: utc_t, parse_utc, utc_text
+    use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
         MAX_DIPOLE
     implicit none
     private
-    public :: observation_set_t, calibration_setup_t, check_observations, HEADS
+    public :: observation_set_t, calibration_setup_t, check_observations, HEADS, SAMPLE_TOLERANCE
     public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
@@ -37,7 +39,8 @@ module gracecg_observation_set
         real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
         real(dp) :: guess_offset(3) = 0                 !! d*, m
         real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
-        real(dp) :: star_camera_weight = 1              !! Of every quaternion component
+        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
+        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
     end type calibration_setup_t
 
     !> Samples of the three instruments. Times are seconds from the epoch.
@@ -53,6 +56,7 @@ module gracecg_observation_set
     end type observation_set_t
 
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
+    real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
 
 contains
 
@@ -180,7 +184,9 @@ contains
         call settings%real_values('accelerometer_weight', setup%accelerometer_weight, tiny(1.0_dp), &
                                   FULL_RANGE, 'of the axes')
         call settings%real_value('star_camera_weight', setup%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
-                                 'of every quaternion component')
+                                 'of every attitude component, ASSEST')
+        call settings%real_value('combined_star_camera_weight', setup%combined_star_camera_weight, &
+                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
         call settings%end_group()
     end subroutine describe_estimation
 
@@ -204,6 +210,8 @@ contains
 
         integer :: head
 
+        call check_sizes(observations, error)
+        if (allocated(error)) return
         call check_series('accelerometer', observations%accelerometer_time, &
                           observations%acceleration, error)
         if (allocated(error)) return
@@ -211,7 +219,7 @@ contains
         if (allocated(error)) return
         do head = 1, HEADS
             if (.not. any(observations%star_camera_head == head)) cycle
-            call check_series('star camera '//number_text(real(head, dp)), &
+            call check_series('star camera '//integer_text(head), &
                               pack(observations%star_camera_time, observations%star_camera_head == head), &
                               observations%quaternion, error)
             if (allocated(error)) return
@@ -219,14 +227,53 @@ contains
         associate (setup => observations%setup)
             if (.not. any(observations%star_camera_head == setup%camera)) then
                 call fail(error, 'there are no star-camera samples of head '// &
-                          number_text(real(setup%camera, dp))//', the head that the setup names')
-            else if (any(abs(norm2(observations%quaternion, 1) - 1) > 1e-3_dp)) then
+                          integer_text(setup%camera)//', the head that the setup names')
+            else if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
                 call fail(error, 'star camera: a quaternion is not of unit length')
             else if (.not. setup%duration > 0) then
                 call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
+            else if (.not. min(setup%accelerometer_interval, setup%star_camera_interval, &
+                               setup%magnetometer_interval) > 0) then
+                call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
+                          'magnetometer must be positive')
+            else
+                call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia), error)
             end if
         end associate
     end subroutine check_observations
+
+    !> Fails unless every time tag has its sample.
+    subroutine check_sizes(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. (allocated(observations%accelerometer_time) .and. &
+                   allocated(observations%acceleration) .and. &
+                   allocated(observations%magnetometer_time) .and. allocated(observations%field) .and. &
+                   allocated(observations%star_camera_time) .and. &
+                   allocated(observations%star_camera_head) .and. &
+                   allocated(observations%quaternion))) then
+            call fail(error, 'the samples of an instrument are missing altogether')
+            return
+        end if
+        call compare('accelerometer', size(observations%accelerometer_time), &
+                     size(observations%acceleration, 2))
+        call compare('magnetometer', size(observations%magnetometer_time), size(observations%field, 2))
+        call compare('star camera', size(observations%star_camera_time), size(observations%quaternion, 2))
+        call compare('star camera, heads', size(observations%star_camera_time), &
+                     size(observations%star_camera_head))
+
+    contains
+
+        subroutine compare(name, times, samples)
+            character(*), intent(in) :: name
+            integer, intent(in) :: times, samples
+
+            if (allocated(error) .or. times == samples) return
+            call fail(error, name//': '//number_text(real(times, dp))//' time tags, but '// &
+                      number_text(real(samples, dp))//' samples')
+        end subroutine compare
+    end subroutine check_sizes
 
     subroutine check_series(name, times, values, error)
         character(*), intent(in) :: name

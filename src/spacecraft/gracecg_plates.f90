@@ -3,6 +3,7 @@ module gracecg_plates
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     implicit none
     private
     public :: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area, MAX_PLATES
@@ -94,8 +95,8 @@ contains
         integer :: i
 
         if (size(plates) < 1 .or. size(plates) > MAX_PLATES) then
-            call fail(error, 'satellite surface: '//number_text(real(size(plates), dp))// &
-                      ' plates given, 1 to '//number_text(real(MAX_PLATES, dp))//' allowed')
+            call fail(error, 'satellite surface: '//integer_text(size(plates))// &
+                      ' plates given, 1 to '//integer_text(MAX_PLATES)//' allowed')
             return
         end if
         gap = 0
@@ -120,7 +121,7 @@ contains
 
         character(:), allocatable :: name
 
-        name = 'plate '//number_text(real(number, dp))//' of the satellite surface: '
+        name = 'plate '//integer_text(number)//' of the satellite surface: '
         if (.not. (plate%area > 0 .and. ieee_is_finite(plate%area))) then
             call fail(error, name//'area = '//number_text(plate%area)//' m^2 has to be positive')
         else if (.not. abs(norm2(plate%normal) - 1) < UNIT_TOLERANCE) then

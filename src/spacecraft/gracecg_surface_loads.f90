@@ -77,27 +77,28 @@ contains
                        projected_area(surface, direction)*direction
     end function solar_radiation_acceleration
 
-    !> Pressure of the Earth's light, CSR-TM-00-01 eq. (2-10), with the cross-section (2-15)
-    !> towards each segment of the Earth, body axes, m/s^2.
+    !> Pressure of the Earth's light, CSR-TM-00-01 eq. (2-10), body axes, m/s^2. As there, the
+    !> satellite has one cross-section A_e for all segments: that of (2-15) towards the Earth's centre.
+    !> (`earth_radiation_load` follows each segment's light onto each plate.)
     pure function earth_radiation_acceleration(surface, mass, reflectivity, body_from_inertial, &
-                                               radiation) result(acceleration)
+                                               vertical, radiation) result(acceleration)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: mass                        !! m_S, kg
         real(dp), intent(in) :: reflectivity                !! eta_e
         real(dp), intent(in) :: body_from_inertial(3, 3)    !! Rotation matrix, eq. (2-29)
+        real(dp), intent(in) :: vertical(3)                 !! Unit vector upwards, body axes
         type(earth_irradiance_t), intent(in) :: radiation   !! At the satellite
         real(dp) :: acceleration(3)
 
-        real(dp) :: direction(3)
+        real(dp) :: flux(3)     ! inertial axes, W/m^2
         integer :: j
 
-        acceleration = 0
+        flux = 0
         do j = 1, radiation%count
-            direction = rotated(body_from_inertial, radiation%direction(:, j))
-            acceleration = acceleration + &
-                           radiation%irradiance(j)*projected_area(surface, -direction)*direction
+            flux = flux + radiation%irradiance(j)*radiation%direction(:, j)
         end do
-        acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*acceleration
+        acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*projected_area(surface, -vertical)* &
+                       rotated(body_from_inertial, flux)
     end function earth_radiation_acceleration
 
     !> Mean molar mass of a mixture of helium, atomic oxygen and molecular nitrogen, kg/mol.

@@ -4,6 +4,7 @@ module gracecg_torque_rods
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: integer_text
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre
@@ -44,8 +45,8 @@ contains
         integer :: i
 
         if (size(activations) > MAX_ACTIVATIONS) then
-            call fail(error, 'torque rods: '//number_text(real(size(activations), dp))// &
-                      ' activations given, at most '//number_text(real(MAX_ACTIVATIONS, dp))// &
+            call fail(error, 'torque rods: '//integer_text(size(activations))// &
+                      ' activations given, at most '//integer_text(MAX_ACTIVATIONS)// &
                       ' allowed')
             return
         end if
@@ -95,9 +96,9 @@ contains
 
         character(:), allocatable :: name
 
-        name = 'torque rod activation '//number_text(real(number, dp))//': '
+        name = 'torque rod activation '//integer_text(number)//': '
         if (activation%axis < 1 .or. activation%axis > 3) then
-            call fail(error, name//'axis = '//number_text(real(activation%axis, dp))// &
+            call fail(error, name//'axis = '//integer_text(activation%axis)// &
                       ' has to be 1, 2 or 3')
         else if (.not. all(ieee_is_finite( &
                            [activation%amplitude, activation%frequency, activation%phase, &
@@ -126,7 +127,7 @@ contains
                 total = sum(abs(activations%amplitude), mask=activations%axis == axis .and. &
                             activations%start <= time .and. time <= activations%stop)
                 if (total > MAX_DIPOLE) then
-                    call fail(error, 'torque rod '//number_text(real(axis, dp))//': amplitudes '// &
+                    call fail(error, 'torque rod '//integer_text(axis)//': amplitudes '// &
                               'add up to '//number_text(total)//' A m^2 at t = '// &
                               number_text(time)//' s; a rod bears at most '// &
                               number_text(MAX_DIPOLE)//' A m^2')

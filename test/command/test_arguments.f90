@@ -1,10 +1,11 @@
 !> The command line: words, options, typed values, and a message for every wrong usage.
 module test_arguments
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_arguments
     use gracecg_text, only: string_t, split
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_arguments
@@ -49,28 +50,6 @@ contains
         call arguments%parse(words, failure)
     end subroutine parse
 
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
-
     subroutine test_words(error)
         type(error_type), allocatable, intent(out) :: error
         type(arguments_t) :: arguments
@@ -81,7 +60,7 @@ contains
         call parse('front-1 --runs 15 --quiet --out run other', arguments, failure)
         if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
         if (.not. allocated(failure)) call arguments%get('--runs', runs, failure, low=1)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, arguments%positional_count() == 2 .and. &
                    arguments%positional(1) == 'front-1' .and. &
@@ -101,7 +80,7 @@ contains
         call parse('front-1 --out=a=b --position=-1,2,3e6', arguments, failure)
         if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
         if (.not. allocated(failure)) call arguments%get('--position', position, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, folder == 'a=b' .and. all(abs(position - [-1.0_dp, 2.0_dp, 3e6_dp]) <= 0))
     end subroutine test_equals
@@ -115,7 +94,7 @@ contains
         call parse('-1 --position -1 -.5 -3e6 --out - --step -2', arguments, failure)
         if (.not. allocated(failure)) call arguments%get('--position', position, failure)
         if (.not. allocated(failure)) call arguments%get('--step', step, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(abs(position - [-1.0_dp, -0.5_dp, -3e6_dp]) <= 0) .and. &
                    abs(step + 2) <= 0 .and. arguments%positional(1) == '-1')
@@ -137,7 +116,7 @@ contains
             call arguments%get('--position', position, failure, default=[1.0_dp, 2.0_dp, 3.0_dp])
         if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, default='a,b')
         if (.not. allocated(failure)) call arguments%get('--cases', text, failure, default='a,b')
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, abs(step - 10) <= 0 .and. runs == 15 .and. &
                    abs(position(3) - 3) <= 0 .and. &
@@ -153,18 +132,19 @@ contains
 
         call parse('x --out run --cases Back-1,front-1', arguments, failure)
         if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, choices=CHOICES)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, cases(1)%text//'|'//cases(2)%text, 'back-1|front-1')
         if (allocated(error)) return
         call parse('x --out run --cases front-1,fromt-1', arguments, failure)
         call arguments%get('--cases', cases, failure, choices=CHOICES)
-        call check_fails(error, failure, [character(W) :: '--cases', '"fromt-1"', &
-                                          'front-1, back-1', 'did you mean "front-1"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--cases', '"fromt-1"', 'front-1, back-1', &
+                          'did you mean "front-1"'])
         if (allocated(error)) return
         call parse('x --out run --cases front-1,', arguments, failure)
         call arguments%get('--cases', cases, failure)
-        call check_fails(error, failure, [character(W) :: '--cases', 'empty name'])
+        call check_fails(error, message_of(failure), [character(W) :: '--cases', 'empty name'])
     end subroutine test_lists
 
     subroutine test_double_dash(error)
@@ -173,7 +153,7 @@ contains
         type(error_t), allocatable :: failure
 
         call parse('--out run -- --quiet --help', arguments, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, arguments%positional(1) == '--quiet' .and. &
                    arguments%positional(2) == '--help' .and. &
@@ -225,7 +205,7 @@ contains
 
             if (allocated(error)) return
             call parse(line, arguments, failure)
-            call check_fails(error, failure, parts)
+            call check_fails(error, message_of(failure), parts)
         end subroutine refused
     end subroutine test_wrong_usage
 
@@ -239,32 +219,35 @@ contains
 
         call parse('x --out run --step nan --runs 1.5 --position 1 2 3x', arguments, failure)
         call arguments%get('--step', step, failure, low=0.1_dp, high=60.0_dp, unit='s')
-        call check_fails(error, failure, [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
         if (allocated(error)) return
         call arguments%get('--runs', runs, failure, low=1)
-        call check_fails(error, failure, [character(W) :: '--runs', '"1.5"', &
-                                          'an integer of at least 1'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--runs', '"1.5"', 'an integer of at least 1'])
         if (allocated(error)) return
         call arguments%get('--position', position, failure, unit='m')
-        call check_fails(error, failure, [character(W) :: '--position', '"3x"', 'in m'])
+        call check_fails(error, message_of(failure), [character(W) :: '--position', '"3x"', 'in m'])
         if (allocated(error)) return
         call arguments%get('--out', text, failure, choices=[character(5) :: 'runs', 'walks'])
-        call check_fails(error, failure, [character(W) :: '--out', 'one of runs, walks', &
-                                          'did you mean "runs"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--out', 'one of runs, walks', 'did you mean "runs"'])
         if (allocated(error)) return
         call arguments%get('--cases', text, failure)
-        call check_fails(error, failure, [character(W) :: '--cases LIST is required'])
+        call check_fails(error, message_of(failure), [character(W) :: '--cases LIST is required'])
         if (allocated(error)) return
         call arguments%get('--undeclared', text, failure)
-        call check_fails(error, failure, [character(W) :: '--undeclared is not declared'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--undeclared is not declared'])
         if (allocated(error)) return
         call arguments%get('--position', step, failure)
-        call check_fails(error, failure, &
+        call check_fails(error, message_of(failure), &
                          [character(W) :: '--position is declared with 3 values, not 1'])
         if (allocated(error)) return
         call parse('x --out run --step 61', arguments, failure)
         call arguments%get('--step', step, failure, default=1.0_dp, high=60.0_dp)
-        call check_fails(error, failure, [character(W) :: '--step', '61 is outside', 'at most 60'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--step', '61 is outside', 'at most 60'])
     end subroutine test_wrong_values
 
     subroutine test_help_text(error)

@@ -3,11 +3,12 @@ module test_coloured_noise
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED
     use gracecg_statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_coloured_noise
@@ -248,11 +249,7 @@ contains
 
             if (allocated(error)) return
             noise = coloured_noise(level, corner, sides, interval, failure)
-            if (.not. allocated(failure)) then
-                call test_failed(error, 'accepted a bad '//word)
-            else
-                call check(error, index(failure%message, word) > 0, failure%message)
-            end if
+            call check_fails(error, message_of(failure), [word])
         end subroutine expect_failure
     end subroutine test_arguments
 end module test_coloured_noise

@@ -2,11 +2,11 @@
 module test_csv
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_csv
-    use gracecg_file, only: file_exists, text_file_t, read_text_file
+    use gracecg_file, only: file_exists, remove_file, text_file_t, read_text_file
     use gracecg_text, only: string_t
-    use fixture, only: FOLDER, make_folder, make_file, remove_file, check_fails, check_passes
+    use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -56,7 +56,7 @@ contains
 
         call read_content(error, content, table, failure)
         if (allocated(error)) return
-        call check_fails(error, failure, [character(60) :: PATH, parts])
+        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
     end subroutine check_refused
 
     subroutine test_read(error)
@@ -68,7 +68,7 @@ contains
         call read_content(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
                           LF//'0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(shape(table) == [2, 3]) .and. &
                    all(abs(table(1, :) - [0.0_dp, 1e-9_dp, -2.5e-3_dp]) <= 0) .and. &
@@ -85,7 +85,7 @@ contains
 
         call read_content(error, 'time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(abs(table(:, 3) - [3.0_dp, 6.0_dp]) <= 0))
     end subroutine test_windows
@@ -145,7 +145,8 @@ contains
         call check_refused(error, 'time_s,ax,ay'//LF, [character(60) :: 'no row'])
         if (allocated(error)) return
         call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
-        call check_fails(error, failure, [character(60) :: FOLDER//'missing.csv', 'no such file'])
+        call check_fails(error, message_of(failure), &
+                         [character(60) :: FOLDER//'missing.csv', 'no such file'])
     end subroutine test_empty_fails
 
     subroutine test_blank_fails(error)
@@ -178,12 +179,12 @@ contains
         call check(error,.not. file_exists(PATH))
         call writer%commit(failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_csv(PATH, COLUMNS, table, failure, comments)
         call read_text_file(PATH, file, failure)
         call remove_file(PATH)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(abs(table - rows) <= 0) .and. comments(2)%text == 'two')
         if (allocated(error)) return
@@ -201,7 +202,7 @@ contains
         call writer%open(PATH, 'case,axis,runs', [character(1) ::], failure)
         call writer%row([15.0_dp], labels=[character(8) :: 'front-1', 'x'])
         call writer%commit(failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_text_file(PATH, file, failure)
         call remove_file(PATH)
@@ -239,7 +240,7 @@ contains
         call writer%row(row)
         call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
         call writer%commit(failure)
-        call check_fails(error, failure, [character(60) :: PATH, parts])
+        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
         if (allocated(error)) return
         call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
     end subroutine check_row_refused

@@ -1,6 +1,6 @@
 !> Reading and writing files, and what can go wrong there.
 module test_file
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_file
     use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check, skip_test
@@ -62,7 +62,7 @@ contains
         if (allocated(error)) return
         call read_text_file(FOLDER//'read.txt  ', file, failure)
         call remove_file(FOLDER//'read.txt')
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, file%name//' '//file%line(2), FOLDER//'read.txt second')
     end subroutine test_read
@@ -78,7 +78,7 @@ contains
         if (allocated(error)) return
         call read_text_file(FOLDER//'long.txt', file, failure)
         call remove_file(FOLDER//'long.txt')
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, file%line_count(), N)
         if (allocated(error)) return
@@ -91,17 +91,19 @@ contains
         type(error_t), allocatable :: failure
 
         call read_text_file(FOLDER//'missing.txt', file, failure)
-        call check_fails(error, failure, [character(40) :: FOLDER//'missing.txt', 'no such file'])
+        call check_fails(error, message_of(failure), &
+                         [character(40) :: FOLDER//'missing.txt', 'no such file'])
         if (allocated(error)) return
         call read_text_file('build', file, failure)
-        call check_fails(error, failure, [character(40) :: 'build: is a folder'])
+        call check_fails(error, message_of(failure), [character(40) :: 'build: is a folder'])
         if (allocated(error)) return
         call read_text_file('', file, failure)
-        call check_fails(error, failure, [character(40) :: 'name of the file is empty'])
+        call check_fails(error, message_of(failure), [character(40) :: 'name of the file is empty'])
         if (allocated(error) .or. .not. file_exists('/proc/self/mem')) return
         ! A file that opens, but whose first byte cannot be read
         call read_text_file('/proc/self/mem', file, failure)
-        call check_fails(error, failure, [character(40) :: '/proc/self/mem', 'cannot be read'])
+        call check_fails(error, message_of(failure), &
+                         [character(40) :: '/proc/self/mem', 'cannot be read'])
     end subroutine test_read_fails
 
     subroutine test_make_directory(error)
@@ -109,15 +111,15 @@ contains
         type(error_t), allocatable :: failure
 
         call make_directory(FOLDER//'deep/deeper//deepest/', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, directory_exists(FOLDER//'deep/deeper/deepest'))
         if (allocated(error)) return
         call make_directory(FOLDER//'deep', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call make_directory('.', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         call remove_file(FOLDER//'deep/deeper/deepest')
         call remove_file(FOLDER//'deep/deeper')
         call remove_file(FOLDER//'deep')
@@ -132,21 +134,22 @@ contains
         call make_file(error, 'in-the-way', 'x')
         if (allocated(error)) return
         call make_directory(FOLDER//'in-the-way', failure)
-        call check_fails(error, failure, [character(40) :: FOLDER//'in-the-way', &
-                                          'a file of that name'])
+        call check_fails(error, message_of(failure), &
+                         [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
         if (.not. allocated(error)) then
             call make_directory(FOLDER//'in-the-way/below', failure)
-            call check_fails(error, failure, [character(40) :: FOLDER//'in-the-way', &
-                                              'a file of that name'])
+            call check_fails(error, message_of(failure), &
+                             [character(40) :: FOLDER//'in-the-way', 'a file of that name'])
         end if
         call remove_file(FOLDER//'in-the-way')
         if (allocated(error)) return
         call make_directory('', failure)
-        call check_fails(error, failure, [character(40) :: 'name of the folder is empty'])
+        call check_fails(error, message_of(failure), &
+                         [character(40) :: 'name of the folder is empty'])
         if (allocated(error)) return
         ! Nobody may make a folder there
         call make_directory('/proc/gracecg', failure)
-        call check_fails(error, failure, [character(40) :: '/proc', 'permissions'])
+        call check_fails(error, message_of(failure), [character(40) :: '/proc', 'permissions'])
     end subroutine test_make_directory_fails
 
     subroutine test_commit(error)
@@ -158,7 +161,7 @@ contains
         call make_file(error, 'out.txt', 'old')
         if (allocated(error)) return
         call output%open(FOLDER//'out.txt', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call output%line('new')
         call output%line('')
@@ -166,7 +169,7 @@ contains
         call check(error, file%text, 'old')
         if (allocated(error)) return
         call output%commit(failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_text_file(FOLDER//'out.txt', file, failure)
         call check(error, file%text, 'new'//LF//LF)
@@ -175,7 +178,7 @@ contains
         call remove_file(FOLDER//'out.txt')
         if (allocated(error)) return
         call output%commit(failure)
-        call check_fails(error, failure, [character(40) :: 'closed already'])
+        call check_fails(error, message_of(failure), [character(40) :: 'closed already'])
     end subroutine test_commit
 
     subroutine test_discard(error)
@@ -229,7 +232,7 @@ contains
         call one%line('one')
         call two%commit(failure)
         call one%commit(failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_text_file(FOLDER//'shared.txt', file, failure)
         call remove_file(FOLDER//'shared.txt')
@@ -242,17 +245,19 @@ contains
         type(error_t), allocatable :: failure
 
         call output%open('build/no-such-folder/a.txt', failure)
-        call check_fails(error, failure, [character(60) :: 'build/no-such-folder/a.txt', &
-                                          'no folder build/no-such-folder'])
+        call check_fails(error, message_of(failure), &
+                         [character(60) :: 'build/no-such-folder/a.txt', &
+                          'no folder build/no-such-folder'])
         if (allocated(error)) return
         call output%open('build', failure)
-        call check_fails(error, failure, [character(60) :: 'build', 'is a folder'])
+        call check_fails(error, message_of(failure), [character(60) :: 'build', 'is a folder'])
         if (allocated(error)) return
         call output%open('', failure)
-        call check_fails(error, failure, [character(60) :: 'empty'])
+        call check_fails(error, message_of(failure), [character(60) :: 'empty'])
         if (allocated(error) .or. .not. directory_exists('/proc')) return
         call output%open('/proc/gracecg.txt', failure)
-        call check_fails(error, failure, [character(60) :: '/proc/gracecg.txt', 'permissions'])
+        call check_fails(error, message_of(failure), &
+                         [character(60) :: '/proc/gracecg.txt', 'permissions'])
     end subroutine test_open_fails
 
     subroutine test_rename_fails(error)
@@ -266,8 +271,8 @@ contains
         call make_directory(FOLDER//'taken', failure)
         call output%commit(failure)
         call remove_file(FOLDER//'taken')
-        call check_fails(error, failure, [character(60) :: FOLDER//'taken', &
-                                          'could not be given its name'])
+        call check_fails(error, message_of(failure), &
+                         [character(60) :: FOLDER//'taken', 'could not be given its name'])
         if (allocated(error)) return
         call check(error,.not. file_exists(FOLDER//'taken.part1'))
     end subroutine test_rename_fails
@@ -283,11 +288,11 @@ contains
             return
         end if
         call output%open('/dev/full', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call output%line('x')
         call output%commit(failure)
-        call check_fails(error, failure, [character(60) :: '/dev/full', 'free space'])
+        call check_fails(error, message_of(failure), [character(60) :: '/dev/full', 'free space'])
         if (allocated(error)) return
         call check(error, file_exists('/dev/full'), 'the device is gone')
     end subroutine test_disk_full

@@ -2,9 +2,10 @@
 module test_namelist
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
+    use gracecg_file, only: remove_file
     use gracecg_namelist
-    use fixture, only: FOLDER, make_folder, make_file, remove_file, check_fails, check_passes
+    use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -62,7 +63,7 @@ contains
         type(error_t), allocatable :: failure
 
         call file%parse(text, 'case.nml', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine parse
 
     subroutine test_values(error)
@@ -91,7 +92,7 @@ contains
                                                         index=rod)
         end do
         if (.not. allocated(failure)) call file%check_all_used(failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, abs(mass - 432.5_dp) <= 0 .and. drag .and. plates == 6 .and. &
                    all(abs(offset - [1e-4_dp, 0.0_dp, 0.0_dp]) <= 0) .and. &
@@ -134,7 +135,7 @@ contains
         call file%get('b', 'i', i, failure, default=3)
         call file%get('a', 'l', l, failure, default=.true.)
         call file%get('a', 't', t, failure, default='text')
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, abs(x - 1.5_dp) <= 0 .and. abs(v(2) - 2) <= 0 .and. i == 3 .and. &
                    l .and. t == 'text')
@@ -149,7 +150,7 @@ contains
         call parse(error, '&a'//CR//LF//'t = ''x'' ! note'//CR//LF//'/'//CR//LF, file)
         if (allocated(error)) return
         call file%get('a', 't', text, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, text, 'x')
     end subroutine test_windows
@@ -175,7 +176,7 @@ contains
         call make_folder(error)
         if (allocated(error)) return
         call writer%save(FOLDER//'ours.nml', failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         open (newunit=unit, file=FOLDER//'ours.nml', status='old', action='read')
         read (unit, nml=spacecraft, iostat=status)
@@ -214,7 +215,7 @@ contains
         if (.not. allocated(failure)) call file%get('spacecraft', 'offset', offset_read, failure)
         if (.not. allocated(failure)) call file%get('spacecraft', 'name', name_read, failure)
         if (.not. allocated(failure)) call file%get('spacecraft', 'drag', drag_read, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, abs(mass_read - mass) <= 0 .and. &
                    all(abs(offset_read - offset) <= 0) .and. &
@@ -274,7 +275,7 @@ contains
 
             if (allocated(error)) return
             call file%parse(text, 'case.nml', failure)
-            call check_fails(error, failure, parts)
+            call check_fails(error, message_of(failure), parts)
         end subroutine refused
     end subroutine test_syntax_errors
 
@@ -288,19 +289,21 @@ contains
         call parse(error, LF//'&craft'//LF//' mas = 1 /', file)
         if (allocated(error)) return
         call file%get('craft', 'mass', x, failure, low=1.0_dp, high=1e4_dp, unit='kg')
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '&craft', '"mass"', &
-                                          'a number from 1 to 10000 kg', &
-                                          '"mas" there a misspelling'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '&craft', '"mass"', &
+                          'a number from 1 to 10000 kg', '"mas" there a misspelling'])
         if (allocated(error)) return
         call file%get('craft', 'position', v, failure, unit='m')
-        call check_fails(error, failure, [character(W) :: '"position"', '3 numbers', 'in m'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '"position"', '3 numbers', 'in m'])
         if (allocated(error)) return
         call file%get('field', 'model', text, failure, choices=[character(6) :: 'igrf95', 'none'])
-        call check_fails(error, failure, [character(W) :: 'case.nml: ', '&field is missing', &
-                                          '"model"', 'one of igrf95, none'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml: ', '&field is missing', '"model"', &
+                          'one of igrf95, none'])
         if (allocated(error)) return
         call file%get('craft', 'mas', x, failure, index=2)
-        call check_fails(error, failure, [character(W) :: '&craft number 2 is missing'])
+        call check_fails(error, message_of(failure), [character(W) :: '&craft number 2 is missing'])
     end subroutine test_missing
 
     subroutine test_wrong_real(error)
@@ -330,14 +333,14 @@ contains
             call parse(error, '&craft'//LF//'mass = '//value//' /', file)
             if (allocated(error)) return
             call file%get('Craft', 'Mass', x, failure, low=1.0_dp, high=10.0_dp, unit='kg')
-            call check_fails(error, failure, [character(W) :: 'case.nml:2:', &
-                                              'key "mass" of group &craft', &
-                                              'a number from 1 to 10 kg', '| mass = ', parts])
+            call check_fails(error, message_of(failure), &
+                             [character(W) :: 'case.nml:2:', 'key "mass" of group &craft', &
+                              'a number from 1 to 10 kg', '| mass = ', parts])
             if (allocated(error)) return
             ! A default does not excuse a wrong value
             call file%get('craft', 'mass', x, failure, default=2.0_dp, low=1.0_dp, high=10.0_dp, &
                           unit='kg')
-            call check_fails(error, failure, parts)
+            call check_fails(error, message_of(failure), parts)
         end subroutine refused
     end subroutine test_wrong_real
 
@@ -351,17 +354,20 @@ contains
                    ' out = 0 0'//LF//'nan /', file)
         if (allocated(error)) return
         call file%get('a', 'few', v, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '2 values', '3 numbers'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '2 values', '3 numbers'])
         if (allocated(error)) return
         call file%get('a', 'many', v, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:3:', '4 values', '3 numbers'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:3:', '4 values', '3 numbers'])
         if (allocated(error)) return
         call file%get('a', 'bad', v, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:4:', 'value 2', '"2x"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:4:', 'value 2', '"2x"'])
         if (allocated(error)) return
         call file%get('a', 'out', v, failure, low=0.0_dp)
-        call check_fails(error, failure, [character(W) :: 'case.nml:6:', 'value 3', '"nan"', &
-                                          'at least 0'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:6:', 'value 3', '"nan"', 'at least 0'])
     end subroutine test_wrong_reals
 
     subroutine test_wrong_integer(error)
@@ -374,18 +380,21 @@ contains
                    LF//' text = ''7'' /', file)
         if (allocated(error)) return
         call file%get('a', 'real', n, failure, low=0, high=70)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', &
-                                          '"1.5" is not an integer', 'from 0 to 70'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '"1.5" is not an integer', &
+                          'from 0 to 70'])
         if (allocated(error)) return
         call file%get('a', 'long', n, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:3:', '"99999999999"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:3:', '"99999999999"'])
         if (allocated(error)) return
         call file%get('a', 'out', n, failure, low=0, high=70)
-        call check_fails(error, failure, [character(W) :: 'case.nml:4:', '71 is outside', &
-                                          'from 0 to 70'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:4:', '71 is outside', 'from 0 to 70'])
         if (allocated(error)) return
         call file%get('a', 'text', n, failure, high=70)
-        call check_fails(error, failure, [character(W) :: 'case.nml:5:', 'in quotes', 'at most 70'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:5:', 'in quotes', 'at most 70'])
     end subroutine test_wrong_integer
 
     subroutine test_wrong_logical(error)
@@ -397,12 +406,12 @@ contains
         call parse(error, '&a'//LF//' number = 1'//LF//' text = ''true''/', file)
         if (allocated(error)) return
         call file%get('a', 'number', l, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '"1"', &
-                                          '.true. or .false.'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '"1"', '.true. or .false.'])
         if (allocated(error)) return
         call file%get('a', 'text', l, failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:3:', 'quotes', &
-                                          '.true. or .false.'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:3:', 'quotes', '.true. or .false.'])
     end subroutine test_wrong_logical
 
     subroutine test_wrong_text(error)
@@ -416,14 +425,16 @@ contains
                    ' fine = ''IGRF95''/', file)
         if (allocated(error)) return
         call file%get('a', 'near', text, failure, choices=CHOICES)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '"igrf96"', &
-                                          'one of igrf95, dipole', 'did you mean "igrf95"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '"igrf96"', 'one of igrf95, dipole', &
+                          'did you mean "igrf95"'])
         if (allocated(error)) return
         call file%get('a', 'bare', text, failure, choices=CHOICES)
-        call check_fails(error, failure, [character(W) :: 'case.nml:3:', 'dipole is not in quotes'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:3:', 'dipole is not in quotes'])
         if (allocated(error)) return
         call file%get('a', 'fine', text, failure, choices=CHOICES)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, text, 'igrf95')
     end subroutine test_wrong_text
@@ -436,11 +447,13 @@ contains
         call parse(error, SAMPLE, file)
         if (allocated(error)) return
         call file%reject('rod', 'moment', 'too strong', failure, index=2)
-        call check_fails(error, failure, [character(W) :: 'case.nml:12:', '"moment"', &
-                                          'too strong', '|     moment'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:12:', '"moment"', 'too strong', &
+                          '|     moment'])
         if (allocated(error)) return
         call file%reject('rod', 'axis', 'is needed', failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml: ', '"axis"', 'is needed'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml: ', '"axis"', 'is needed'])
     end subroutine test_reject
 
     subroutine test_unknown_key(error)
@@ -454,9 +467,9 @@ contains
         call file%get('a', 'mass', x, failure)
         call file%get('a', 'length', x, failure, default=1.0_dp)
         call file%check_all_used(failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:3:', '"lenght" is not known', &
-                                          '&a', 'did you mean "length"?', 'known: mass, length', &
-                                          '| lenght = 2'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:3:', '"lenght" is not known', '&a', &
+                          'did you mean "length"?', 'known: mass, length', '| lenght = 2'])
     end subroutine test_unknown_key
 
     subroutine test_unknown_group(error)
@@ -469,15 +482,16 @@ contains
         if (allocated(error)) return
         call file%get('craft', 'mass', x, failure)
         call file%check_all_used(failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '&crafd is not known', &
-                                          'did you mean "craft"?'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '&crafd is not known', &
+                          'did you mean "craft"?'])
         if (allocated(error)) return
         call parse(error, '&craft mass = 1 /'//LF//'&craft mass = 2 /', file)
         if (allocated(error)) return
         call file%get('craft', 'mass', x, failure)
         call file%check_all_used(failure)
-        call check_fails(error, failure, [character(W) :: 'case.nml:2:', '&craft', &
-                                          'once too often'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case.nml:2:', '&craft', 'once too often'])
     end subroutine test_unknown_group
 
     subroutine test_files(error)
@@ -486,13 +500,15 @@ contains
         type(error_t), allocatable :: failure
 
         call file%read(FOLDER//'missing.nml', failure)
-        call check_fails(error, failure, [character(W) :: FOLDER//'missing.nml', 'no such file'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: FOLDER//'missing.nml', 'no such file'])
         if (allocated(error)) return
         call make_file(error, 'broken.nml', '&a'//LF//' x')
         if (allocated(error)) return
         call file%read(FOLDER//'broken.nml', failure)
         call remove_file(FOLDER//'broken.nml')
-        call check_fails(error, failure, [character(W) :: FOLDER//'broken.nml:2:', '"x"'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: FOLDER//'broken.nml:2:', '"x"'])
     end subroutine test_files
 
     subroutine test_write(error)
@@ -510,14 +526,14 @@ contains
         call writer%entry('name', 'it''s')
         call writer%end_group()
         call writer%to_text(text, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, text, '! a case'//LF//'&craft'//LF//'    mass = 432  ! kg'//LF// &
                    '    offset = 0.1, -1e-10'//LF//'    plates = 6'//LF//'    drag = .false.'// &
                    LF//'    name = ''it''''s'''//LF//'/')
         if (allocated(error)) return
         call writer%save('build/no-such-folder/a.nml', failure)
-        call check_fails(error, failure, [character(W) :: 'build/no-such-folder/a.nml'])
+        call check_fails(error, message_of(failure), [character(W) :: 'build/no-such-folder/a.nml'])
     end subroutine test_write
 
     subroutine test_writer_refuses(error)
@@ -529,10 +545,12 @@ contains
         nan = ieee_value(nan, ieee_quiet_nan)
         call number%entry('mass', nan)
         call number%save(FOLDER//'refused.nml', failure)
-        call check_fails(error, failure, [character(W) :: 'refused.nml', '"mass"', 'finite'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'refused.nml', '"mass"', 'finite'])
         if (allocated(error)) return
         call text%entry('name', 'two'//LF//'lines')
         call text%save(FOLDER//'refused.nml', failure)
-        call check_fails(error, failure, [character(W) :: 'refused.nml', '"name"', 'one line'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'refused.nml', '"name"', 'one line'])
     end subroutine test_writer_refuses
 end module test_namelist

@@ -3,13 +3,16 @@ module test_runge_kutta
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
     use gracecg_table_rkf78
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_runge_kutta
+
+    real(dp), parameter :: SCALE(4) = 1     !! Of the tolerance
 
     !> dy/dt = p t^(p-1): y = t^p. A method of order p integrates it exactly.
     type, extends(ode_system_t) :: power_t
@@ -140,16 +143,14 @@ contains
         start = [0.1_dp, 0.0_dp, 0.0_dp, sqrt(1.9_dp/0.1_dp)]  ! e = 0.9: the step must vary
         y = start
         t = 0
-        call rkf78_integrate(system, t, y, 2*PI, 1e-12_dp, [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], steps, failure)
-        if (allocated(failure)) then
-            call test_failed(error, failure%message)
-            return
-        end if
+        call rkf78_integrate(system, t, y, 2*PI, 1e-12_dp, SCALE, steps, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
         call check(error, norm2(y - start) < 1e-8_dp)
         if (allocated(error)) return
         call check(error, steps > 20 .and. steps < 400)
         if (allocated(error)) return
-        call rkf78_integrate(system, t, y, 0.0_dp, 1e-12_dp, [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], steps, failure)
+        call rkf78_integrate(system, t, y, 0.0_dp, 1e-12_dp, SCALE, steps, failure)
         call check(error, norm2(y - start) < 1e-8_dp, 'integration backwards')
     end subroutine test_control
 
@@ -163,7 +164,7 @@ contains
         system%poison = .true.
         y = [0.7_dp, 0.0_dp, 0.0_dp, 1.2_dp]
         t = 0
-        call rkf78_integrate(system, t, y, 3.0_dp, 1e-10_dp, [1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp], steps, failure)
+        call rkf78_integrate(system, t, y, 3.0_dp, 1e-10_dp, SCALE, steps, failure)
         call check(error, allocated(failure))
     end subroutine test_nan
 end module test_runge_kutta

@@ -2,11 +2,12 @@
 module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_magnetometer, only: magnetometer_t
     use gracecg_statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_magnetometer
@@ -132,11 +133,7 @@ contains
 
             if (allocated(error)) return
             call magnetometer%measure(spread(FIELD, 2, 2), stream, measured, failure)
-            if (.not. allocated(failure)) then
-                call test_failed(error, 'accepted a bad '//word)
-            else
-                call check(error, index(failure%message, word) > 0, failure%message)
-            end if
+            call check_fails(error, message_of(failure), [word])
         end subroutine expect_failure
     end subroutine test_settings
 end module test_magnetometer

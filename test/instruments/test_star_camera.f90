@@ -3,7 +3,7 @@ module test_star_camera
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI, DEGREE, ARCSECOND
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: cross, inverse_3x3
     use gracecg_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
@@ -11,7 +11,8 @@ module test_star_camera
     use gracecg_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_star_camera, only: star_camera_t, star_frame_t, N_HEADS
     use gracecg_statistics, only: Z_999, chi_square_limits, ljung_box
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_star_camera
@@ -81,7 +82,7 @@ contains
             q = random_attitude(stream)
             head = 1 + mod(i, N_HEADS)
             call camera%see(catalogue, q, head, frame, failure)
-            call check(error,.not. allocated(failure))
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             associate (v => frame%line_of_sight)
                 call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
@@ -267,11 +268,7 @@ contains
             if (allocated(error)) return
             call camera%observe(builtin_star_catalogue(), q, head, stream, q_observed, covariance, &
                                 n_stars, failure)
-            if (.not. allocated(failure)) then
-                call test_failed(error, 'accepted a bad setting: '//words)
-            else
-                call check(error, index(failure%message, words) > 0, failure%message)
-            end if
+            call check_fails(error, message_of(failure), [words])
         end subroutine expect_failure
     end subroutine test_settings
 end module test_star_camera

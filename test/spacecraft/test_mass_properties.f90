@@ -3,10 +3,11 @@ module test_mass_properties
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: EARTH_GM
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_mass_properties
     use gracecg_vectors, only: identity, unit
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_mass_properties
@@ -143,7 +144,7 @@ contains
 
         call validate_mass_properties( &
             mass_properties_t(420.0_dp, REPORT_INERTIA, [3e-4_dp, 4e-4_dp, -5e-4_dp]), failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
     end subroutine test_accepts
 
     subroutine test_refuses(error)
@@ -183,10 +184,6 @@ contains
         type(error_t), allocatable :: failure
 
         call validate_mass_properties(body, failure)
-        if (.not. allocated(failure)) then
-            call test_failed(error, 'not refused: '//part_of_message)
-        else
-            call check(error, index(failure%message, part_of_message) > 0)
-        end if
+        call check_fails(error, message_of(failure), [part_of_message])
     end subroutine check_refused
 end module test_mass_properties

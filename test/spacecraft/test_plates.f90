@@ -3,10 +3,11 @@ module test_plates
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_plates
     use gracecg_vectors, only: cross
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_plates
@@ -154,44 +155,32 @@ contains
         good = grace()
         call new_trapezoid(surface, -LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.0_dp, 0.0_dp, &
                            failure)
-        call check_message(error, failure, 'positive')
+        call check_fails(error, message_of(failure), ['positive'])
         if (allocated(error)) return
         call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, &
                            ieee_value(1.0_dp, ieee_quiet_nan), 0.0_dp, 0.0_dp, failure)
-        call check_message(error, failure, 'positive')
+        call check_fails(error, message_of(failure), ['positive'])
         if (allocated(error)) return
         call new_trapezoid(surface, LENGTH, HEIGHT, WIDTH_BOTTOM, WIDTH_TOP, 0.7_dp, 0.4_dp, &
                            failure)
-        call check_message(error, failure, 'specular')
+        call check_fails(error, message_of(failure), ['specular'])
         if (allocated(error)) return
         plates = good%plates(:6)
         plates(2)%area = 1.01_dp*plates(2)%area
         call new_surface(surface, plates, failure)
-        call check_message(error, failure, 'do not close')
+        call check_fails(error, message_of(failure), ['do not close'])
         if (allocated(error)) return
         plates = good%plates(:6)
         plates(4)%normal = 1.001_dp*plates(4)%normal
         call new_surface(surface, plates, failure)
-        call check_message(error, failure, 'length 1')
+        call check_fails(error, message_of(failure), ['length 1'])
         if (allocated(error)) return
         plates = good%plates(:6)
         plates(5)%centre(1) = ieee_value(1.0_dp, ieee_quiet_nan)
         call new_surface(surface, plates, failure)
-        call check_message(error, failure, 'centre')
+        call check_fails(error, message_of(failure), ['centre'])
         if (allocated(error)) return
         call new_surface(surface, spread(plates(1), 1, MAX_PLATES + 1), failure)
-        call check_message(error, failure, '33 plates')
+        call check_fails(error, message_of(failure), ['33 plates'])
     end subroutine test_refuses
-
-    subroutine check_message(error, failure, part_of_message)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: part_of_message
-
-        if (.not. allocated(failure)) then
-            call test_failed(error, 'not refused: '//part_of_message)
-        else
-            call check(error, index(failure%message, part_of_message) > 0)
-        end if
-    end subroutine check_message
 end module test_plates

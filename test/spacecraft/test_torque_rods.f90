@@ -3,9 +3,10 @@ module test_torque_rods
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_torque_rods
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_torque_rods
@@ -109,7 +110,7 @@ contains
         if (allocated(error)) return
         call new_harmonic_manoeuvre(rods, report_pattern(undefined), 30.0_dp, 0.1_dp, 0.0_dp, &
                                     60.0_dp, failure)
-        call check_message(error, failure, 'pattern')
+        call check_fails(error, message_of(failure), ['pattern'])
     end subroutine test_zero_field
 
     !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
@@ -120,7 +121,7 @@ contains
         integer :: i
 
         call new_harmonic_manoeuvre(rods, [0, 1, -1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 0, 600
             call check(error, maxval(abs(dipole_moment(rods, i/10.0_dp) - &
@@ -146,7 +147,7 @@ contains
                               rod_activation_t(1, -4.0_dp, 0.25_dp, 0.0_dp, 0.0_dp, 20.0_dp), &
                               rod_activation_t(3, 7.0_dp, 0.0_dp, PI/2, 10.0_dp, 12.0_dp)], &
                              failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(dipole_moment(rods, 11.0_dp) - &
                                      [10*sin(0.2_dp*PI*6 + 0.3_dp) - 4*sin(0.5_dp*PI*11), &
@@ -201,12 +202,12 @@ contains
         if (allocated(error)) return
         pair(2)%start = 31
         call new_torque_rods(rods, pair, failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         pair(2)%start = 20
         pair(2)%axis = 2
         call new_torque_rods(rods, pair, failure)
-        call check(error, .not. allocated(failure))
+        call check_passes(error, message_of(failure))
     end subroutine test_limit
 
     subroutine check_refused(error, activations, part_of_message)
@@ -218,18 +219,6 @@ contains
         type(error_t), allocatable :: failure
 
         call new_torque_rods(rods, activations, failure)
-        call check_message(error, failure, part_of_message)
+        call check_fails(error, message_of(failure), [part_of_message])
     end subroutine check_refused
-
-    subroutine check_message(error, failure, part_of_message)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: part_of_message
-
-        if (.not. allocated(failure)) then
-            call test_failed(error, 'not refused: '//part_of_message)
-        else
-            call check(error, index(failure%message, part_of_message) > 0)
-        end if
-    end subroutine check_message
 end module test_torque_rods

@@ -1,0 +1,141 @@
+!> gracecg estimate: the CG offset from an observation set.
+module gracecg_command_estimate
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail
+    use gracecg_text, only: string_t, integer_text
+    use gracecg_observation_set, only: observation_set_t, calibration_setup_t
+    use gracecg_observation_files, only: read_observations
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_arguments, only: arguments_t
+    use gracecg_console, only: console_t, number_fields
+    implicit none
+    private
+    public :: declare_estimate, run_estimate
+
+    character(*), parameter :: COLUMNS = 'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
+        'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z'
+    character(4), parameter :: FORMATS(2) = ['text', 'csv ']
+    real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
+
+contains
+
+    subroutine declare_estimate(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('estimate', 'DIR', 1, 1, &
+                                'Estimates the offset of the centre of gravity, from the centre of mass '// &
+                                'to the proof-mass centre in body axes, from the observation set in '// &
+                                'DIR. The exit status is 1 when the estimate does not converge.', &
+                                'gracecg simulate front-1 --out run1'//new_line('a')// &
+                                'gracecg estimate run1 --algorithm assest-fde')
+        call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
+        call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+    end subroutine declare_estimate
+
+    function algorithm_help() result(text)
+        character(:), allocatable :: text
+
+        integer :: i
+
+        text = 'one of:'
+        do i = 1, size(ESTIMATOR_NAMES)
+            text = text//' '//trim(ESTIMATOR_NAMES(i))
+        end do
+    end function algorithm_help
+
+    subroutine run_estimate(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        character(:), allocatable :: algorithm, output_format
+
+        call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
+        if (.not. allocated(misuse)) &
+            call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        if (allocated(misuse)) return
+
+        call read_observations(arguments%positional(1), observations, error)
+        if (.not. allocated(error)) call estimate_offset(algorithm, observations, solution, error)
+        if (allocated(error)) return
+        call warn(observations%setup, console)
+        if (output_format == 'csv') then
+            call print_csv(solution, console, error)
+        else
+            call print_text(observations%setup, solution, console)
+        end if
+        if (allocated(error) .or. solution%converged) return
+        call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
+                  ' iterations: the offset is not to be relied upon; check guess_quaternion and '// &
+                  'guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
+    end subroutine run_estimate
+
+    !> What the formal errors leave out.
+    subroutine warn(setup, console)
+        type(calibration_setup_t), intent(in) :: setup
+        type(console_t), intent(inout) :: console
+
+        if (.not. all(setup%accelerometer_psd_level > 0)) &
+            call console%message('warning: the setup gives no noise_level of the accelerometer for some '// &
+                                 'axis: the sigmas leave it out')
+        if (.not. all(setup%star_camera_sigma > 0)) &
+            call console%message('warning: the setup gives no noise_about_axes of the star camera for '// &
+                                 'some axis: the sigmas leave it out')
+    end subroutine warn
+
+    subroutine print_csv(solution, console, error)
+        type(calibration_solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t) :: fields(13)
+
+        fields(1)%text = solution%algorithm
+        fields(2:4) = number_fields(MILLIMETRES*solution%offset)
+        fields(5:7) = number_fields(MILLIMETRES*sigmas(solution))
+        fields(8)%text = integer_text(solution%iterations)
+        fields(9)%text = merge('T', 'F', solution%converged)
+        fields(10:10) = number_fields([solution%condition])
+        fields(11:13) = number_fields(solution%residual_rms)
+        call console%row(COLUMNS, fields, error)
+    end subroutine print_csv
+
+    pure function sigmas(solution) result(sigma)
+        type(calibration_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)        !! m
+
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function sigmas
+
+    subroutine print_text(setup, solution, console)
+        type(calibration_setup_t), intent(in) :: setup
+        type(calibration_solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+        character(120) :: line
+        real(dp) :: sigma(3)
+        integer :: i
+
+        sigma = sigmas(solution)
+        call console%line(trim(setup%name)//', '//solution%algorithm// &
+                          ': CG offset, from the centre of mass to the proof-mass centre, body axes')
+        do i = 1, 3
+            write (line, '(2x, a, f12.5, " mm   sigma", f10.5, " mm")') &
+                AXES(i), MILLIMETRES*solution%offset(i), MILLIMETRES*sigma(i)
+            call console%line(trim(line))
+        end do
+        call console%line('iterations        '//integer_text(solution%iterations)// &
+                          trim(merge(' (converged)    ', ' (not converged)', solution%converged)))
+        write (line, '("condition number  ", es9.2)') solution%condition
+        call console%line(trim(line))
+        write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3, " m/s^2 (accelerometer x, y, z)")') &
+            solution%residual_rms
+        call console%line(trim(line))
+    end subroutine print_text
+end module gracecg_command_estimate

@@ -1,0 +1,248 @@
+!> gracecg verify: the verification of CSR-TM-00-01 section 5.3.
+module gracecg_command_verify
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail
+    use gracecg_version, only: VERSION
+    use gracecg_text, only: string_t, append, integer_text
+    use gracecg_file, only: make_directory
+    use gracecg_csv, only: csv_writer_t
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_case_library, only: find_case
+    use gracecg_assumption_verification, only: verification_t, verify_case, window_check_t, check_windows, &
+        CURVE_NAMES, AXIS_NAMES
+    use gracecg_arguments, only: arguments_t
+    use gracecg_console, only: console_t
+    implicit none
+    private
+    public :: declare_verify, run_verify
+
+    character(*), parameter :: DEFAULT_CASES(2) = [character(7) :: 'front-1', 'back-1']
+    integer, parameter :: MOST_CASES = 100
+    integer, parameter :: CASE_WITH_WINDOWS = 1     !! Figures 5.2-5.8 show case 1 of each satellite
+
+contains
+
+    subroutine declare_verify(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('verify', '[CASE ...]', 0, MOST_CASES, &
+                                'Computes the curves of Figures 5.2-5.8 of CSR-TM-00-01 along the arcs '// &
+                                'of the cases (front-1 and back-1 when none is named). Case 1 of a '// &
+                                'satellite is compared with the axis windows that the report prints: a '// &
+                                'curve is inside when it leaves its window by at most 5 % of its width.', &
+                                'gracecg verify front-1 back-1 --out curves')
+        call arguments%add_option('--out', 'DIR', 'folder for the curves, verify_CASE.csv; made if it '// &
+                                  'is not there')
+    end subroutine declare_verify
+
+    subroutine run_verify(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(calibration_case_t), allocatable :: cases(:)
+        type(verification_t) :: verification
+        character(:), allocatable :: folder
+        integer :: i
+
+        call arguments%get('--out', folder, misuse, default='')
+        if (allocated(misuse)) return
+        call find_cases(arguments, cases, error)
+        if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
+        if (allocated(error)) return
+        do i = 1, size(cases)
+            call console%progress('verify: '//trim(cases(i)%setup%name))
+            call verify_case(cases(i), verification, error)
+            if (allocated(error)) return
+            if (i > 1) call console%line('')
+            call show(cases(i), verification, console)
+            if (folder /= '') call write_curves(folder, cases(i)%setup%name, verification, console, error)
+            if (allocated(error)) return
+        end do
+    end subroutine run_verify
+
+    !> The cases named, each once.
+    subroutine find_cases(arguments, cases, error)
+        type(arguments_t), intent(in) :: arguments
+        type(calibration_case_t), allocatable, intent(out) :: cases(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: names(:)
+        integer :: i, k
+
+        allocate (names(0))
+        do i = 1, arguments%positional_count()
+            call append(names, arguments%positional(i))
+        end do
+        if (size(names) == 0) then
+            do i = 1, size(DEFAULT_CASES)
+                call append(names, trim(DEFAULT_CASES(i)))
+            end do
+        end if
+        allocate (cases(size(names)))
+        do i = 1, size(names)
+            call find_case(names(i)%text, cases(i), error)
+            if (allocated(error)) return
+            do k = 1, i - 1
+                if (cases(k)%setup%name /= cases(i)%setup%name) cycle
+                call fail(error, 'two of the cases have the name "'//trim(cases(i)%setup%name)//'"')
+                return
+            end do
+        end do
+    end subroutine find_cases
+
+    subroutine show(case, verification, console)
+        type(calibration_case_t), intent(in) :: case
+        type(verification_t), intent(in) :: verification
+        type(console_t), intent(inout) :: console
+
+        if (case%number == CASE_WITH_WINDOWS) then
+            call show_windows(trim(case%setup%name), check_windows(trim(case%satellite), verification), &
+                              console)
+        else
+            call show_ranges(trim(case%setup%name), verification, console)
+        end if
+    end subroutine show
+
+    !> A line for each curve that has a printed window, and the counts.
+    subroutine show_windows(name, checks, console)
+        character(*), intent(in) :: name
+        type(window_check_t), intent(in) :: checks(:)
+        type(console_t), intent(inout) :: console
+
+        character(130) :: line
+        integer :: i
+
+        call console%line(name//': curves and the printed axis windows, SI units, body axes')
+        call console%line('fig  quantity           axis  window low  window high  least        '// &
+                          'greatest     mean         verdict')
+        do i = 1, size(checks)
+            associate (c => checks(i))
+                write (line, '(a5, a19, a4, 5(es12.4, 1x))') c%figure, c%quantity, c%axis, &
+                    c%low, c%high, c%least, c%greatest, c%mean
+                call console%line(line(:94)//verdict(c))
+            end associate
+        end do
+        associate (attitude => checks%attitude_only, inside => checks%inside)
+            call console%line('inside, attitude dynamics only: '// &
+                              share(count(attitude .and. inside), count(attitude)))
+            call console%line('inside, surface forces and torques: '// &
+                              share(count(.not. attitude .and. inside), count(.not. attitude)))
+            call console%line('mean within 15 % of the window''s centre, surface forces and torques: '// &
+                              share(count(.not. attitude .and. checks%near_centre), count(.not. attitude)))
+        end associate
+    end subroutine show_windows
+
+    function verdict(check) result(text)
+        type(window_check_t), intent(in) :: check
+        character(:), allocatable :: text
+
+        if (check%excess <= 0) then
+            text = 'inside'
+        else if (check%inside) then
+            text = 'inside, leaves by '//percent(check%excess)
+        else
+            text = 'outside, leaves by '//percent(check%excess)
+        end if
+        if (check%attitude_only) return
+        if (check%near_centre) then
+            text = text//'; mean within 15 %'
+        else
+            text = text//'; mean off by '//percent(check%centre_difference)
+        end if
+    end function verdict
+
+    function percent(part) result(text)
+        real(dp), intent(in) :: part
+        character(:), allocatable :: text
+
+        character(16) :: digits
+
+        write (digits, '(f16.1)') min(100*part, 1e6_dp)
+        text = trim(adjustl(digits))//' %'
+    end function percent
+
+    function share(part, all) result(text)
+        integer, intent(in) :: part, all
+        character(:), allocatable :: text
+
+        text = integer_text(part)//' of '//integer_text(all)
+    end function share
+
+    !> A line for each curve: its range and mean.
+    subroutine show_ranges(name, verification, console)
+        character(*), intent(in) :: name
+        type(verification_t), intent(in) :: verification
+        type(console_t), intent(inout) :: console
+
+        character(80) :: line
+        integer :: curve, axis
+
+        call console%line(name//': curves, SI units, body axes')
+        call console%line('quantity           axis  least        greatest     mean')
+        do curve = 1, size(CURVE_NAMES)
+            do axis = 1, size(AXIS_NAMES)
+                associate (values => verification%curve(axis, curve, :))
+                    write (line, '(a19, a4, 3(es12.4, 1x))') CURVE_NAMES(curve), AXIS_NAMES(axis), &
+                        minval(values), maxval(values), sum(values)/size(values)
+                end associate
+                call console%line(trim(line))
+            end do
+        end do
+    end subroutine show_ranges
+
+    !> Writes verify_CASE.csv.
+    subroutine write_curves(folder, name, verification, console, error)
+        character(*), intent(in) :: folder, name
+        type(verification_t), intent(in) :: verification
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(100) :: comments(2)
+        character(:), allocatable :: path
+        integer :: k
+
+        path = folder//'/verify_'//file_name_part(trim(name))//'.csv'
+        comments(1) = 'gracecg '//VERSION//' verify'
+        comments(2) = 'case '//trim(name)//'; m/s^2, N m, rad/s, rad/s^2, body axes'
+        call file%open(path, header(), comments, error)
+        if (allocated(error)) return
+        do k = lbound(verification%time, 1), ubound(verification%time, 1)
+            call file%row([verification%time(k), verification%curve(:, :, k)])
+        end do
+        call file%commit(error)
+        if (.not. allocated(error)) call console%line('written: '//path)
+    end subroutine write_curves
+
+    !> time_s, then NAME_x,NAME_y,NAME_z of every curve.
+    function header() result(text)
+        character(:), allocatable :: text
+
+        integer :: curve, axis
+
+        text = 'time_s'
+        do curve = 1, size(CURVE_NAMES)
+            do axis = 1, size(AXIS_NAMES)
+                text = text//','//trim(CURVE_NAMES(curve))//'_'//AXIS_NAMES(axis)
+            end do
+        end do
+    end function header
+
+    !> A case's name made fit for a file's name: an underscore for everything unusual.
+    pure function file_name_part(name) result(part)
+        character(*), intent(in) :: name
+        character(len(name)) :: part
+
+        integer :: i
+
+        part = name
+        do i = 1, len(part)
+            select case (part(i:i))
+            case ('a':'z', 'A':'Z', '0':'9', '-', '.', '_')
+            case default
+                part(i:i) = '_'
+            end select
+        end do
+    end function file_name_part
+end module gracecg_command_verify

@@ -1,0 +1,144 @@
+!> ASCFEST and ASCREST, the Accelerometer and Star camera Combined Full- and Reduced-dimensioned
+!> ESTimations of CSR-TM-00-01 sections 4.6.2 and 4.6.3: attitude, angular velocity and CG offset from
+!> all observations together.
+module gracecg_combined_estimation
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, add_context
+    use gracecg_observation_set, only: observation_set_t, calibration_setup_t
+    use gracecg_preprocessing, only: fitting_data_t, preprocess
+    use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_offset_model, only: offset_rate_partials
+    use gracecg_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, offset_scales
+    use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_calibration_solution, only: calibration_solution_t, store_offset
+    implicit none
+    private
+    public :: estimate_combined
+
+    !> State [attitude, omega, d, alpha, beta]: 16 parameters (full) or 15 (reduced). The observations
+    !> are those of the attitude, then those of the accelerometer.
+    type, extends(attitude_problem_t) :: combined_problem_t
+        real(dp) :: offset_state(OFFSET_PARAMETERS) = 0     !! d (m), alpha (m/s^3), beta (m/s^2)
+        real(dp) :: accelerometer_weight(3) = 1
+        integer :: attitude_observations = 0                !! Scalars of the attitude
+    contains
+        procedure :: linearise => linearise_combined
+        procedure :: correct => correct_combined
+    end type combined_problem_t
+
+contains
+
+    !> ASCFEST (full) or ASCREST (reduced).
+    !>
+    !> Fails when the observations are refused or the normal matrix is singular.
+    subroutine estimate_combined(observations, reduced, solution, error, with_covariance)
+        type(observation_set_t), intent(in) :: observations
+        logical, intent(in) :: reduced          !! ASCREST instead of ASCFEST
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in) :: with_covariance  !! Compute solution%covariance
+
+        type(combined_problem_t) :: problem
+        type(fitting_data_t) :: data
+        type(batch_settings_t) :: settings
+        type(batch_solution_t) :: batch
+
+        solution%algorithm = merge('ascrest', 'ascfest', reduced)
+        call preprocess(observations, data, error)
+        if (allocated(error)) return
+        call prepare_combined(observations%setup, data, reduced, problem)
+        call process_batch(problem, settings, batch, error)
+        if (allocated(error)) then
+            call add_context(error, merge('ASCREST', 'ASCFEST', reduced))
+            return
+        end if
+        solution%quaternion = problem%quaternion
+        solution%angular_velocity = problem%angular_velocity
+        solution%iterations = batch%iterations
+        solution%converged = batch%converged
+        solution%condition = batch%condition
+        call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
+        if (with_covariance) then
+            call propagate_noise(observations%setup, problem, batch, solution%covariance, error)
+        end if
+    end subroutine estimate_combined
+
+    subroutine prepare_combined(setup, data, reduced, problem)
+        type(calibration_setup_t), intent(in) :: setup
+        type(fitting_data_t), intent(in) :: data
+        logical, intent(in) :: reduced
+        type(combined_problem_t), intent(inout) :: problem
+
+        call prepare_attitude(setup, data, reduced, problem)
+        problem%names = [problem%names, OFFSET_NAMES]
+        problem%scales = [problem%scales, offset_scales(setup%duration)]
+        problem%attitude_observations = problem%observations
+        problem%observations = problem%attitude_observations + 3*size(data%accelerometer_epoch)
+        problem%attitude_weight = setup%combined_star_camera_weight
+        problem%accelerometer_weight = setup%accelerometer_weight
+        problem%offset_state(1:3) = setup%guess_offset
+    end subroutine prepare_combined
+
+    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).
+    subroutine linearise_combined(self, partials, residuals, weights, error)
+        class(combined_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(out) :: partials(:, :)
+        real(dp), intent(out) :: residuals(:), weights(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: first_offset, last_attitude, n, i, k, column, axis
+
+        n = self%attitude_components()
+        first_offset = self%attitude_parameters() + 1
+        last_attitude = self%attitude_observations
+        partials = 0
+        call self%linearise_attitude(partials(:first_offset - 1, :last_attitude), residuals(:last_attitude))
+        weights(:last_attitude) = self%attitude_weight
+        call linearise_accelerations(self%data, self%rotation, self%offset_state, &
+                                     partials(first_offset:, last_attitude + 1:), &
+                                     residuals(last_attitude + 1:))
+        do axis = 1, 3
+            weights(last_attitude + axis::3) = self%accelerometer_weight(axis)
+        end do
+        associate (rotation => self%rotation)
+            do i = 1, size(self%data%accelerometer_epoch)
+                k = self%data%accelerometer_epoch(i)
+                column = last_attitude + 3*(i - 1)
+                partials(n + 1:n + 3, column + 1:column + 3) = transpose(matmul( &
+                    offset_rate_partials(rotation%omega(:, k), self%fit%rate_partials(rotation%omega(:, k)), &
+                                         self%offset_state(1:3)), rotation%phi_22(:, :, k)))
+            end do
+        end associate
+    end subroutine linearise_combined
+
+    subroutine correct_combined(self, correction)
+        class(combined_problem_t), intent(inout) :: self
+        real(dp), intent(in) :: correction(:)
+
+        call self%correct_attitude(correction)
+        self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)
+    end subroutine correct_combined
+
+    !> Covariance of the offset under the noise of accelerometer and star camera.
+    subroutine propagate_noise(setup, problem, batch, covariance, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(combined_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        real(dp), intent(out) :: covariance(3, 3)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: gain(:, :)
+        integer :: first
+
+        first = problem%attitude_parameters() + 1
+        gain = matmul(batch%inverse(first:first + 2, :), batch%gain)
+        call accelerometer_noise_covariance(setup, gain(:, problem%attitude_observations + 1:), &
+                                            problem%data%accelerometer_epoch, covariance, error)
+        if (allocated(error)) return
+        covariance = covariance + star_noise_covariance( &
+                     problem%quaternion_gain(gain(:, :problem%attitude_observations)), &
+                     problem%data%attitude_source, setup%star_camera_sigma, &
+                     setup%mounting(:, setup%camera), problem%data%star_quaternion)
+    end subroutine propagate_noise
+end module gracecg_combined_estimation

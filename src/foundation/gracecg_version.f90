@@ -1,0 +1,7 @@
+!> The version of gracecg: the same as in fpm.toml, which a test compares.
+module gracecg_version
+    implicit none
+    private
+
+    character(*), parameter, public :: VERSION = '0.1.0'
+end module gracecg_version

@@ -1,0 +1,320 @@
+!> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv, and
+!> setup.nml with what the operator knows.
+module gracecg_observation_files
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail, fail_in_file, add_context
+    use gracecg_text, only: string_t, join, real_text, integer_text
+    use gracecg_file, only: directory_exists, make_directory, remove_file, text_file_t, read_text_file
+    use gracecg_csv, only: read_csv, csv_writer_t
+    use gracecg_settings, only: settings_t, settings_reader_t, settings_writer_t
+    use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
+    use gracecg_observation_set, only: observation_set_t, calibration_setup_t, check_observations, &
+        describe_manoeuvre, describe_instruments, describe_estimation, HEADS, SAMPLE_TOLERANCE
+    implicit none
+    private
+    public :: write_observations, read_observations, OBSERVATION_FILES
+
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, SETUP_NAMELIST = 4
+    character(17), parameter :: OBSERVATION_FILES(4) = [character(17) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'setup.nml']
+
+    character(6), parameter :: ACCELEROMETER_COLUMNS(4) = [character(6) :: 'time_s', 'ax', 'ay', 'az']
+    character(6), parameter :: STAR_CAMERA_COLUMNS(6) = &
+        [character(6) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
+    character(6), parameter :: MAGNETOMETER_COLUMNS(4) = [character(6) :: 'time_s', 'bx', 'by', 'bz']
+
+    !> The rows of a file, and where they stand in it.
+    type :: series_t
+        character(:), allocatable :: path
+        integer :: header_line = 0
+        real(dp), allocatable :: table(:, :)    !! (row, column)
+    end type series_t
+
+contains
+
+    !> Writes an observation set into a folder, which is made if it is not there. After a failure
+    !> (the folder cannot be made, the disk is full, a value is not finite) none of the four files
+    !> stands, or those of before still do.
+    subroutine write_observations(folder, observations, comments, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(in) :: observations
+        character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: tables(3)
+        integer :: i
+
+        call make_directory(folder, error)
+        if (allocated(error)) return
+        call open_tables(folder, comments, tables, error)
+        if (.not. allocated(error)) then
+            call write_rows(observations, tables)
+            call commit_all(folder, observations%setup, comments, tables, error)
+        end if
+        do i = 1, size(tables)
+            call tables(i)%discard()
+        end do
+    end subroutine write_observations
+
+    subroutine open_tables(folder, comments, tables, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(csv_writer_t), intent(inout) :: tables(3)
+        type(error_t), allocatable, intent(out) :: error
+
+        call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), &
+                                        join(ACCELEROMETER_COLUMNS, ','), comments, error)
+        if (allocated(error)) return
+        call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), join(STAR_CAMERA_COLUMNS, ','), &
+                                      comments, error)
+        if (allocated(error)) return
+        call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), &
+                                       join(MAGNETOMETER_COLUMNS, ','), comments, error)
+    end subroutine open_tables
+
+    subroutine write_rows(observations, tables)
+        type(observation_set_t), intent(in) :: observations
+        type(csv_writer_t), intent(inout) :: tables(3)
+
+        integer :: i
+
+        do i = 1, size(observations%accelerometer_time)
+            call tables(ACCELEROMETER)%row([observations%accelerometer_time(i), &
+                                            observations%acceleration(:, i)])
+        end do
+        do i = 1, size(observations%star_camera_time)
+            call tables(STAR_CAMERA)%row([observations%star_camera_time(i), &
+                                          real(observations%star_camera_head(i), dp), &
+                                          observations%quaternion(:, i)])
+        end do
+        do i = 1, size(observations%magnetometer_time)
+            call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), observations%field(:, i)])
+        end do
+    end subroutine write_rows
+
+    !> Gives the files their names. When one fails, those that have theirs are removed again.
+    subroutine commit_all(folder, setup, comments, tables, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(calibration_setup_t), intent(in) :: setup
+        type(csv_writer_t), intent(inout) :: tables(3)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, committed
+
+        committed = 0
+        do i = 1, size(tables)
+            call tables(i)%commit(error)
+            if (allocated(error)) exit
+            committed = i
+        end do
+        if (.not. allocated(error)) call write_setup(folder, setup, comments, error)
+        if (.not. allocated(error)) return
+        do i = 1, committed
+            call remove_file(path_of(folder, i))
+        end do
+    end subroutine commit_all
+
+    subroutine write_setup(folder, setup, comments, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(calibration_setup_t), intent(in) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_writer_t) :: writer
+        type(calibration_setup_t) :: copy
+        integer :: i
+
+        do i = 1, size(comments)
+            call writer%file%comment(trim(comments(i)))
+        end do
+        copy = setup
+        call describe_setup(writer, copy)
+        call writer%file%save(path_of(folder, SETUP_NAMELIST), error)
+    end subroutine write_setup
+
+    !> All that setup.nml holds.
+    subroutine describe_setup(settings, setup)
+        class(settings_t), intent(inout) :: settings
+        type(calibration_setup_t), intent(inout) :: setup
+
+        call describe_manoeuvre(settings, setup)
+        call describe_instruments(settings, setup)
+        call describe_estimation(settings, setup)
+    end subroutine describe_setup
+
+    !> Reads an observation set from its folder.
+    !>
+    !> Fails, naming file and line, when a file is missing or cuts off in mid-line, a header differs,
+    !> a value is not a finite number, times do not increase, a camera is none, a quaternion is not
+    !> of unit length, or the setup is refused; and when a series does not reach from the beginning
+    !> to the end of the arc.
+    subroutine read_observations(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        if (.not. directory_exists(folder)) then
+            call fail(error, trim(folder)//': no such folder; name the folder of an observation set')
+            return
+        end if
+        call read_setup(folder, observations%setup, error)
+        if (allocated(error)) return
+        associate (setup => observations%setup)
+            call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
+            if (.not. allocated(error)) call check_times(series, error)
+            if (.not. allocated(error)) &
+                call check_coverage(series, setup%accelerometer_interval, setup%duration, error)
+            if (allocated(error)) return
+            observations%accelerometer_time = series%table(:, 1)
+            observations%acceleration = transpose(series%table(:, 2:4))
+
+            call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+            if (.not. allocated(error)) call check_times(series, error)
+            if (.not. allocated(error)) &
+                call check_coverage(series, setup%magnetometer_interval, setup%duration, error)
+            if (allocated(error)) return
+            observations%magnetometer_time = series%table(:, 1)
+            observations%field = transpose(series%table(:, 2:4))
+
+            call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
+            if (.not. allocated(error)) call check_star_camera(series, error)
+            if (.not. allocated(error)) &
+                call check_coverage(series, setup%star_camera_interval, setup%duration, error)
+            if (allocated(error)) return
+            observations%star_camera_time = series%table(:, 1)
+            observations%star_camera_head = nint(series%table(:, 2))
+            observations%quaternion = transpose(series%table(:, 3:6))
+        end associate
+        call check_observations(observations, error)
+        call add_context(error, trim(folder))
+    end subroutine read_observations
+
+    subroutine read_setup(folder, setup, error)
+        character(*), intent(in) :: folder
+        type(calibration_setup_t), intent(out) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open(path_of(folder, SETUP_NAMELIST), error)
+        if (allocated(error)) return
+        call describe_setup(reader, setup)
+        call reader%finish(error)
+        if (allocated(error)) return
+        call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia, &
+                                                        [0.0_dp, 0.0_dp, 0.0_dp]), error)
+        call add_context(error, path_of(folder, SETUP_NAMELIST))
+    end subroutine read_setup
+
+    !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last number
+    !> may have lost digits.
+    subroutine read_series(path, columns, series, error)
+        character(*), intent(in) :: path, columns(:)
+        type(series_t), intent(out) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: comments(:)
+        type(text_file_t) :: file
+
+        call read_csv(path, columns, series%table, error, comments)
+        if (allocated(error)) return
+        series%path = path
+        series%header_line = size(comments) + 1
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        if (file%text(len(file%text):) /= new_line('a')) then
+            call fail_in_file(error, path, file%line_count(), 'the last line has no line end: the '// &
+                              'file seems to be truncated', file%line(file%line_count()))
+        end if
+    end subroutine read_series
+
+    subroutine check_times(series, error)
+        type(series_t), intent(in) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        do i = 2, size(series%table, 1)
+            if (series%table(i, 1) > series%table(i - 1, 1)) cycle
+            call fail_not_increasing(series, i, series%table(i - 1, 1), error)
+            return
+        end do
+    end subroutine check_times
+
+    !> Camera numbers, unit quaternions, and times that increase for each camera.
+    subroutine check_star_camera(series, error)
+        type(series_t), intent(in) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: previous(HEADS), length
+        integer :: i, head
+
+        previous = -huge(1.0_dp)
+        do i = 1, size(series%table, 1)
+            associate (time => series%table(i, 1), camera => series%table(i, 2))
+                head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
+                if (head == 0) then
+                    call fail_in_file(error, series%path, series%header_line + i, 'column camera: '// &
+                                      real_text(camera)//' is not the number of a camera head: 1 or '// &
+                                      integer_text(HEADS))
+                    return
+                end if
+                if (.not. time > previous(head)) then
+                    call fail_not_increasing(series, i, previous(head), error)
+                    return
+                end if
+                previous(head) = time
+            end associate
+            length = norm2(series%table(i, 3:6))
+            if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle
+            call fail_in_file(error, series%path, series%header_line + i, 'columns q1 to q4: not a '// &
+                              'unit quaternion: its length is '//real_text(length)// &
+                              '; allowed is 1 within '//real_text(SAMPLE_TOLERANCE))
+            return
+        end do
+    end subroutine check_star_camera
+
+    subroutine fail_not_increasing(series, i, previous, error)
+        type(series_t), intent(in) :: series
+        integer, intent(in) :: i
+        real(dp), intent(in) :: previous
+        type(error_t), allocatable, intent(out) :: error
+
+        call fail_in_file(error, series%path, series%header_line + i, 'column time_s: times must '// &
+                          'increase, but '//real_text(series%table(i, 1))//' follows '// &
+                          real_text(previous))
+    end subroutine fail_not_increasing
+
+    !> A series must begin within its first interval and end within the last one of the arc: else the
+    !> file has lost rows.
+    subroutine check_coverage(series, interval, duration, error)
+        type(series_t), intent(in) :: series
+        real(dp), intent(in) :: interval, duration      !! s
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SLACK = 0.01_dp          ! of an interval, for the rounding of time tags
+        integer :: last
+
+        last = size(series%table, 1)
+        associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
+            if (first_time > (1 + SLACK)*interval) then
+                call fail_in_file(error, series%path, series%header_line + 1, 'the first sample, at '// &
+                                  real_text(first_time)//' s, comes later than one sampling interval ('// &
+                                  real_text(interval)//' s) after the epoch: rows are missing')
+            else if (last_time < duration - (1 - SLACK)*interval) then
+                call fail_in_file(error, series%path, series%header_line + last, 'the last sample, at '// &
+                                  real_text(last_time)//' s, comes too early for the duration of '// &
+                                  real_text(duration)//' s in setup.nml: the file seems to be '// &
+                                  'truncated; else give the shorter duration')
+            end if
+        end associate
+    end subroutine check_coverage
+
+    pure function path_of(folder, number) result(path)
+        character(*), intent(in) :: folder
+        integer, intent(in) :: number       !! Of OBSERVATION_FILES
+        character(:), allocatable :: path
+
+        path = trim(folder)//'/'//trim(OBSERVATION_FILES(number))
+    end function path_of
+end module gracecg_observation_files

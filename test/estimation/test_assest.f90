@@ -1,0 +1,458 @@
+!> ASSEST on observations made from its own fitting dynamics, so that the answer is known exactly.
+module test_assest
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: ARCSECOND, TWO_PI
+    use gracecg_error, only: error_t
+    use gracecg_vectors, only: unit, inverse_3x3
+    use gracecg_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
+        rotation_angle_between
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_statistics, only: chi_square_limits
+    use gracecg_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_preprocessing, only: fitting_data_t, preprocess
+    use gracecg_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
+        new_attitude_fit
+    use gracecg_offset_model, only: offset_matrix
+    use gracecg_assest, only: estimate_assest_fde
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_assest
+
+    real(dp), parameter :: OFFSET(3) = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]       !! m
+    real(dp), parameter :: DRIFT(3) = [1e-11_dp, -3e-11_dp, 2e-11_dp]           !! m/s^3
+    real(dp), parameter :: BIAS(3) = [-6e-7_dp, -2.3e-5_dp, 1e-6_dp]            !! m/s^2
+    real(dp), parameter :: OMEGA_0(3) = [2e-6_dp, 1.1149e-3_dp, -1e-6_dp]       !! rad/s
+    real(dp), parameter :: Q_0(4) = [-0.70085473_dp, -3.1e-6_dp, 0.71330403_dp, 3.1e-6_dp]
+    !> CSR-TM-00-01 section 5.2, kg m^2
+    real(dp), parameter :: INERTIA(3, 3) = reshape([70.23_dp, -3.0_dp, -2.883_dp, &
+                                                    -3.0_dp, 345.14_dp, -0.348_dp, &
+                                                    -2.883_dp, -0.348_dp, 388.84_dp], [3, 3])
+
+contains
+
+    subroutine collect_assest(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('exact-recovery', test_exact), &
+                    new_unittest('recovery-from-half-second-quaternions', test_interpolated), &
+                    new_unittest('poor-guesses', test_guesses), &
+                    new_unittest('no-scalar-part', test_zero_q4), &
+                    new_unittest('sign-flips', test_sign_flips), &
+                    new_unittest('missing-samples', test_missing_samples), &
+                    new_unittest('weights-do-not-matter-without-noise', test_weights), &
+                    new_unittest('singular-without-rods', test_singular), &
+                    new_unittest('covariance-of-coloured-accelerometer-noise', test_accelerometer_noise), &
+                    new_unittest('covariance-of-star-camera-noise', test_star_noise), &
+                    new_unittest('refusals-go-through', test_refusals)]
+    end subroutine collect_assest
+
+    !> A minute without noise. The fitting dynamics are driven by the interpolated field itself, and
+    !> the quaternions are free of interpolation when the star camera is as fast as the accelerometer.
+    subroutine example(observations, error, interval, star_camera_interval, quaternion)
+        type(observation_set_t), intent(out) :: observations
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: interval                  !! Of the accelerometer, s
+        real(dp), intent(in), optional :: star_camera_interval      !! s
+        real(dp), intent(in), optional :: quaternion(4)             !! At the epoch
+
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        associate (setup => observations%setup)
+            setup%duration = 60
+            setup%mass = 420
+            setup%inertia = INERTIA
+            setup%accelerometer_interval = 0.1_dp
+            if (present(interval)) setup%accelerometer_interval = interval
+            setup%star_camera_interval = setup%accelerometer_interval
+            if (present(star_camera_interval)) setup%star_camera_interval = star_camera_interval
+            setup%magnetometer_interval = 1
+            setup%mounting(:, 1) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -2.356_dp)
+            setup%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
+            setup%accelerometer_psd_level = 1e-20_dp
+            setup%star_camera_sigma = 1*ARCSECOND
+            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp])     ! section 6.1
+            setup%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
+            setup%guess_offset = 1e-5_dp
+            setup%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
+            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
+            call check_passes(error, failure)
+            if (allocated(error)) return
+            observations%accelerometer_time = [(i*setup%accelerometer_interval, &
+                                                i=1, nint(60/setup%accelerometer_interval))]
+            observations%star_camera_time = [(i*setup%star_camera_interval, &
+                                              i=1, nint(60/setup%star_camera_interval))]
+        end associate
+        observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
+        allocate (observations%field(3, 60))
+        do i = 1, 60
+            observations%field(:, i) = 1e-9_dp*[25000 + 30*i, 4000 - 15*i, -9000 + 20*i]
+        end do
+        observations%star_camera_head = [(1, i=1, size(observations%star_camera_time))]
+        if (present(quaternion)) then
+            call fill(observations, normalised(quaternion), error)
+        else
+            call fill(observations, normalised(Q_0), error)
+        end if
+    end subroutine example
+
+    !> Accelerations and quaternions along the fitting dynamics.
+    subroutine fill(observations, quaternion, error)
+        type(observation_set_t), intent(inout) :: observations
+        real(dp), intent(in) :: quaternion(4)       !! At the epoch
+        type(error_type), allocatable, intent(out) :: error
+
+        type(fitting_data_t) :: data
+        type(attitude_fit_t) :: fit
+        type(fitted_attitude_t) :: attitude
+        type(fitted_rotation_t) :: rotation
+        type(error_t), allocatable :: failure
+        real(dp) :: t
+        integer :: i, k
+
+        observations%quaternion = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, &
+                                         size(observations%star_camera_time))
+        observations%acceleration = spread([0.0_dp, 0.0_dp, 0.0_dp], 2, &
+                                           size(observations%accelerometer_time))
+        call preprocess(observations, data, failure)        ! for the torque
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        fit = new_attitude_fit(observations%setup%inertia, data%interval, data%torque)
+        call fit%fit_attitude(quaternion, OMEGA_0, attitude, rotation)
+        do i = 1, size(observations%accelerometer_time)
+            t = observations%accelerometer_time(i)
+            observations%acceleration(:, i) = &
+                matmul(offset_matrix(rotation%omega(:, i), rotation%omega_dot(:, i)), OFFSET) + &
+                DRIFT*t + BIAS
+        end do
+        do i = 1, size(observations%star_camera_time)
+            k = nint(observations%star_camera_time(i)/data%interval)
+            observations%quaternion(:, i) = quaternion_product(observations%setup%mounting(:, 1), &
+                                                               normalised(attitude%q(:, k)))
+        end do
+    end subroutine fill
+
+    !> Estimates, and compares with what went in.
+    subroutine recover(observations, offset_tolerance, error, quaternion)
+        type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: offset_tolerance        !! m
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: quaternion(4)
+
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4)
+
+        call estimate_assest_fde(observations, solution, failure, with_covariance=.false.)
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        call check(error, solution%converged)
+        if (allocated(error)) return
+        call check(error, norm2(solution%offset - OFFSET), 0.0_dp, 'offset', thr=offset_tolerance)
+        if (allocated(error)) return
+        ! a rotation of 1e-3 rad/s and 1e-5 rad/s^2 makes 1e-5 of an offset in m an acceleration in m/s^2
+        call check(error, norm2(solution%bias - BIAS), 0.0_dp, 'bias', thr=1e-5_dp*offset_tolerance)
+        if (allocated(error)) return
+        call check(error, norm2(solution%drift - DRIFT), 0.0_dp, 'drift', &
+                   thr=1e-5_dp*offset_tolerance/60)
+        if (allocated(error)) return
+        call check(error, norm2(solution%angular_velocity - OMEGA_0), 0.0_dp, 'angular velocity', &
+                   thr=1e-8_dp)
+        if (allocated(error)) return
+        q = Q_0
+        if (present(quaternion)) q = quaternion
+        call check(error, rotation_angle_between(solution%quaternion, normalised(q)), 0.0_dp, &
+                   'attitude', thr=1e-6_dp)
+        if (allocated(error)) return
+        call check(error, maxval(solution%residual_rms), 0.0_dp, 'residuals', thr=1e-15_dp)
+    end subroutine recover
+
+    !> From the report's initial guess.
+    subroutine test_exact(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+
+        call example(observations, error)
+        if (allocated(error)) return
+        call recover(observations, 1e-11_dp, error)
+    end subroutine test_exact
+
+    !> Interpolation of quaternions every 0.5 s costs less than a nanometre.
+    subroutine test_interpolated(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+
+        call example(observations, error, star_camera_interval=0.5_dp)
+        if (allocated(error)) return
+        call recover(observations, 1e-9_dp, error)
+    end subroutine test_interpolated
+
+    !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing and
+    !> from a decimetre.
+    subroutine test_guesses(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        real(dp) :: axis(3)
+        integer :: i
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        do i = 1, 6
+            axis = unit([cos(0.7_dp*i), sin(1.3_dp*i), cos(2.1_dp*i + 0.3_dp)])
+            observations%setup%guess_quaternion = &
+                quaternion_product(quaternion_from_axis_angle(axis, TWO_PI/6), normalised(Q_0))
+            observations%setup%guess_angular_velocity = OMEGA_0 + 5e-3_dp*axis
+            observations%setup%guess_offset = 0.1_dp*(i - 1)*axis
+            call recover(observations, 1e-11_dp, error)
+            if (allocated(error)) return
+        end do
+    end subroutine test_guesses
+
+    !> q4 = 0 at the epoch, and a guess with the other sign of q4.
+    subroutine test_zero_q4(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: Q(4) = [-0.8_dp, 0.0_dp, 0.6_dp, 0.0_dp]
+        type(observation_set_t) :: observations
+
+        call example(observations, error, interval=0.2_dp, quaternion=Q)
+        if (allocated(error)) return
+        observations%setup%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
+        call recover(observations, 1e-11_dp, error, Q)
+        if (allocated(error)) return
+        observations%setup%guess_quaternion = -Q
+        call recover(observations, 1e-11_dp, error, Q)
+    end subroutine test_zero_q4
+
+    subroutine test_sign_flips(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer :: i
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        do i = 1, size(observations%quaternion, 2)
+            if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
+        end do
+        call recover(observations, 1e-11_dp, error)
+    end subroutine test_sign_flips
+
+    !> Every seventh accelerometer sample and ten seconds of them, and five seconds of the star camera.
+    subroutine test_missing_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer, allocatable :: kept(:)
+        integer :: i
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        kept = pack([(i, i=1, 300)], [(mod(i, 7) /= 0 .and. (i < 100 .or. i > 150), i=1, 300)])
+        observations%accelerometer_time = observations%accelerometer_time(kept)
+        observations%acceleration = observations%acceleration(:, kept)
+        kept = pack([(i, i=1, 300)], [(i < 200 .or. i > 225, i=1, 300)])
+        observations%star_camera_time = observations%star_camera_time(kept)
+        observations%star_camera_head = observations%star_camera_head(kept)
+        observations%quaternion = observations%quaternion(:, kept)
+        call recover(observations, 1e-11_dp, error)
+    end subroutine test_missing_samples
+
+    subroutine test_weights(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        observations%setup%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
+        observations%setup%star_camera_weight = 1e10_dp
+        call recover(observations, 1e-11_dp, error)
+    end subroutine test_weights
+
+    !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as part of
+    !> the bias, and d_y not at all.
+    subroutine test_singular(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        type(rod_activation_t) :: none(0)
+        integer :: i
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        call new_torque_rods(observations%setup%rods, none, failure)
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        do i = 1, 3
+            observations%setup%inertia(:i - 1, i) = 0
+            observations%setup%inertia(i + 1:, i) = 0
+        end do
+        call fill(observations, normalised(Q_0), error)
+        if (allocated(error)) return
+        call estimate_assest_fde(observations, solution, failure)
+        call check_fails(error, failure, [character(12) :: 'ASSEST', 'CG offset', 'singular', 'd_'])
+    end subroutine test_singular
+
+    !> Normalised error squared of 200 runs: chi-square with 600 degrees of freedom if the covariance is
+    !> that of the errors (99.9 % limits). The noise is coloured, the weights are not its inverse.
+    subroutine test_accelerometer_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: clean, noisy
+        type(random_stream_t) :: stream
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: samples(:, :)
+        integer :: axis
+
+        call example(clean, error, interval=0.5_dp)
+        if (allocated(error)) return
+        clean%setup%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        clean%setup%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
+        clean%setup%star_camera_sigma = 0
+        stream = new_stream(20, 1, 1, 1, 1)
+        call check_normalised_errors(error, clean, 200, draw)
+
+    contains
+
+        subroutine draw(observations)
+            type(observation_set_t), intent(inout) :: observations
+
+            allocate (samples(3, size(clean%acceleration, 2)))
+            do axis = 1, 3
+                noise = coloured_noise(clean%setup%accelerometer_psd_level(axis), &
+                                       clean%setup%accelerometer_psd_corner(axis), TWO_SIDED, &
+                                       clean%setup%accelerometer_interval, failure)
+                call noise%generate(stream, samples(axis, :))
+            end do
+            noisy = clean
+            noisy%acceleration = clean%acceleration + samples
+            observations = noisy
+            deallocate (samples)
+        end subroutine draw
+    end subroutine test_accelerometer_noise
+
+    !> The same for noise of the star camera about its three axes, every 1 s: five pseudo-observations
+    !> of the fit share each pair of samples.
+    subroutine test_star_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SIGMA(3) = [5e-5_dp, 5e-5_dp, 2e-4_dp]      !! rad
+        type(observation_set_t) :: clean
+        type(random_stream_t) :: stream
+
+        call example(clean, error, interval=0.2_dp, star_camera_interval=1.0_dp)
+        if (allocated(error)) return
+        clean%setup%accelerometer_psd_level = 0
+        clean%setup%star_camera_sigma = SIGMA
+        stream = new_stream(20, 1, 1, 1, 4)
+        call check_normalised_errors(error, clean, 200, draw)
+
+    contains
+
+        subroutine draw(observations)
+            type(observation_set_t), intent(inout) :: observations
+            real(dp) :: turn(3)
+            integer :: i
+
+            observations = clean
+            do i = 1, size(clean%quaternion, 2)
+                call stream%normals(turn)
+                turn = SIGMA*turn
+                observations%quaternion(:, i) = quaternion_product( &
+                                                quaternion_from_axis_angle(unit(turn), norm2(turn)), &
+                                                clean%quaternion(:, i))
+            end do
+        end subroutine draw
+    end subroutine test_star_noise
+
+    !> Errors about the estimate without noise (interpolation may shift it) against its covariance.
+    subroutine check_normalised_errors(error, clean, runs, draw)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t), intent(in) :: clean
+        integer, intent(in) :: runs
+        interface
+            subroutine draw(observations)
+                import :: observation_set_t
+                type(observation_set_t), intent(inout) :: observations
+            end subroutine draw
+        end interface
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: reference, solution
+        type(error_t), allocatable :: failure
+        real(dp) :: weight(3, 3), deviation(3), total, limits(2)
+        character(80) :: found
+        integer :: run
+
+        call estimate_assest_fde(clean, reference, failure)
+        call check_passes(error, failure)
+        if (allocated(error)) return
+        weight = inverse(reference%covariance)
+        total = 0
+        do run = 1, runs
+            call draw(observations)
+            call estimate_assest_fde(observations, solution, failure, with_covariance=.false.)
+            call check_passes(error, failure)
+            if (allocated(error)) return
+            deviation = solution%offset - reference%offset
+            total = total + dot_product(deviation, matmul(weight, deviation))
+        end do
+        limits = chi_square_limits(3*runs)
+        write (found, '(a, f9.2, a, 2f9.2)') 'chi-square', total, ', limits', limits
+        call check(error, total > limits(1) .and. total < limits(2), trim(found))
+    end subroutine check_normalised_errors
+
+    !> Of a covariance whose axes differ by orders of magnitude: scaled to a unit diagonal first.
+    pure function inverse(covariance) result(weight)
+        real(dp), intent(in) :: covariance(3, 3)
+        real(dp) :: weight(3, 3), sigma(3), outer(3, 3)
+        integer :: i
+
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+        outer = spread(sigma, 1, 3)*spread(sigma, 2, 3)
+        weight = inverse_3x3(covariance/outer)/outer
+    end function inverse
+
+    subroutine test_refusals(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call example(observations, error, interval=0.5_dp)
+        if (allocated(error)) return
+        observations%accelerometer_time(7) = observations%accelerometer_time(6)
+        call estimate_assest_fde(observations, solution, failure)
+        call check_fails(error, failure, ['must increase'])
+        if (allocated(error)) return
+        call example(observations, error, interval=0.5_dp)
+        observations%setup%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
+        call estimate_assest_fde(observations, solution, failure)
+        call check_fails(error, failure, ['NaN'])
+    end subroutine test_refusals
+
+    !> There must be a failure, and its message must have every one of the parts.
+    subroutine check_fails(error, failure, parts)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(in) :: failure
+        character(*), intent(in) :: parts(:)
+        integer :: i
+
+        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
+        do i = 1, size(parts)
+            if (allocated(error)) return
+            call check(error, index(failure%message, trim(parts(i))) > 0, &
+                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
+        end do
+    end subroutine check_fails
+
+    subroutine check_passes(error, failure)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(in) :: failure
+
+        if (allocated(failure)) call test_failed(error, failure%message)
+    end subroutine check_passes
+end module test_assest

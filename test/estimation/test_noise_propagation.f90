@@ -1,0 +1,127 @@
+!> Propagation of noise through a fit, against covariance matrices written out in full.
+module test_noise_propagation
+    use gracecg_kinds, only: dp
+    use gracecg_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
+        quaternion_from_axis_angle
+    use gracecg_preprocessing, only: interpolation_t
+    use gracecg_noise_propagation
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_noise_propagation
+
+contains
+
+    subroutine collect_noise_propagation(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('stationary-noise', test_stationary), &
+                    new_unittest('white-noise', test_white), &
+                    new_unittest('star-noise', test_star)]
+    end subroutine collect_noise_propagation
+
+    !> Numbers without a pattern, of size one.
+    elemental real(dp) function scatter(i)
+        integer, intent(in) :: i
+
+        scatter = sin(1.7_dp*i) + cos(0.31_dp*i*i)
+    end function scatter
+
+    !> G R G^T with the Toeplitz matrix R(i, j) = r(|k_i - k_j|); some epochs are missing.
+    subroutine test_stationary(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: EPOCH(12) = [1, 2, 3, 5, 8, 9, 10, 11, 20, 21, 30, 31]
+        real(dp) :: gain(3, 12), r(0:31), toeplitz(12, 12), expected(3, 3), found(3, 3)
+        integer :: i, j
+
+        gain = reshape([(scatter(i), i=1, 36)], [3, 12])
+        r = [(0.7_dp**i + 0.4_dp*0.99_dp**i, i=0, 31)]
+        r(0) = r(0) + 2
+        do j = 1, 12
+            do i = 1, 12
+                toeplitz(i, j) = r(abs(EPOCH(i) - EPOCH(j)))
+            end do
+        end do
+        expected = matmul(gain, matmul(toeplitz, transpose(gain)))
+        found = stationary_noise_covariance(gain, EPOCH, r)
+        call check(error, maxval(abs(found - expected)), 0.0_dp, thr=1e-13_dp*maxval(abs(expected)))
+        if (allocated(error)) return
+        call check(error, maxval(abs(found - transpose(found))), 0.0_dp, &
+                   thr=1e-15_dp*maxval(abs(found)))
+    end subroutine test_stationary
+
+    !> Without correlation sigma^2 G G^T.
+    subroutine test_white(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: gain(2, 6), found(2, 2)
+        integer :: i
+
+        gain = reshape([(scatter(i), i=1, 12)], [2, 6])
+        found = stationary_noise_covariance(gain, [1, 2, 3, 4, 5, 6], &
+                                            [3.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp])
+        call check(error, maxval(abs(found - 3*matmul(gain, transpose(gain)))), 0.0_dp, thr=1e-14_dp)
+    end subroutine test_white
+
+    !> G L S L^T G^T: S the block-diagonal covariance of the samples, whose blocks come from turning
+    !> each sample a little about each camera axis; L the matrix of linear interpolation.
+    subroutine test_star(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: P = 3, SAMPLES = 4, PSEUDO = 9
+        real(dp), parameter :: SIGMA(3) = [1e-5_dp, 2e-5_dp, 7e-5_dp], STEP = 1e-4_dp
+        real(dp) :: mounting(4), q(4, SAMPLES), gain(P, 4, PSEUDO), flat(P, 4*PSEUDO)
+        real(dp) :: interpolation(4*PSEUDO, 4*SAMPLES), covariance(4*SAMPLES, 4*SAMPLES)
+        real(dp) :: slope(4), expected(P, P), found(P, P)
+        type(interpolation_t) :: source(PSEUDO)
+        integer :: i, s, axis, c
+
+        mounting = normalised([0.3_dp, -0.2_dp, 0.5_dp, 0.7_dp])
+        do s = 1, SAMPLES
+            q(:, s) = normalised([(scatter(4*s + c), c=1, 4)])
+        end do
+        gain = reshape([(scatter(i), i=1, size(gain))], shape(gain))
+        do i = 1, PSEUDO
+            source(i) = interpolation_t(1 + (i - 1)/3, mod(i, 3)/3.0_dp - 0.2_dp, .true.)
+        end do
+
+        covariance = 0
+        do s = 1, SAMPLES
+            do axis = 1, 3
+                slope = (turned(q(:, s), axis, STEP) - turned(q(:, s), axis, -STEP))/(2*STEP)
+                do c = 1, 4
+                    associate (column => covariance(4*s - 3:4*s, 4*s - 4 + c))
+                        column = column + SIGMA(axis)**2*slope*slope(c)
+                    end associate
+                end do
+            end do
+        end do
+        interpolation = 0
+        do i = 1, PSEUDO
+            s = source(i)%first
+            do c = 1, 4
+                interpolation(4*(i - 1) + c, 4*(s - 1) + c) = 1 - source(i)%fraction
+                interpolation(4*(i - 1) + c, 4*s + c) = source(i)%fraction
+            end do
+        end do
+        flat = reshape(gain, [P, 4*PSEUDO])
+        flat(:, :4*SAMPLES) = matmul(flat, interpolation)
+        expected = matmul(flat(:, :4*SAMPLES), matmul(covariance, transpose(flat(:, :4*SAMPLES))))
+        found = star_noise_covariance(gain, source, SIGMA, mounting, q)
+        call check(error, maxval(abs(found - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
+
+    contains
+
+        !> The attitude that a camera turned by a small angle about its own axis reports.
+        pure function turned(attitude, axis, angle) result(reported)
+            real(dp), intent(in) :: attitude(4), angle
+            integer, intent(in) :: axis
+            real(dp) :: reported(4), direction(3)
+
+            direction = 0
+            direction(axis) = 1
+            reported = quaternion_product(quaternion_from_axis_angle(direction, angle), &
+                                          quaternion_product(mounting, attitude))
+            reported = quaternion_product(conjugate_quaternion(mounting), reported)
+        end function turned
+    end subroutine test_star
+end module test_noise_propagation
