@@ -46,6 +46,8 @@ program tester
     use test_assest, only: collect_assest
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
+    use test_simulation, only: collect_simulation
+    use test_settings, only: collect_settings
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -96,7 +98,9 @@ program tester
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('assest', collect_assest), &
              new_testsuite('report-cases', collect_report_cases), &
-             new_testsuite('verification', collect_verification)]
+             new_testsuite('verification', collect_verification), &
+             new_testsuite('simulation', collect_simulation), &
+             new_testsuite('settings', collect_settings)]
 
     fast = .false.
     suite_name = ''
