@@ -11,7 +11,7 @@ module test_observation_files
     use gracecg_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
     use testdrive, only: unittest_type, error_type, check, new_unittest
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     implicit none
@@ -48,7 +48,7 @@ contains
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call simulator%observe(7, 3, observations, failure)
+        if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
         call check_passes(error, message_of(failure))
         observations%setup%rods%activations(1)%phase = 30*DEGREE
         observations%setup%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
