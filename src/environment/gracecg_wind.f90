@@ -2,7 +2,7 @@
 !>
 !> The report takes its wind from a program that is not public (CSR-TM-00-01 section 2.3.2.1,
 !> "AMSIS"); the embedded table, of HWM93 at the report's epoch and height, stands in for it. It
-!> lies within some 25 m/s of what the report's cross-track drag asks for; the models of the time
+!> lies within some 20 m/s of what the report's cross-track drag asks for; the models of the time
 !> differ by tens of m/s.
 module gracecg_wind
     use gracecg_kinds, only: dp
