@@ -2,7 +2,7 @@
 module test_simulation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI, EARTH_GM
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: cross
     use gracecg_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use gracecg_statistics, only: chi_square_limits, Z_999
@@ -12,7 +12,8 @@ module test_simulation
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_simulation, only: simulator_t, new_simulator
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_simulation
@@ -50,7 +51,7 @@ contains
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine prepare
 
     subroutine test_epochs(error)
@@ -63,7 +64,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call simulator%observe(SEED, 1, observations, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
                    all(shape(observations%quaternion) == [4, 240]) .and. &
@@ -114,7 +115,7 @@ contains
         call prepare(another, error)
         if (allocated(error)) return
         call simulator%observe(SEED, 7, first, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call simulator%observe(SEED, 3, between, failure)
         call simulator%observe(SEED, 7, again, failure)
@@ -135,7 +136,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call simulator%observe(SEED, 7, reference, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         other = simulator
         call other%observe(SEED, 8, changed, failure)
@@ -174,10 +175,10 @@ contains
         do head = 1, 2
             simulator%case%setup%camera = head
             call simulator%observe(SEED, 4, full, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call simulator%observe(SEED, 4, alone, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, all(alone%star_camera_head == head) .and. size(alone%star_camera_head) == 120)
             if (allocated(error)) return
@@ -251,7 +252,7 @@ contains
         total = 0
         do run = 1, RUNS
             call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call simulator%observe_without_noise(simulator%drawn_wave(SEED, run), clean)
             squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
@@ -276,7 +277,7 @@ contains
         total = 0
         do run = 1, RUNS
             call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             squares = squares + sum((noisy%field - clean%field)**2, 2)
             total = total + sum(noisy%field - clean%field, 2)
@@ -300,7 +301,7 @@ contains
         total = 0
         do run = 1, RUNS
             call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             do i = 1, 120
                 turn = quaternion_product(noisy%quaternion(:, i), conjugate_quaternion(clean%quaternion(:, i)))
@@ -398,7 +399,7 @@ contains
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
         call new_simulator(case, fixed, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call fixed%observe_without_noise(fixed%drawn_wave(SEED, 1), a)
         call drawn%observe_without_noise(case%density_wave, b)
@@ -442,38 +443,16 @@ contains
         bad = case
         bad%setup%star_camera_interval = 0.25_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
+        call check_fails(error, message_of(failure), [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%accelerometer%sampling_interval = 0.05_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
+        call check_fails(error, message_of(failure), [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%setup%magnetometer_interval = 1.04_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(12) :: 'magnetometer', '1.04 s'])
+        call check_fails(error, message_of(failure), [character(12) :: 'magnetometer', '1.04 s'])
     end subroutine test_intervals
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_simulation

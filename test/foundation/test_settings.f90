@@ -2,9 +2,10 @@
 module test_settings
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_settings
-    use fixture, only: FOLDER, make_file, remove_file, check_fails, check_passes
+    use gracecg_file, only: remove_file
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
@@ -111,7 +112,7 @@ contains
 
         call read_text(error, text, record, failure)
         if (allocated(error)) return
-        call check_fails(error, failure, parts)
+        call check_fails(error, message_of(failure), parts)
     end subroutine refused
 
     subroutine test_round_trip(error)
@@ -123,11 +124,11 @@ contains
         record = record_t(432.123456789012345_dp, [1e-9_dp/3, -2e-8_dp, 0.0_dp], -1.234567_dp, 33, &
                           .false., 'none', 2, [30.0_dp, -0.1_dp, 0.0_dp])
         call write_text(record, text, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call read_text(error, text, again, failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, again%mass == record%mass .and. again%stars == 33 .and. .not. again%limited &
                    .and. again%model == 'none' .and. again%rods == 2 .and. &
@@ -150,14 +151,14 @@ contains
 
         record%angle = 45*DEGREE
         call write_text(record, text, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, index(text, 'bias_nt = 50, -30, 25 ') > 0 .and. index(text, 'angle_deg = 45 ') > 0, &
                    text)
         if (allocated(error)) return
         call read_text(error, '&satellite mass = 1 bias_nt = 7 8 9 angle_deg = 180 /', record, failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(record%bias - [7e-9_dp, 8e-9_dp, 9e-9_dp])), 0.0_dp, thr=1e-23_dp)
         if (allocated(error)) return
@@ -171,7 +172,7 @@ contains
 
         call read_text(error, '&satellite mass = 99 /', record, failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, record%mass == 99 .and. all(record%bias == [50e-9_dp, -30e-9_dp, 25e-9_dp]) &
                    .and. record%angle == 0.3_dp .and. record%stars == 20 .and. record%limited .and. &
@@ -186,7 +187,7 @@ contains
         call read_text(error, '&rod amplitude = 1 /'//LF//'&satellite mass = 99 /'//LF// &
                        '&rod amplitude = 2 / &rod amplitude = 3 /', record, failure)
         if (allocated(error)) return
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, record%rods == 3 .and. all(record%amplitude == [1, 2, 3]))
         if (allocated(error)) return
@@ -261,13 +262,13 @@ contains
         call make_file(error, 'settings.nml', '&satellite'//LF//'name = ''tango'' /')
         if (allocated(error)) return
         call reader%open(PLACE, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         name = 'none'
         call reader%group('satellite', '')
         call reader%text_value('name', name, 'of the satellite')
         call reader%finish(failure)
-        call check_fails(error, failure, [character(W) :: PLACE//':2', 'name', 'more than 4 characters'])
+        call check_fails(error, message_of(failure), [character(W) :: PLACE//':2', 'name', 'more than 4 characters'])
         if (allocated(error)) return
         call check(error, name, 'none')
         call remove_file(PLACE)
@@ -285,7 +286,7 @@ contains
         if (allocated(error)) return
         record%mass = 13
         call write_text(record, text, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine test_reject
 
     !> Of two mistakes the first in the description is told, whatever its place in the file; a wrong
@@ -303,7 +304,7 @@ contains
         type(error_t), allocatable :: failure
 
         call reader%open(FOLDER//'there-is-none.nml', failure)
-        call check_fails(error, failure, [character(W) :: 'there-is-none.nml'])
+        call check_fails(error, message_of(failure), [character(W) :: 'there-is-none.nml'])
     end subroutine test_no_file
 
     subroutine test_nan(error)
@@ -314,6 +315,6 @@ contains
 
         record%bias(2) = ieee_value(1.0_dp, ieee_quiet_nan)
         call write_text(record, text, failure)
-        call check_fails(error, failure, [character(W) :: 'bias_nt'])
+        call check_fails(error, message_of(failure), [character(W) :: 'bias_nt'])
     end subroutine test_nan
 end module test_settings
