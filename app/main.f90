@@ -1,7 +1,7 @@
 !> The program `gracecg`: the words of the command line to the command, its status to the system.
 !>
-!> The status goes out by C's `exit`: Fortran 2008's `stop` with a code would add a line of its own to
-!> standard error.
+!> The status goes out by C's `exit`: Fortran 2008's `stop` with a code would add a line of its own
+!> to standard error.
 program gracecg_main
     use, intrinsic :: iso_c_binding, only: c_int
     use gracecg_arguments, only: process_words

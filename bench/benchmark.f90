@@ -19,7 +19,7 @@ module benchmark_work
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation, only: simulator_t, new_simulator, propagate_case, observe
     implicit none
     private
     public :: prepare, report_time, sink, time_gravity, time_field, time_density, time_sun
@@ -45,7 +45,7 @@ contains
         call report_case('front-1', case, error)
         if (.not. allocated(error)) call build_dynamics(case, dynamics, error)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
-        if (.not. allocated(error)) call simulator%observe(1, 1, observations, error)
+        if (.not. allocated(error)) call observe(simulator, 1, 1, observations, error)
         if (allocated(error)) then
             write (error_unit, '(a)') error%message
             error stop 1
@@ -184,7 +184,7 @@ contains
         integer :: i
 
         do i = 1, evaluations
-            call simulator%observe(1, i, drawn, error, only_used_head=.true.)
+            call observe(simulator, 1, i, drawn, error, only_used_head=.true.)
             sink = sink + drawn%field(1, 1)
         end do
     end subroutine time_observations

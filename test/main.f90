@@ -27,6 +27,8 @@ program tester
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
+    use test_observation_files, only: collect_observation_files
+    use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_batch_processor, only: collect_batch_processor
     use test_offset_model, only: collect_offset_model
@@ -80,6 +82,8 @@ program tester
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
+             new_testsuite('observation-files', collect_observation_files), &
+             new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('batch-processor', collect_batch_processor), &
              new_testsuite('offset-model', collect_offset_model), &

@@ -30,7 +30,7 @@ find_fpm() {
     return 1
 }
 
-# The Debian packages of what is missing, on one line.
+# The Debian packages of what is missing, on one line; python3-venv is needed to install fpm.
 missing_packages() {
     local packages=''
     command -v "${FPM_FC:-gfortran}" >/dev/null || packages+=' gfortran'
@@ -42,23 +42,27 @@ missing_packages() {
     printf '%s\n' "${packages# }"
 }
 
+# What to install by hand, after the reason why this script does not.
 explain_packages() {
-    say "missing here: $1 (names of Debian packages)." "$2" \
-        "  Debian, Ubuntu: apt-get install $1   (as root)" \
-        '  Fedora: dnf install gcc-gfortran openblas-devel pkgconf-pkg-config python3' \
-        '  Arch: pacman -S gcc-fortran openblas pkgconf python' \
-        'Elsewhere: gfortran, OpenBLAS, and a pkg-config for which "pkg-config --exists openblas" holds.'
+    say "missing here: $1" "$2"
+    if command -v apt-get >/dev/null; then
+        say "  apt-get install $1   (as root)"
+    else
+        say '  Fedora: dnf install gcc-gfortran openblas-devel pkgconf-pkg-config python3' \
+            '  Arch: pacman -S gcc-fortran openblas pkgconf python' \
+            '  elsewhere: gfortran, python3 with venv, and OpenBLAS so that "pkg-config --exists openblas" holds'
+    fi
 }
 
 install_packages() {
     local packages=$1 as_root=''
     if ! command -v apt-get >/dev/null; then
-        explain_packages "$packages" 'This machine has no apt-get, so please install them, then try again:'
+        explain_packages "$packages" '(names of Debian packages). This machine has no apt-get; please install them, then try again:'
         return 1
     fi
     if [ "$(id -u)" -ne 0 ]; then
         if ! sudo -n true 2>/dev/null; then
-            explain_packages "$packages" 'Installing them takes root. Please have them installed, then try again:'
+            explain_packages "$packages" 'Installing takes root. Please have this done, then try again:'
             return 1
         fi
         as_root='sudo -n'
@@ -76,7 +80,7 @@ install_packages() {
     } >"$log" 2>&1 </dev/null; then
         tail -n 15 "$log" >&2
         rm -f "$log"
-        explain_packages "$packages" 'apt-get could not install them (its last lines stand above). Is there a network?'
+        explain_packages "$packages" 'apt-get could not install it (its last lines stand above). Is there a network? By hand:'
         return 1
     fi
     rm -f "$log"
@@ -85,7 +89,7 @@ install_packages() {
 install_fpm() {
     say "no fpm $FPM_OLDEST or later here: installing fpm $FPM_INSTALLED from PyPI into .venv"
     if python3 -m venv --clear .venv >&2 &&
-        .venv/bin/python -m pip install --quiet --disable-pip-version-check "fpm==$FPM_INSTALLED" >&2 &&
+        .venv/bin/python -m pip install -qq --disable-pip-version-check "fpm==$FPM_INSTALLED" >&2 &&
         find_fpm >/dev/null; then
         return 0
     fi
@@ -94,12 +98,16 @@ install_fpm() {
     return 1
 }
 
+if [ -n "${FPM_FC:-}" ] && ! command -v "$FPM_FC" >/dev/null; then
+    say "the compiler $FPM_FC, named by the environment variable FPM_FC, is not found; unset FPM_FC to use gfortran"
+    exit 1
+fi
 packages=$(missing_packages)
 if [ -n "$packages" ]; then
     install_packages "$packages"
     packages=$(missing_packages)
     if [ -n "$packages" ]; then
-        explain_packages "$packages" 'They are not found although apt-get installed them: see PATH, PKG_CONFIG_PATH and FPM_FC.'
+        explain_packages "$packages" 'Not found although apt-get installed it: see PATH and PKG_CONFIG_PATH. By hand:'
         exit 1
     fi
 fi

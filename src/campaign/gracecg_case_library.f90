@@ -12,8 +12,8 @@ module gracecg_case_library
 
 contains
 
-    !> The case of a name: a built-in one, else the one in the namelist file of that path. Fails when
-    !> it is neither, and where `read_case` fails.
+    !> The case of a name: a built-in one, else the one in the namelist file of that path. Fails
+    !> when it is neither, and where `read_case` fails.
     subroutine find_case(name_or_path, case, error)
         character(*), intent(in) :: name_or_path
         type(calibration_case_t), intent(out) :: case
@@ -24,9 +24,9 @@ contains
         else if (file_exists(name_or_path)) then
             call read_case(name_or_path, case, error)
         else
-            call fail(error, 'no case "'//trim(name_or_path)//'": it is neither a built-in case ('// &
-                      join(REPORT_CASE_NAMES, ', ')//') nor a namelist file'// &
-                      did_you_mean(name_or_path, REPORT_CASE_NAMES))
+            call fail(error, 'no case "'//trim(name_or_path)// &
+                      '": it is neither a built-in case ('//join(REPORT_CASE_NAMES, ', ')// &
+                      ') nor a namelist file'//did_you_mean(name_or_path, REPORT_CASE_NAMES))
         end if
     end subroutine find_case
 end module gracecg_case_library

@@ -8,7 +8,7 @@ module gracecg_monte_carlo
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset
-    use gracecg_simulation, only: simulator_t
+    use gracecg_simulation, only: simulator_t, observe, observe_without_noise
     implicit none
     private
     public :: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, prediction_t, predict_errors
@@ -61,7 +61,7 @@ contains
         !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
         !$omp& private(observations, solution, failure)
         do i = 1, size(runs)
-            call simulator%observe(seed, runs(i), observations, failure, only_used_head=.true.)
+            call observe(simulator, seed, runs(i), observations, failure, only_used_head=.true.)
             if (.not. allocated(failure)) then
                 call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
             end if
@@ -140,7 +140,7 @@ contains
 
         type(observation_set_t) :: observations
 
-        call simulator%observe_without_noise(wave, observations)
+        call observe_without_noise(simulator, wave, observations)
         call estimate_offset(algorithm, observations, solution, error, with_covariance)
     end subroutine estimate_without_noise
 end module gracecg_monte_carlo

@@ -17,7 +17,8 @@ module gracecg_simulation
     use gracecg_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
     implicit none
     private
-    public :: simulator_t, new_simulator, propagate_case, disturbance_at
+    public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
+    public :: propagate_case, disturbance_at
 
     !> Streams of random numbers of one run
     integer, parameter :: STREAM_ACCELEROMETER = 1, STREAM_MAGNETOMETER = 2, STREAM_DENSITY = 3
@@ -32,10 +33,6 @@ module gracecg_simulation
         !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
         !! Sampling intervals in intervals of the arc
-    contains
-        procedure :: observe
-        procedure :: observe_without_noise
-        procedure :: drawn_wave
     end type simulator_t
 
 contains
@@ -183,7 +180,7 @@ contains
 
     !> The density wave of a run: its phase drawn when the case says so, none when the arc has it.
     function drawn_wave(self, seed, run) result(wave)
-        class(simulator_t), intent(in) :: self
+        type(simulator_t), intent(in) :: self
         integer, intent(in) :: seed, run
         type(density_wave_t) :: wave
 
@@ -197,7 +194,7 @@ contains
 
     !> One noisy observation set. The same seed and run give the same numbers, whatever else is done.
     subroutine observe(self, seed, run, observations, error, only_used_head)
-        class(simulator_t), intent(in) :: self
+        type(simulator_t), intent(in) :: self
         integer, intent(in) :: seed, run
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
@@ -207,7 +204,7 @@ contains
         real(dp), allocatable :: true_values(:, :)
 
         call lay_out(self, observations, only_used_head)
-        true_values = true_accelerations(self, self%drawn_wave(seed, run))
+        true_values = true_accelerations(self, drawn_wave(self, seed, run))
         stream = run_stream(self, seed, run, STREAM_ACCELEROMETER)
         call self%case%accelerometer%measure(true_values, stream, observations%acceleration, error)
         if (allocated(error)) return
@@ -220,7 +217,7 @@ contains
 
     !> An observation set without random errors, with the systematic ones: scale factors and biases.
     subroutine observe_without_noise(self, wave, observations)
-        class(simulator_t), intent(in) :: self
+        type(simulator_t), intent(in) :: self
         type(density_wave_t), intent(in) :: wave    !! The density wave to apply
         type(observation_set_t), intent(out) :: observations
 

@@ -25,9 +25,9 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('cases', '[show CASE]', 0, 2, &
-                                'Lists the built-in cases, those of CSR-TM-00-01 sections 5.2 and 6.1. '// &
-                                '`cases show CASE` prints one as a namelist file, which can be edited '// &
-                                'and stands wherever a CASE is asked for.', &
+                                'Lists the built-in cases, those of CSR-TM-00-01 sections 5.2 '// &
+                                'and 6.1. `cases show CASE` prints one as a namelist file, '// &
+                                'which can be edited and stands wherever a CASE is asked for.', &
                                 'gracecg cases show front-1 > my-case.nml'//new_line('a')// &
                                 'gracecg simulate my-case.nml --out run1')
     end subroutine declare_cases
@@ -57,8 +57,8 @@ contains
         type(calibration_case_t) :: case
         integer :: i
 
-        call console%line('case     satellite  epoch (UTC)            latitude  longitude   height  '// &
-                          'torque rods x, y, z')
+        call console%line('case     satellite  epoch (UTC)            latitude  longitude   '// &
+                          'height  torque rods x, y, z')
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, error)
             if (.not. allocated(error)) call describe_line(case, console, error)

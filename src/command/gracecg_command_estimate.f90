@@ -13,7 +13,8 @@ module gracecg_command_estimate
     private
     public :: declare_estimate, run_estimate
 
-    character(*), parameter :: COLUMNS = 'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
+    character(*), parameter :: COLUMNS = &
+        'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
         'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
     real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
@@ -24,9 +25,10 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('estimate', 'DIR', 1, 1, &
-                                'Estimates the offset of the centre of gravity, from the centre of mass '// &
-                                'to the proof-mass centre in body axes, from the observation set in '// &
-                                'DIR. The exit status is 1 when the estimate does not converge.', &
+                                'Estimates the offset of the centre of gravity, from the '// &
+                                'centre of mass to the proof-mass centre in body axes, from '// &
+                                'the observation set in DIR. The exit status is 1 when the '// &
+                                'estimate does not converge.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
@@ -69,8 +71,8 @@ contains
         end if
         if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
-                  ' iterations: the offset is not to be relied upon; check guess_quaternion and '// &
-                  'guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
+                  ' iterations: the offset is not to be relied upon; check guess_quaternion '// &
+                  'and guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
     end subroutine run_estimate
 
     !> What the formal errors leave out.
@@ -79,11 +81,11 @@ contains
         type(console_t), intent(inout) :: console
 
         if (.not. all(setup%accelerometer_psd_level > 0)) &
-            call console%message('warning: the setup gives no noise_level of the accelerometer for some '// &
-                                 'axis: the sigmas leave it out')
+            call console%message('warning: the setup gives no noise_level of the accelerometer '// &
+                                 'for some axis: the sigmas leave it out')
         if (.not. all(setup%star_camera_sigma > 0)) &
-            call console%message('warning: the setup gives no noise_about_axes of the star camera for '// &
-                                 'some axis: the sigmas leave it out')
+            call console%message('warning: the setup gives no noise_about_axes of the star '// &
+                                 'camera for some axis: the sigmas leave it out')
     end subroutine warn
 
     subroutine print_csv(solution, console, error)
@@ -124,7 +126,7 @@ contains
 
         sigma = sigmas(solution)
         call console%line(trim(setup%name)//', '//solution%algorithm// &
-                          ': CG offset, from the centre of mass to the proof-mass centre, body axes')
+                          ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
             write (line, '(2x, a, f12.5, " mm   sigma", f10.5, " mm")') &
                 AXES(i), MILLIMETRES*solution%offset(i), MILLIMETRES*sigma(i)
@@ -134,8 +136,7 @@ contains
                           trim(merge(' (converged)    ', ' (not converged)', solution%converged)))
         write (line, '("condition number  ", es9.2)') solution%condition
         call console%line(trim(line))
-        write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3, " m/s^2 (accelerometer x, y, z)")') &
-            solution%residual_rms
-        call console%line(trim(line))
+        write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
+        call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
     end subroutine print_text
 end module gracecg_command_estimate

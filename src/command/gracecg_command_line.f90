@@ -21,7 +21,8 @@ module gracecg_command_line
 
     !> Exit statuses: done, the work failed, wrong usage
     integer, parameter :: STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_MISUSED = 2
-    character(*), parameter :: MODEL = 'model'      !! First word of the commands of the single models
+    character(*), parameter :: MODEL = 'model'
+    !! First word of the commands of the single models
 
 contains
 
@@ -32,7 +33,7 @@ contains
         commands = [ &
             command_t('cases', 'lists the built-in cases, or shows one as a namelist', &
                       declare_cases, run_cases), &
-            command_t('verify', 'the curves of the report''s Figures 5.2-5.8 against their windows', &
+            command_t('verify', 'the curves of CSR-TM-00-01 section 5.3 against their windows', &
                       declare_verify, run_verify), &
             command_t('simulate', 'writes the true arc and a noisy observation set of a case', &
                       declare_simulate, run_simulate), &
@@ -45,7 +46,8 @@ contains
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
             command_t('model density', 'thermosphere: density, temperature, composition', &
                       declare_density, run_density), &
-            command_t('model wind', 'horizontal wind of the thermosphere', declare_wind, run_wind), &
+            command_t('model wind', 'horizontal wind of the thermosphere', &
+                      declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
             command_t('model star-camera', 'one noisy frame of a star camera', &
                       declare_star_camera, run_star_camera)]
@@ -53,7 +55,8 @@ contains
 
     !> Runs the command of some words. Everything that goes wrong is said on the console.
     subroutine run_command_line(words, console, status)
-        type(string_t), intent(in) :: words(:)      !! Of the command line, without the program's name
+        type(string_t), intent(in) :: words(:)
+        !! Of the command line, without the program's name
         type(console_t), intent(inout) :: console
         integer, intent(out) :: status              !! STATUS_DONE, STATUS_FAILED or STATUS_MISUSED
 
@@ -116,6 +119,7 @@ contains
         integer, intent(out) :: used        !! Words that make its name
         type(error_t), allocatable, intent(out) :: misuse
 
+        character(len(commands%name)), allocatable :: names(:)
         character(:), allocatable :: name
 
         position = 0
@@ -134,10 +138,11 @@ contains
             name = MODEL//' '//words(2)%text
             used = 2
         end if
-        position = findloc(commands%name == name, .true., 1)
-        if (position == 0) call fail(misuse, 'unknown command "'//name//'"'// &
-                                     did_you_mean(name, commands%name)//new_line('a')// &
-                                     'commands: gracecg --help')
+        names = commands%name
+        position = findloc(names == name, .true., 1)
+        if (position == 0) &
+            call fail(misuse, 'unknown command "'//name//'"'//did_you_mean(name, names)// &
+                      new_line('a')//'commands: gracecg --help')
     end subroutine find_command
 
     function model_names(commands) result(names)
@@ -178,15 +183,15 @@ contains
         character(*), parameter :: LF = new_line('a')
         integer :: i
 
-        text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'//LF//LF// &
-               'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
+        text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &
+            LF//LF//'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
         do i = 1, size(commands)
             text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
         end do
-        text = text//LF//LF//'gracecg COMMAND --help shows the options of a command and an example.'// &
-               LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage.'//LF//LF// &
-               'example: simulate a calibration and estimate the offset from it'//LF// &
-               '  gracecg simulate front-1 --out run1'//LF// &
-               '  gracecg estimate run1 --algorithm assest-fde'
+        text = text//LF//LF//'gracecg COMMAND --help shows the options of a command and an '// &
+            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage.'//LF//LF// &
+            'example: simulate a calibration and estimate the offset from it'//LF// &
+            '  gracecg simulate front-1 --out run1'//LF// &
+            '  gracecg estimate run1 --algorithm assest-fde'
     end function overview
 end module gracecg_command_line

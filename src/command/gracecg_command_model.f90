@@ -44,8 +44,9 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model gravity', '', 0, 0, &
-                                'Gravitational acceleration (m/s^2, Earth-fixed axes, without the '// &
-                                'centrifugal part) and potential (m^2/s^2) of EGM96 or of a model file.', &
+                                'Gravitational acceleration (m/s^2, Earth-fixed axes, without '// &
+                                'the centrifugal part) and potential (m^2/s^2) of EGM96 or of '// &
+                                'a model file.', &
                                 'gracecg model gravity '//EXAMPLE_PLACE//' --degree 20')
         call add_position(arguments)
         call arguments%add_option('--degree', 'N', 'highest degree (default '// &
@@ -89,8 +90,8 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model field', '', 0, 0, &
-                                'Magnetic flux density in T: Earth-fixed axes, and along the local '// &
-                                'geocentric vertical (up), south and east.', &
+                                'Magnetic flux density in T: Earth-fixed axes, and along the '// &
+                                'local geocentric vertical (up), south and east.', &
                                 'gracecg model field '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
         call add_date(arguments)
         call add_position(arguments)
@@ -112,7 +113,7 @@ contains
         call get_date(arguments, date, misuse)
         if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
         if (.not. allocated(misuse)) &
-            call arguments%get('--table', table, misuse, default=FIELD_TABLES(1), choices=FIELD_TABLES)
+            call arguments%get('--table', table, misuse, default='igrf95', choices=FIELD_TABLES)
         if (.not. allocated(misuse)) call arguments%get('--file', file, misuse, default='')
         if (allocated(misuse)) return
         if (arguments%has('--table') .and. arguments%has('--file')) then
@@ -137,9 +138,10 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model density', '', 0, 0, &
-                                'Density (kg/m^3), temperatures (K) and number densities (1/m^3) of the '// &
-                                'thermosphere by DTM-77. Solar flux and Kp come from the built-in table '// &
-                                '(December 1988 to February 1989, and 2000) unless all three are given.', &
+                                'Density (kg/m^3), temperatures (K) and number densities '// &
+                                '(1/m^3) of the thermosphere by DTM-77. Solar flux and Kp come '// &
+                                'from the built-in table (December 1988 to February 1989, and '// &
+                                '2000) unless all three are given.', &
                                 'gracecg model density '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
         call add_date(arguments)
         call add_position(arguments)
@@ -168,7 +170,8 @@ contains
         end if
         call get_date(arguments, date, misuse)
         if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
-        if (.not. allocated(misuse)) call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
+        if (.not. allocated(misuse)) &
+            call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
         if (.not. allocated(misuse)) &
             call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
         if (.not. allocated(misuse)) call arguments%get('--kp', kp, misuse, default=0.0_dp)
@@ -180,8 +183,9 @@ contains
         if (allocated(error)) return
         place = place_of(position)
         if (place%height < model%lowest_height()) then
-            call fail(error, 'height '//real_text(place%height/1000)//' km above the ellipsoid: DTM-77 '// &
-                      'is valid from '//real_text(model%lowest_height()/1000)//' km on')
+            call fail(error, 'height '//real_text(place%height/1000)// &
+                      ' km above the ellipsoid: DTM-77 is valid from '// &
+                      real_text(model%lowest_height()/1000)//' km on')
             return
         end if
         point = atmosphere_point_t(place%height, place%latitude, &
@@ -193,8 +197,8 @@ contains
         call console%line('# f107a = '//real_text(f107_mean))
         call console%line('# kp = '//real_text(kp))
         call console%row('density,temperature,exospheric_temperature,n_he,n_o,n_n2', &
-                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, air%n_o, &
-                          air%n_n2], error)
+                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, &
+                          air%n_o, air%n_n2], error)
     end subroutine run_density
 
     !> Indices of the embedded table.
@@ -215,8 +219,9 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model wind', '', 0, 0, &
-                                'Horizontal wind of the thermosphere in m/s relative to the rotating '// &
-                                'Earth, by latitude and local solar time: the built-in table of HWM93.', &
+                                'Horizontal wind of the thermosphere in m/s relative to the '// &
+                                'rotating Earth, by latitude and local solar time: the '// &
+                                'built-in table of HWM93.', &
                                 'gracecg model wind '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
         call add_date(arguments)
         call add_position(arguments)
@@ -242,7 +247,8 @@ contains
         local_time = local_mean_solar_time(date, place%longitude)
         model = embedded_wind()
         call model%evaluate(place%latitude, local_time, east, north)
-        call console%line('# HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every date and height')
+        call console%line('# HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every '// &
+                          'date and height')
         call show_place(place, local_time, console)
         call console%row('east,north', [east, north], error)
     end subroutine run_wind
@@ -251,8 +257,8 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model sun', '', 0, 0, &
-                                'Geometric position of the Sun from the Earth''s centre in m, mean '// &
-                                'equator and equinox of J2000, and its distance in au.', &
+                                'Geometric position of the Sun from the Earth''s centre in m, '// &
+                                'mean equator and equinox of J2000, and its distance in au.', &
                                 'gracecg model sun '//EXAMPLE_DATE)
         call add_date(arguments)
     end subroutine declare_sun
@@ -280,7 +286,8 @@ contains
     subroutine add_date(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%add_option('--date', 'DATE', 'UTC, ISO 8601: 1989-01-02T00:00:00 or 1989-01-02', &
+        call arguments%add_option('--date', 'DATE', &
+                                  'UTC, ISO 8601: 1989-01-02T00:00:00 or 1989-01-02', &
                                   required=.true.)
     end subroutine add_date
 

@@ -22,13 +22,15 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('model star-camera', '', 0, 0, &
-                                'One noisy frame of a star camera with the report''s performance: the '// &
-                                'attitude by QUEST (inertial J2000 to camera, scalar last), the number of '// &
-                                'stars and the angle to the true attitude.', &
-                                'gracecg model star-camera --quaternion -0.7008547 -0.0000031 0.7133040 '// &
-                                '0.0000031')
-        call arguments%add_option('--quaternion', 'Q1 Q2 Q3 Q4', 'true attitude, inertial J2000 to body, '// &
-                                  'scalar last', required=.true.)
+                                'One noisy frame of a star camera with the report''s '// &
+                                'performance: the attitude by QUEST (inertial J2000 to camera, '// &
+                                'scalar last), the number of stars and the angle to the true '// &
+                                'attitude.', &
+                                'gracecg model star-camera --quaternion -0.7008547 -0.0000031 '// &
+                                '0.7133040 0.0000031')
+        call arguments%add_option('--quaternion', 'Q1 Q2 Q3 Q4', &
+                                  'true attitude, inertial J2000 to body, scalar last', &
+                                  required=.true.)
         call arguments%add_option('--head', 'N', '1 looks to +y, 2 to -y of the body (default 1)')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
@@ -54,14 +56,16 @@ contains
 
         if (abs(norm2(attitude) - 1) > SAMPLE_TOLERANCE) then
             call fail(error, 'option --quaternion: not a unit quaternion: its length is '// &
-                      real_text(norm2(attitude))//'; allowed is 1 within '//real_text(SAMPLE_TOLERANCE))
+                      real_text(norm2(attitude))//'; allowed is 1 within '// &
+                      real_text(SAMPLE_TOLERANCE))
             return
         end if
         attitude = normalised(attitude)
         call camera%see(builtin_star_catalogue(), attitude, head, frame, error)
         if (allocated(error)) return
         stream = new_stream(seed, 0, 0, run, head)
-        call solve(frame, quaternion_product(camera%mounting(head), attitude), stream, console, error)
+        call solve(frame, quaternion_product(camera%mounting(head), attitude), stream, console, &
+                   error)
     end subroutine run_star_camera
 
     !> Draws the frame's directions and shows both solutions.
@@ -84,10 +88,10 @@ contains
         if (allocated(error)) return
         ! (3-21) is of half the angles
         sigma = [(2*sqrt(covariance(i, i))/ARCSECOND, i=1, 3)]
-        call console%line('# angle between QUEST and the eigenvalue solution (q-method), arcsec = '// &
-                          real_text(rotation_angle_between(q, q_reference)/ARCSECOND))
-        call console%line('# sigma about camera x, y, boresight, arcsec = '//real_text(sigma(1))//' '// &
-                          real_text(sigma(2))//' '//real_text(sigma(3)))
+        call console%line('# angle between QUEST and the eigenvalue solution (q-method), '// &
+                          'arcsec = '//real_text(rotation_angle_between(q, q_reference)/ARCSECOND))
+        call console%line('# sigma about camera x, y, boresight, arcsec = '//real_text(sigma(1))// &
+                          ' '//real_text(sigma(2))//' '//real_text(sigma(3)))
         call console%row('q1,q2,q3,q4,stars,angle_error_arcsec', &
                          [q, real(size(observed, 2), dp), &
                           rotation_angle_between(q, true_attitude)/ARCSECOND], error)

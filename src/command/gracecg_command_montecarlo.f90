@@ -14,7 +14,7 @@ module gracecg_command_montecarlo
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
     use gracecg_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
@@ -174,7 +174,7 @@ contains
         character(120) :: row
         integer :: i
 
-        call simulator%observe(plan%seed, 1, observations, error)
+        call observe(simulator, plan%seed, 1, observations, error)
         if (allocated(error)) return
         call estimate_offset(plan%algorithms(1)%text, observations, solution, error)
         if (allocated(error)) return

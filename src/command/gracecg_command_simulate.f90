@@ -8,7 +8,7 @@ module gracecg_command_simulate
     use gracecg_observation_files, only: write_observations, OBSERVATION_FILES
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe, drawn_wave
     use gracecg_truth_file, only: write_truth
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
@@ -24,15 +24,18 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('simulate', 'CASE', 1, 1, &
-                                'Propagates the true orbit and attitude of a case and draws one noisy '// &
-                                'observation set. CASE is a built-in case (gracecg cases) or a namelist '// &
-                                'file. Seed and run alone decide the random numbers.', &
+                                'Propagates the true orbit and attitude of a case and draws '// &
+                                'one noisy observation set. CASE is a built-in case (gracecg '// &
+                                'cases) or a namelist file. Seed and run alone decide the '// &
+                                'random numbers.', &
                                 'gracecg simulate front-1 --out run1 --seed 1 --run 1')
-        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE//' and the observation set; '// &
-                                  'made if it is not there', required=.true.)
+        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE// &
+                                  ' and the observation set; made if it is not there', &
+                                  required=.true.)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
-        call arguments%add_option('--run', 'K', 'number of the run: other random numbers of the same '// &
-                                  'seed (default 1)')
+        call arguments%add_option('--run', 'K', &
+                                  'number of the run: other random numbers of the same seed '// &
+                                  '(default 1)')
     end subroutine declare_simulate
 
     subroutine run_simulate(arguments, console, misuse, error)
@@ -54,7 +57,7 @@ contains
         call find_case(arguments%positional(1), case, error)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
-        if (.not. allocated(error)) call simulator%observe(seed, run, observations, error)
+        if (.not. allocated(error)) call observe(simulator, seed, run, observations, error)
         if (.not. allocated(error)) &
             call write_run(folder, simulator, seed, run, observations, error)
         if (.not. allocated(error)) call report(folder, observations, console)
@@ -71,10 +74,10 @@ contains
         character(100) :: comments(2)
 
         comments(1) = 'gracecg '//VERSION//' simulate'
-        comments(2) = 'case '//trim(simulator%case%setup%name)//', seed '//integer_text(seed)//', run '// &
-                      integer_text(run)
+        comments(2) = 'case '//trim(simulator%case%setup%name)//', seed '//integer_text(seed)// &
+            ', run '//integer_text(run)
         call write_truth(folder//'/'//TRUTH_FILE, simulator, &
-                         simulator%drawn_wave(seed, run), comments, error)
+                         drawn_wave(simulator, seed, run), comments, error)
         if (allocated(error)) return
         call write_observations(folder, observations, comments, error)
         if (allocated(error)) call remove_file(folder//'/'//TRUTH_FILE)
@@ -93,7 +96,8 @@ contains
         call console%line('written to '//folder//':')
         call console%line('  '//TRUTH_FILE//'          the true arc')
         do i = 1, 3
-            call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(samples(i))//' samples')
+            call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(samples(i))// &
+                              ' samples')
         end do
         call console%line('  '//OBSERVATION_FILES(4)//'  what the operator knows')
         call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')

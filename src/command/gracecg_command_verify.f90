@@ -8,8 +8,8 @@ module gracecg_command_verify
     use gracecg_csv, only: csv_writer_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
-    use gracecg_assumption_verification, only: verification_t, verify_case, window_check_t, check_windows, &
-        CURVE_NAMES, AXIS_NAMES
+    use gracecg_assumption_verification, only: verification_t, verify_case, window_check_t, &
+        check_windows, CURVE_NAMES, AXIS_NAMES
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -26,13 +26,14 @@ contains
         type(arguments_t), intent(inout) :: arguments
 
         call arguments%describe('verify', '[CASE ...]', 0, MOST_CASES, &
-                                'Computes the curves of Figures 5.2-5.8 of CSR-TM-00-01 along the arcs '// &
-                                'of the cases (front-1 and back-1 when none is named). Case 1 of a '// &
-                                'satellite is compared with the axis windows that the report prints: a '// &
-                                'curve is inside when it leaves its window by at most 5 % of its width.', &
+                                'Computes the curves of Figures 5.2-5.8 of CSR-TM-00-01 along '// &
+                                'the arcs of the cases (front-1 and back-1 when none is '// &
+                                'named). Case 1 of a satellite is compared with the axis '// &
+                                'windows that the report prints: a curve is inside when it '// &
+                                'leaves its window by at most 5 % of its width.', &
                                 'gracecg verify front-1 back-1 --out curves')
-        call arguments%add_option('--out', 'DIR', 'folder for the curves, verify_CASE.csv; made if it '// &
-                                  'is not there')
+        call arguments%add_option('--out', 'DIR', &
+                                  'folder for the curves, verify_CASE.csv; made if it is not there')
     end subroutine declare_verify
 
     subroutine run_verify(arguments, console, misuse, error)
@@ -56,7 +57,8 @@ contains
             if (allocated(error)) return
             if (i > 1) call console%line('')
             call show(cases(i), verification, console)
-            if (folder /= '') call write_curves(folder, cases(i)%setup%name, verification, console, error)
+            if (folder /= '') &
+                call write_curves(folder, cases(i)%setup%name, verification, console, error)
             if (allocated(error)) return
         end do
     end subroutine run_verify
@@ -97,8 +99,8 @@ contains
         type(console_t), intent(inout) :: console
 
         if (case%number == CASE_WITH_WINDOWS) then
-            call show_windows(trim(case%setup%name), check_windows(trim(case%satellite), verification), &
-                              console)
+            call show_windows(trim(case%setup%name), &
+                              check_windows(trim(case%satellite), verification), console)
         else
             call show_ranges(trim(case%setup%name), verification, console)
         end if
@@ -128,8 +130,9 @@ contains
                               share(count(attitude .and. inside), count(attitude)))
             call console%line('inside, surface forces and torques: '// &
                               share(count(.not. attitude .and. inside), count(.not. attitude)))
-            call console%line('mean within 15 % of the window''s centre, surface forces and torques: '// &
-                              share(count(.not. attitude .and. checks%near_centre), count(.not. attitude)))
+            call console%line('mean within 15 % of the window''s centre, surface forces and '// &
+                              'torques: '//share(count(.not. attitude .and. checks%near_centre), &
+                              count(.not. attitude)))
         end associate
     end subroutine show_windows
 

@@ -1,5 +1,5 @@
-!> What the commands say: results on standard output, messages and progress on standard error. The only
-!> place of the program that prints.
+!> What the commands say: results on standard output, messages and progress on standard error. The
+!> only place of the program that prints.
 module gracecg_console
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_null_ptr, c_ptr
     use, intrinsic :: iso_fortran_env, only: error_unit
@@ -34,8 +34,8 @@ module gracecg_console
             integer(c_int), value :: descriptor
         end function c_isatty
 
-        !> Writes a text and a line end on standard output. In place of Fortran's write because it tells
-        !> when the disk is full.
+        !> Writes a text and a line end on standard output. In place of Fortran's write because it
+        !> tells when the disk is full.
         integer(c_int) function c_puts(text) bind(c, name='puts')
             import :: c_char, c_int
             character(kind=c_char), intent(in) :: text(*)

@@ -12,14 +12,14 @@ module gracecg_truth_file
     private
     public :: write_truth
 
-    character(*), parameter :: COLUMNS = 'time_s,rx,ry,rz,vx,vy,vz,q1,q2,q3,q4,wx,wy,wz,wdx,wdy,wdz,'// &
-        'bx,by,bz,ngx,ngy,ngz'
+    character(*), parameter :: COLUMNS = &
+        'time_s,rx,ry,rz,vx,vy,vz,q1,q2,q3,q4,wx,wy,wz,wdx,wdy,wdz,bx,by,bz,ngx,ngy,ngz'
 
 contains
 
-    !> Writes every epoch of the arc: position (m) and velocity (m/s) in the inertial frame, attitude
-    !> (inertial to body), angular velocity (rad/s) and acceleration (rad/s^2), magnetic flux density (T)
-    !> and non-gravitational acceleration (m/s^2), the last four in body axes.
+    !> Writes every epoch of the arc: position (m) and velocity (m/s) in the inertial frame,
+    !> attitude (inertial to body), angular velocity (rad/s) and acceleration (rad/s^2), magnetic
+    !> flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
     subroutine write_truth(path, simulator, wave, comments, error)
         character(*), intent(in) :: path
         type(simulator_t), intent(in) :: simulator

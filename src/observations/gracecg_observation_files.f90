@@ -1,10 +1,11 @@
-!> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv, and
-!> setup.nml with what the operator knows.
+!> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv,
+!> and setup.nml with what the operator knows.
 module gracecg_observation_files
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, fail_in_file, add_context
     use gracecg_text, only: string_t, join, real_text, integer_text
-    use gracecg_file, only: directory_exists, make_directory, remove_file, text_file_t, read_text_file
+    use gracecg_file, only: directory_exists, make_directory, remove_file, text_file_t, &
+        read_text_file
     use gracecg_csv, only: read_csv, csv_writer_t
     use gracecg_settings, only: settings_t, settings_reader_t, settings_writer_t
     use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
@@ -18,10 +19,12 @@ module gracecg_observation_files
     character(17), parameter :: OBSERVATION_FILES(4) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'setup.nml']
 
-    character(6), parameter :: ACCELEROMETER_COLUMNS(4) = [character(6) :: 'time_s', 'ax', 'ay', 'az']
+    character(6), parameter :: ACCELEROMETER_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'ax', 'ay', 'az']
     character(6), parameter :: STAR_CAMERA_COLUMNS(6) = &
         [character(6) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
-    character(6), parameter :: MAGNETOMETER_COLUMNS(4) = [character(6) :: 'time_s', 'bx', 'by', 'bz']
+    character(6), parameter :: MAGNETOMETER_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'bx', 'by', 'bz']
 
     !> The rows of a file, and where they stand in it.
     type :: series_t
@@ -64,8 +67,8 @@ contains
         call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), &
                                         join(ACCELEROMETER_COLUMNS, ','), comments, error)
         if (allocated(error)) return
-        call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), join(STAR_CAMERA_COLUMNS, ','), &
-                                      comments, error)
+        call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), &
+                                      join(STAR_CAMERA_COLUMNS, ','), comments, error)
         if (allocated(error)) return
         call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), &
                                        join(MAGNETOMETER_COLUMNS, ','), comments, error)
@@ -87,7 +90,8 @@ contains
                                           observations%quaternion(:, i)])
         end do
         do i = 1, size(observations%magnetometer_time)
-            call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), observations%field(:, i)])
+            call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
+                                           observations%field(:, i)])
         end do
     end subroutine write_rows
 
@@ -142,10 +146,10 @@ contains
 
     !> Reads an observation set from its folder.
     !>
-    !> Fails, naming file and line, when a file is missing or cuts off in mid-line, a header differs,
-    !> a value is not a finite number, times do not increase, a camera is none, a quaternion is not
-    !> of unit length, or the setup is refused; and when a series does not reach from the beginning
-    !> to the end of the arc.
+    !> Fails, naming file and line, when a file is missing or cuts off in mid-line, a header
+    !> differs, a value is not a finite number, times do not increase, a camera is none, a
+    !> quaternion is not of unit length, or the setup is refused; and when a series does not reach
+    !> from the beginning to the end of the arc.
     subroutine read_observations(folder, observations, error)
         character(*), intent(in) :: folder
         type(observation_set_t), intent(out) :: observations
@@ -154,7 +158,8 @@ contains
         type(series_t) :: series
 
         if (.not. directory_exists(folder)) then
-            call fail(error, trim(folder)//': no such folder; name the folder of an observation set')
+            call fail(error, trim(folder)// &
+                      ': no such folder; name the folder of an observation set')
             return
         end if
         call read_setup(folder, observations%setup, error)
@@ -206,8 +211,8 @@ contains
         call add_context(error, path_of(folder, SETUP_NAMELIST))
     end subroutine read_setup
 
-    !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last number
-    !> may have lost digits.
+    !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
+    !> number may have lost digits.
     subroutine read_series(path, columns, series, error)
         character(*), intent(in) :: path, columns(:)
         type(series_t), intent(out) :: series
@@ -223,8 +228,9 @@ contains
         call read_text_file(path, file, error)
         if (allocated(error)) return
         if (file%text(len(file%text):) /= new_line('a')) then
-            call fail_in_file(error, path, file%line_count(), 'the last line has no line end: the '// &
-                              'file seems to be truncated', file%line(file%line_count()))
+            call fail_in_file(error, path, file%line_count(), &
+                              'the last line has no line end: the file seems to be truncated', &
+                              file%line(file%line_count()))
         end if
     end subroutine read_series
 
@@ -254,8 +260,9 @@ contains
             associate (time => series%table(i, 1), camera => series%table(i, 2))
                 head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
                 if (head == 0) then
-                    call fail_in_file(error, series%path, series%header_line + i, 'column camera: '// &
-                                      real_text(camera)//' is not the number of a camera head: 1 or '// &
+                    call fail_in_file(error, series%path, series%header_line + i, &
+                                      'column camera: '//real_text(camera)// &
+                                      ' is not the number of a camera head: 1 or '// &
                                       integer_text(HEADS))
                     return
                 end if
@@ -267,9 +274,10 @@ contains
             end associate
             length = norm2(series%table(i, 3:6))
             if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle
-            call fail_in_file(error, series%path, series%header_line + i, 'columns q1 to q4: not a '// &
-                              'unit quaternion: its length is '//real_text(length)// &
-                              '; allowed is 1 within '//real_text(SAMPLE_TOLERANCE))
+            call fail_in_file(error, series%path, series%header_line + i, &
+                              'columns q1 to q4: not a unit quaternion: its length is '// &
+                              real_text(length)//'; allowed is 1 within '// &
+                              real_text(SAMPLE_TOLERANCE))
             return
         end do
     end subroutine check_star_camera
@@ -280,32 +288,36 @@ contains
         real(dp), intent(in) :: previous
         type(error_t), allocatable, intent(out) :: error
 
-        call fail_in_file(error, series%path, series%header_line + i, 'column time_s: times must '// &
-                          'increase, but '//real_text(series%table(i, 1))//' follows '// &
-                          real_text(previous))
+        call fail_in_file(error, series%path, series%header_line + i, &
+                          'column time_s: times must increase, but '// &
+                          real_text(series%table(i, 1))//' follows '//real_text(previous))
     end subroutine fail_not_increasing
 
-    !> A series must begin within its first interval and end within the last one of the arc: else the
-    !> file has lost rows.
+    !> A series must begin within its first interval and end within the last one of the arc: else
+    !> the file has lost rows.
     subroutine check_coverage(series, interval, duration, error)
         type(series_t), intent(in) :: series
         real(dp), intent(in) :: interval, duration      !! s
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: SLACK = 0.01_dp          ! of an interval, for the rounding of time tags
+        ! of an interval, for the rounding of time tags
+        real(dp), parameter :: SLACK = 0.01_dp
         integer :: last
 
         last = size(series%table, 1)
         associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
             if (first_time > (1 + SLACK)*interval) then
-                call fail_in_file(error, series%path, series%header_line + 1, 'the first sample, at '// &
-                                  real_text(first_time)//' s, comes later than one sampling interval ('// &
+                call fail_in_file(error, series%path, series%header_line + 1, &
+                                  'the first sample, at '//real_text(first_time)// &
+                                  ' s, comes later than one sampling interval ('// &
                                   real_text(interval)//' s) after the epoch: rows are missing')
             else if (last_time < duration - (1 - SLACK)*interval) then
-                call fail_in_file(error, series%path, series%header_line + last, 'the last sample, at '// &
-                                  real_text(last_time)//' s, comes too early for the duration of '// &
-                                  real_text(duration)//' s in setup.nml: the file seems to be '// &
-                                  'truncated; else give the shorter duration')
+                call fail_in_file(error, series%path, series%header_line + last, &
+                                  'the last sample, at '//real_text(last_time)// &
+                                  ' s, comes too early for the duration of '// &
+                                  real_text(duration)// &
+                                  ' s in setup.nml: the file seems to be truncated; else give '// &
+                                  'the shorter duration')
             end if
         end associate
     end subroutine check_coverage

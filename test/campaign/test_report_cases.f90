@@ -142,7 +142,8 @@ contains
         call get('front-1', first, error)
         if (allocated(error)) return
         angle = gmst_1982(first%setup%epoch, -0.1174_dp)
-        call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), 180*DEGREE, &
+        call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
+                   180*DEGREE, &
                    thr=1e-6_dp*DEGREE)
         if (allocated(error)) return
         do i = 1, 6
@@ -177,9 +178,9 @@ contains
         end do
     end subroutine test_pair
 
-    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases 2
-    !> and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the orbit
-    !> comes to -50.38 m, and x and z agree to a metre.)
+    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases
+    !> 2 and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the
+    !> orbit comes to -50.38 m, and x and z agree to a metre.)
     subroutine test_one_orbit(error)
         type(error_type), allocatable, intent(out) :: error
         integer :: i
@@ -217,7 +218,8 @@ contains
             if (allocated(error)) return
             expected = later%position
             if (to == 'front-2') expected(2) = -expected(2)
-            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to//', position', &
+            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
+                       ', position', &
                        thr=10.0_dp)
             if (allocated(error)) return
             call check(error, norm2(arc%state(VELOCITY, steps) - later%velocity), 0.0_dp, &
@@ -267,14 +269,17 @@ contains
             if (allocated(error)) return
             call check(error, seconds_between(a%setup%epoch, b%setup%epoch), 0.0_dp)
             if (allocated(error)) return
-            difference = maxval(abs(a%position - b%position)) + maxval(abs(a%velocity - b%velocity)) + &
+            difference = maxval(abs(a%position - b%position)) + &
+                                maxval(abs(a%velocity - b%velocity)) + &
                          maxval(abs(a%angular_velocity - b%angular_velocity)) + &
                          maxval(abs(a%setup%inertia - b%setup%inertia)) + &
                          maxval(abs(a%centre_of_mass - b%centre_of_mass)) + &
                          maxval(abs(a%accelerometer%scale3 - b%accelerometer%scale3)) + &
                          maxval(abs(a%accelerometer%noise_level - b%accelerometer%noise_level)) + &
-                         maxval(abs(a%setup%accelerometer_weight - b%setup%accelerometer_weight)) + &
-                         maxval(abs(dipole_moment(a%setup%rods, 1.3_dp) - dipole_moment(b%setup%rods, 1.3_dp)))
+                         maxval(abs(a%setup%accelerometer_weight - &
+                                b%setup%accelerometer_weight)) + &
+                         maxval(abs(dipole_moment(a%setup%rods, 1.3_dp) - &
+                                dipole_moment(b%setup%rods, 1.3_dp)))
             call check(error, difference, 0.0_dp)
             if (allocated(error)) return
             call check(error, maxval(abs(a%quaternion - b%quaternion)), 0.0_dp, thr=4e-16_dp)

@@ -11,7 +11,8 @@ module test_simulation
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
+        drawn_wave
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -63,7 +64,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 1, observations, failure)
+        call observe(simulator, SEED, 1, observations, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
@@ -114,19 +115,19 @@ contains
         if (allocated(error)) return
         call prepare(another, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 7, first, failure)
+        call observe(simulator, SEED, 7, first, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call simulator%observe(SEED, 3, between, failure)
-        call simulator%observe(SEED, 7, again, failure)
+        call observe(simulator, SEED, 3, between, failure)
+        call observe(simulator, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
         if (allocated(error)) return
-        call another%observe(SEED, 7, again, failure)
+        call observe(another, SEED, 7, again, failure)
         call check(error, maxval(differences(first, again)), 0.0_dp)
     end subroutine test_same_again
 
-    !> Another run, seed, case number or satellite draws other numbers in every instrument. (The truth
-    !> is the same simulator's, so that only the noise can differ.)
+    !> Another run, seed, case number or satellite draws other numbers in every instrument. (The
+    !> truth is the same simulator's, so that only the noise can differ.)
     subroutine test_different(error)
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator, other
@@ -135,23 +136,23 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 7, reference, failure)
+        call observe(simulator, SEED, 7, reference, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         other = simulator
-        call other%observe(SEED, 8, changed, failure)
+        call observe(other, SEED, 8, changed, failure)
         call check_changed('run')
         if (allocated(error)) return
-        call other%observe(SEED + 1, 7, changed, failure)
+        call observe(other, SEED + 1, 7, changed, failure)
         call check_changed('seed')
         if (allocated(error)) return
         other%case%number = 2
-        call other%observe(SEED, 7, changed, failure)
+        call observe(other, SEED, 7, changed, failure)
         call check_changed('case')
         if (allocated(error)) return
         other = simulator
         other%case%satellite = 'back'
-        call other%observe(SEED, 7, changed, failure)
+        call observe(other, SEED, 7, changed, failure)
         call check_changed('satellite')
 
     contains
@@ -159,7 +160,8 @@ contains
         subroutine check_changed(what)
             character(*), intent(in) :: what
 
-            call check(error, all(differences(reference, changed) > [1e-10_dp, 1e-7_dp, 1e-10_dp]), what)
+            call check(error, all(differences(reference, changed) > &
+                       [1e-10_dp, 1e-7_dp, 1e-10_dp]), what)
         end subroutine check_changed
     end subroutine test_different
 
@@ -174,18 +176,20 @@ contains
         if (allocated(error)) return
         do head = 1, 2
             simulator%case%setup%camera = head
-            call simulator%observe(SEED, 4, full, failure)
+            call observe(simulator, SEED, 4, full, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            call simulator%observe(SEED, 4, alone, failure, only_used_head=.true.)
+            call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            call check(error, all(alone%star_camera_head == head) .and. size(alone%star_camera_head) == 120)
+            call check(error, all(alone%star_camera_head == head) .and. &
+                       size(alone%star_camera_head) == 120)
             if (allocated(error)) return
             associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
                 call check(error, maxval(abs(alone%quaternion - full%quaternion(:, used))), 0.0_dp)
                 if (allocated(error)) return
-                call check(error, maxval(abs(alone%star_camera_time - full%star_camera_time(used))), 0.0_dp)
+                call check(error, maxval(abs(alone%star_camera_time - &
+                           full%star_camera_time(used))), 0.0_dp)
                 if (allocated(error)) return
             end associate
             call check(error, maxval(abs(alone%acceleration - full%acceleration)) + &
@@ -204,7 +208,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), observations)
+        call observe_without_noise(simulator, density_wave_t(), observations)
         d = simulator%case%offset
         associate (arc => simulator%arc, instrument => simulator%case%accelerometer)
             do k = 1, 600
@@ -212,7 +216,8 @@ contains
                 a = arc%loads(k)%drag + arc%loads(k)%srp + arc%loads(k)%erp + &
                     cross(arc%omega_dot(:, k), d) + &
                     cross(arc%state(OMEGA, k), cross(arc%state(OMEGA, k), d)) + &
-                    EARTH_GM/radius**3*(d - 3*dot_product(arc%loads(k)%vertical, d)*arc%loads(k)%vertical)
+                    EARTH_GM/radius**3*(d - 3*dot_product(arc%loads(k)%vertical, &
+                                        d)*arc%loads(k)%vertical)
                 expected = instrument%bias + instrument%scale1*a + instrument%scale2*a**2 + &
                            instrument%scale3*a**3
                 call check(error, maxval(abs(observations%acceleration(:, k) - expected)), 0.0_dp, &
@@ -221,21 +226,23 @@ contains
             end do
             do i = 1, 60
                 expected = arc%loads(10*i)%field + [50e-9_dp, -30e-9_dp, 25e-9_dp]
-                call check(error, maxval(abs(observations%field(:, i) - expected)), 0.0_dp, thr=1e-19_dp)
+                call check(error, maxval(abs(observations%field(:, i) - expected)), 0.0_dp, &
+                           thr=1e-19_dp)
                 if (allocated(error)) return
             end do
             do i = 1, 120
                 call check(error, rotation_angle_between( &
                            observations%quaternion(:, i), quaternion_product( &
-                           simulator%case%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), 0.0_dp, &
+                           simulator%case%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), &
+                               0.0_dp, &
                            thr=1e-14_dp)
                 if (allocated(error)) return
             end do
         end associate
     end subroutine test_observables
 
-    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance by
-    !> chi-square, mean by the normal distribution, both with 99.9 % limits.
+    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance
+    !> by chi-square, mean by the normal distribution, both with 99.9 % limits.
     subroutine test_accelerometer_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SIGMA(3) = [3.16227766e-10_dp, 3.16227766e-9_dp, 3.16227766e-10_dp]
@@ -251,10 +258,10 @@ contains
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            call simulator%observe_without_noise(simulator%drawn_wave(SEED, run), clean)
+            call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
             total = total + sum(noisy%acceleration - clean%acceleration, 2)
         end do
@@ -272,11 +279,11 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), clean)
+        call observe_without_noise(simulator, density_wave_t(), clean)
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             squares = squares + sum((noisy%field - clean%field)**2, 2)
@@ -296,15 +303,16 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), clean)
+        call observe_without_noise(simulator, density_wave_t(), clean)
         squares = 0
         total = 0
         do run = 1, RUNS
-            call simulator%observe(SEED, run, noisy, failure, only_used_head=.true.)
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             do i = 1, 120
-                turn = quaternion_product(noisy%quaternion(:, i), conjugate_quaternion(clean%quaternion(:, i)))
+                turn = quaternion_product(noisy%quaternion(:, i), &
+                                          conjugate_quaternion(clean%quaternion(:, i)))
                 turn = 2*sign(1.0_dp, turn(4))*turn
                 squares = squares + turn(1:3)**2
                 total = total + turn(1:3)
@@ -343,13 +351,14 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe_without_noise(density_wave_t(), calm)
-        call simulator%observe_without_noise(density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
+        call observe_without_noise(simulator, density_wave_t(), calm)
+        call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
             expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag* &
                        simulator%case%accelerometer%scale1
             ! quadratic scale factors up to 33 s^2/m, drag up to 7e-7 m/s^2: slope good to 5e-5
-            call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - expected)), &
+            call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - &
+                       expected)), &
                        0.0_dp, thr=5e-5_dp*AMPLITUDE*norm2(simulator%arc%loads(k)%drag))
             if (allocated(error)) return
         end do
@@ -357,7 +366,8 @@ contains
                    maxval(abs(waving%field - calm%field)), 0.0_dp)
     end subroutine test_wave
 
-    !> Amplitude and period are the case's; the phase is another in every run and spread over the circle.
+    !> Amplitude and period are the case's; the phase is another in every run and spread over the
+    !> circle.
     subroutine test_drawn_wave(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: N = 400
@@ -370,7 +380,7 @@ contains
         if (allocated(error)) return
         resultant = 0
         do run = 1, N
-            wave = simulator%drawn_wave(SEED, run)
+            wave = drawn_wave(simulator, SEED, run)
             call check(error, wave%amplitude == 0.003_dp .and. wave%period == 12 .and. &
                        wave%phase >= 0 .and. wave%phase <= TWO_PI)
             if (allocated(error)) return
@@ -380,7 +390,7 @@ contains
         call check(error, abs(resultant)**2/N < 6.9_dp)
         if (allocated(error)) return
         simulator%case%density_wave_random = .false.
-        wave = simulator%drawn_wave(SEED, 1)
+        wave = drawn_wave(simulator, SEED, 1)
         call check(error, wave%amplitude, 0.0_dp)
     end subroutine test_drawn_wave
 
@@ -401,9 +411,9 @@ contains
         call new_simulator(case, fixed, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call fixed%observe_without_noise(fixed%drawn_wave(SEED, 1), a)
-        call drawn%observe_without_noise(case%density_wave, b)
-        call drawn%observe_without_noise(density_wave_t(), calm)
+        call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
+        call observe_without_noise(drawn, case%density_wave, b)
+        call observe_without_noise(drawn, density_wave_t(), calm)
         call check(error, maxval(abs(b%acceleration - calm%acceleration)) > 1e-9_dp)
         if (allocated(error)) return
         call check(error, maxval(abs(a%acceleration - b%acceleration)), 0.0_dp, thr=1e-12_dp)
@@ -418,14 +428,16 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call simulator%observe(SEED, 1, observations, failure)
+        call observe(simulator, SEED, 1, observations, failure)
         associate (setup => observations%setup, case => simulator%case)
             call check(error, norm2(setup%guess_offset - case%offset) > 1e-4_dp .and. &
                        norm2(setup%guess_angular_velocity - case%angular_velocity) > 1e-5_dp .and. &
                        norm2(setup%guess_quaternion - case%quaternion) > 1e-4_dp)
             if (allocated(error)) return
-            call check(error, all(setup%accelerometer_psd_level == case%accelerometer%noise_level) .and. &
-                       all(setup%accelerometer_psd_corner == case%accelerometer%noise_corner) .and. &
+            call check(error, all(setup%accelerometer_psd_level == &
+                       case%accelerometer%noise_level) .and. &
+                       all(setup%accelerometer_psd_corner == &
+                           case%accelerometer%noise_corner) .and. &
                        setup%accelerometer_psd_sides == case%accelerometer%noise_sides .and. &
                        all(setup%mounting(:, 1) == case%star_camera%mounting(1)) .and. &
                        all(setup%mounting(:, 2) == case%star_camera%mounting(2)))
@@ -443,12 +455,14 @@ contains
         bad = case
         bad%setup%star_camera_interval = 0.25_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
+        call check_fails(error, message_of(failure), &
+                         [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%accelerometer%sampling_interval = 0.05_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, message_of(failure), [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
+        call check_fails(error, message_of(failure), &
+                         [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%setup%magnetometer_interval = 1.04_dp

@@ -34,8 +34,9 @@ contains
         if (allocated(failure)) call test_failed(error, failure%message)
     end subroutine verify
 
-    !> All 48 windows that depend on the attitude dynamics alone; of the 36 that need the environment
-    !> and surface models at least 22, and the mean of at least 30 near the window's centre.
+    !> All 48 windows that depend on the attitude dynamics alone; of the 36 that need the
+    !> environment and surface models at least 22, and the mean of at least 30 near the window's
+    !> centre.
     subroutine test_windows(error)
         type(error_type), allocatable, intent(out) :: error
         type(verification_t) :: verification

@@ -128,7 +128,7 @@ contains
         type(earth_irradiance_t) :: radiation
         integer :: rings
 
-        do rings = 0, 4
+        do rings = 0, 7
             model = uniform_emitter(standard_rings(rings))
             call model%irradiance_at(LOW*X, ASTRONOMICAL_UNIT*X, 0.0_dp, radiation)
             call check(error, sum(radiation%irradiance(:radiation%count))/E_S, &
@@ -340,7 +340,7 @@ contains
         if (allocated(error)) return
         call check_refused(error, 'report', [6, 0], E_S, 'at least one segment')
         if (allocated(error)) return
-        call check_refused(error, 'report', standard_rings(5), E_S, '61')
+        call check_refused(error, 'report', standard_rings(8), E_S, '169')
         if (allocated(error)) return
         call check_refused(error, 'report', spread(1, 1, 17), E_S, 'number of rings')
         if (allocated(error)) return

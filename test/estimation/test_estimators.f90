@@ -50,13 +50,15 @@ contains
                     new_unittest('missing-samples', test_missing_samples), &
                     new_unittest('weights-do-not-matter-without-noise', test_weights), &
                     new_unittest('singular-without-rods', test_singular), &
-                    new_unittest('covariance-of-coloured-accelerometer-noise', test_accelerometer_noise), &
+                    new_unittest('covariance-of-coloured-accelerometer-noise', &
+                                 test_accelerometer_noise), &
                     new_unittest('covariance-of-star-camera-noise', test_star_noise), &
                     new_unittest('refusals-go-through', test_refusals)]
     end subroutine collect_estimators
 
     !> A minute without noise. The fitting dynamics are driven by the interpolated field itself, and
-    !> the quaternions are free of interpolation when the star camera is as fast as the accelerometer.
+    !> the quaternions are free of interpolation when the star camera is as fast as the
+    !> accelerometer.
     subroutine example(observations, error, interval, star_camera_interval, quaternion)
         type(observation_set_t), intent(out) :: observations
         type(error_type), allocatable, intent(out) :: error
@@ -80,11 +82,12 @@ contains
             setup%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
             setup%accelerometer_psd_level = 1e-20_dp
             setup%star_camera_sigma = 1*ARCSECOND
-            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp])     ! section 6.1
+            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
             setup%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
             setup%guess_offset = 1e-5_dp
             setup%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
-            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
+            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
+                                        failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             observations%accelerometer_time = [(i*setup%accelerometer_interval, &
@@ -167,8 +170,8 @@ contains
         end do
     end subroutine recover
 
-    !> The rotation makes an acceleration of some 1e-5 m/s^2 of an offset of 1 m, hence the tolerances of
-    !> bias and drift.
+    !> The rotation makes an acceleration of some 1e-5 m/s^2 of an offset of 1 m, hence the
+    !> tolerances of bias and drift.
     subroutine check_recovered(solution, offset_tolerance, quaternion, error)
         type(calibration_solution_t), intent(in) :: solution
         real(dp), intent(in) :: offset_tolerance        !! m
@@ -214,8 +217,8 @@ contains
         call recover(observations, 1e-9_dp, error)
     end subroutine test_interpolated
 
-    !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing and
-    !> from a decimetre.
+    !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing
+    !> and from a decimetre.
     subroutine test_guesses(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -263,7 +266,8 @@ contains
         call recover(observations, 1e-11_dp, error)
     end subroutine test_sign_flips
 
-    !> Every seventh accelerometer sample and ten seconds of them, and five seconds of the star camera.
+    !> Every seventh accelerometer sample and ten seconds of them, and five seconds of the star
+    !> camera.
     subroutine test_missing_samples(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -293,8 +297,8 @@ contains
         call recover(observations, 1e-11_dp, error)
     end subroutine test_weights
 
-    !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as part of
-    !> the bias, and d_y not at all.
+    !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as
+    !> part of the bias, and d_y not at all.
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -322,8 +326,8 @@ contains
     end subroutine test_singular
 
     !> Normalised error squared of all runs: chi-square with three degrees of freedom a run if the
-    !> covariance is that of the errors (99.9 % limits). The noise is coloured, the weights are not its
-    !> inverse.
+    !> covariance is that of the errors (99.9 % limits). The noise is coloured, the weights are not
+    !> its inverse.
     subroutine test_accelerometer_noise(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: clean
@@ -357,8 +361,8 @@ contains
         end subroutine draw
     end subroutine test_accelerometer_noise
 
-    !> The same for noise of the star camera about its three axes, every 1 s: five pseudo-observations
-    !> of the fit share each pair of samples.
+    !> The same for noise of the star camera about its three axes, every 1 s: five
+    !> pseudo-observations of the fit share each pair of samples.
     subroutine test_star_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SIGMA(3) = [5e-5_dp, 5e-5_dp, 2e-4_dp]      !! rad
@@ -384,14 +388,15 @@ contains
                 call stream%normals(turn)
                 turn = SIGMA*turn
                 observations%quaternion(:, i) = quaternion_product( &
-                                                quaternion_from_axis_angle(unit(turn), norm2(turn)), &
+                                                quaternion_from_axis_angle(unit(turn), &
+                                                    norm2(turn)), &
                                                 clean%quaternion(:, i))
             end do
         end subroutine draw
     end subroutine test_star_noise
 
-    !> Errors of every algorithm about its estimate without noise (interpolation may shift it) against
-    !> its covariance.
+    !> Errors of every algorithm about its estimate without noise (interpolation may shift it)
+    !> against its covariance.
     subroutine check_normalised_errors(error, clean, draw)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t), intent(in) :: clean

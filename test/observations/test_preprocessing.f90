@@ -350,7 +350,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
-        call refused(bad, [character(W) :: 'accelerometer', 'must increase', '30 s follows 30.1 s'], &
+        call refused(bad, [character(W) :: 'accelerometer', 'must increase', &
+                     '30 s follows 30.1 s'], &
                      error)
         if (allocated(error)) return
         bad = good
@@ -359,7 +360,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%magnetometer_time(7) = 6
-        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], error)
+        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], &
+                     error)
         if (allocated(error)) return
         bad = good
         bad%star_camera_time(7) = 2
@@ -367,7 +369,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(300) = 30.03_dp
-        call refused(bad, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], error)
+        call refused(bad, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], &
+                     error)
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(600) = 60.1_dp
@@ -448,7 +451,8 @@ contains
         call example(good, q, error)
         if (allocated(error)) return
         bad = good
-        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > 2.5_dp)
+        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
+                                     2.5_dp)
         bad%field = good%field(:, nint(bad%magnetometer_time))
         call refused(bad, [character(W) :: 'magnetometer', 'no samples near 28'], error)
         if (allocated(error)) return

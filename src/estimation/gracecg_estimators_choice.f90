@@ -1,0 +1,37 @@
+!> The estimators by name: the choice.
+submodule (gracecg_estimators) gracecg_estimators_choice
+    use gracecg_error, only: fail
+    use gracecg_text, only: join
+    use gracecg_value, only: did_you_mean
+    use gracecg_assest, only: estimate_assest
+    use gracecg_combined_estimation, only: estimate_combined
+    implicit none
+
+contains
+
+    module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance)
+        character(*), intent(in) :: algorithm
+        type(observation_set_t), intent(in) :: observations
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: with_covariance
+
+        logical :: covariance
+
+        covariance = .true.
+        if (present(with_covariance)) covariance = with_covariance
+        select case (algorithm)
+        case ('assest-fde')
+            call estimate_assest(observations, .false., solution, error, covariance)
+        case ('assest-rde')
+            call estimate_assest(observations, .true., solution, error, covariance)
+        case ('ascfest')
+            call estimate_combined(observations, .false., solution, error, covariance)
+        case ('ascrest')
+            call estimate_combined(observations, .true., solution, error, covariance)
+        case default
+            call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
+                      join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
+        end select
+    end subroutine estimate_offset
+end submodule gracecg_estimators_choice

@@ -1,0 +1,368 @@
+!> Observation sets as files: what is written is read, and every broken file is refused.
+module test_observation_files
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: DEGREE
+    use gracecg_error, only: error_t, message_of
+    use gracecg_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
+    use gracecg_time, only: time_tag
+    use gracecg_text, only: real_text
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use testdrive, only: unittest_type, error_type, check, new_unittest
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    implicit none
+    private
+    public :: collect_observation_files
+
+    integer, parameter :: W = 60
+    integer, parameter :: COMMENTS = 2      !! Lines before the header in the files written here
+    character(*), parameter :: SET = FOLDER//'observations'
+
+contains
+
+    subroutine collect_observation_files(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('round-trip', test_round_trip), &
+                    new_unittest('time-tags', test_time_tags), &
+                    new_unittest('missing-files', test_missing), &
+                    new_unittest('broken-rows', test_broken_rows), &
+                    new_unittest('truncated-files', test_truncated), &
+                    new_unittest('broken-setup', test_broken_setup), &
+                    new_unittest('unwritable', test_unwritable)]
+    end subroutine collect_observation_files
+
+    !> A noisy set of front-1, with some settings that are no round numbers.
+    subroutine simulated_set(error, observations)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t), intent(out) :: observations
+
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
+        call check_passes(error, message_of(failure))
+        observations%setup%rods%activations(1)%phase = 30*DEGREE
+        observations%setup%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
+        observations%setup%name = 'it''s a "name"'
+    end subroutine simulated_set
+
+    !> Writes that set into a folder.
+    subroutine write_set(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        call write_observations(SET, observations, [character(20) :: 'first comment', 'second'], &
+                                failure)
+        call check_passes(error, message_of(failure))
+    end subroutine write_set
+
+    subroutine test_round_trip(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: written, again
+        type(error_t), allocatable :: failure
+
+        call simulated_set(error, written)
+        if (allocated(error)) return
+        call write_observations(SET, written, [character(20) :: 'first comment', 'second'], failure)
+        if (.not. allocated(failure)) call read_observations(SET, again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call same('accelerometer times', written%accelerometer_time, again%accelerometer_time)
+        call same('accelerations', [written%acceleration], [again%acceleration])
+        call same('star camera times', written%star_camera_time, again%star_camera_time)
+        call same('heads', real(written%star_camera_head, dp), real(again%star_camera_head, dp))
+        call same('quaternions', [written%quaternion], [again%quaternion])
+        call same('magnetometer times', written%magnetometer_time, again%magnetometer_time)
+        call same('field', [written%field], [again%field])
+        associate (a => written%setup, b => again%setup)
+            call same('epoch', [real(a%epoch%mjd, dp), a%epoch%seconds], &
+                      [real(b%epoch%mjd, dp), b%epoch%seconds])
+            call same('satellite', [a%duration, a%mass, [a%inertia]], [b%duration, b%mass, &
+                    [b%inertia]])
+            call same('rods', [a%rods%activations%amplitude, a%rods%activations%frequency, &
+                               a%rods%activations%phase, a%rods%activations%stop], &
+                      [b%rods%activations%amplitude, b%rods%activations%frequency, &
+                       b%rods%activations%phase, b%rods%activations%stop])
+            call same('intervals', [a%accelerometer_interval, a%star_camera_interval, &
+                                    a%magnetometer_interval], [b%accelerometer_interval, &
+                                    b%star_camera_interval, b%magnetometer_interval])
+            call same('mounting', [a%mounting], [b%mounting])
+            call same('noise', [a%accelerometer_psd_level, a%accelerometer_psd_corner, &
+                                a%star_camera_sigma], [b%accelerometer_psd_level, &
+                                b%accelerometer_psd_corner, b%star_camera_sigma])
+            call same('guess', [a%guess_quaternion, a%guess_angular_velocity, a%guess_offset], &
+                      [b%guess_quaternion, b%guess_angular_velocity, b%guess_offset])
+            call same('weights', [a%accelerometer_weight, a%star_camera_weight], &
+                      [b%accelerometer_weight, b%star_camera_weight])
+            if (allocated(error)) return
+            call check(error, a%name == b%name .and. a%camera == b%camera .and. &
+                       a%rods%count == b%rods%count .and. &
+                       a%accelerometer_psd_sides == b%accelerometer_psd_sides)
+        end associate
+
+    contains
+
+        subroutine same(name, a, b)
+            character(*), intent(in) :: name
+            real(dp), intent(in) :: a(:), b(:)
+
+            if (allocated(error)) return
+            call check(error, size(a), size(b), name)
+            if (allocated(error)) return
+            call check(error, all(abs(a - b) <= 0), name//' differ after reading')
+        end subroutine same
+    end subroutine test_round_trip
+
+    !> Time tags are the shortest decimals: 0.3, not 0.30000000000000004.
+    subroutine test_time_tags(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer :: k
+        character(:), allocatable :: text
+
+        call check(error, real_text(3*0.1_dp) /= '0.3', &
+                   'the product is exact: the test shows nothing')
+        if (allocated(error)) return
+        do k = 1, 86400
+            text = real_text(time_tag(k, 0.1_dp))
+            if (mod(k, 10) /= 0) then
+                call check(error, text(len(text) - 1:len(text) - 1), '.', text)
+            else
+                call check(error, index(text, '.'), 0, text)
+            end if
+            if (allocated(error)) return
+        end do
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        call check(error, all(abs(observations%accelerometer_time - [(k/10.0_dp, k=1, 600)]) <= 0))
+        if (allocated(error)) return
+        call check(error, all(abs(observations%star_camera_time(1::2) - [(k/2.0_dp, k=1, &
+                120)]) <= 0))
+    end subroutine test_time_tags
+
+    subroutine test_missing(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call read_observations(FOLDER//'there-is-no-such-folder', observations, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
+                                          'no such folder'])
+        do i = 1, size(OBSERVATION_FILES)
+            if (.not. allocated(error)) call write_set(error)
+            if (allocated(error)) return
+            call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
+            call read_observations(SET, observations, failure)
+            call check_fails(error, message_of(failure), &
+                             parts_of(OBSERVATION_FILES(i), 'no such file'))
+        end do
+    end subroutine test_missing
+
+    subroutine test_broken_rows(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call broken('accelerometer.csv', 3, 'time,ax,ay,az', &
+                    [character(W) :: 'accelerometer.csv:3', &
+                    'column 1 is "time", expected "time_s"'])
+        call broken('accelerometer.csv', 10, '0.7,NaN,0,0', &
+                    [character(W) :: 'accelerometer.csv:10', 'column ax', &
+                    '"NaN" is not a finite number'])
+        call broken('accelerometer.csv', 10, '0.7,0,1e999,0', &
+                    [character(W) :: 'accelerometer.csv:10', 'column ay', 'is not a finite number'])
+        call broken('accelerometer.csv', 10, '0.7,0,0', [character(W) :: 'accelerometer.csv:10', &
+                    '3 columns, expected 4'])
+        call broken('accelerometer.csv', 10, '0.6,0,0,0', [character(W) :: 'accelerometer.csv:10', &
+                    'times must increase, but 0.6 follows 0.6'])
+        call broken('magnetometer.csv', 5, '1,0,0,0', [character(W) :: 'magnetometer.csv:5', &
+                    'times must increase'])
+        call broken('star_camera.csv', 8, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+                    '3 is not the number of a camera head'])
+        call broken('star_camera.csv', 8, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+                    '1.5 is not the number of a camera head'])
+        call broken('star_camera.csv', 8, '1.5,1,0,0,0,1.001', &
+                    [character(W) :: 'star_camera.csv:8', 'not a unit quaternion', '1.001'])
+        call broken('star_camera.csv', 8, '1.5,1,0,0,0,0', [character(W) :: 'star_camera.csv:8', &
+                    'not a unit quaternion'])
+        call broken('star_camera.csv', 8, '0.5,1,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+                    'times must increase, but 0.5 follows 1'])
+
+    contains
+
+        subroutine broken(file, line, text, parts)
+            character(*), intent(in) :: file, text, parts(:)
+            integer, intent(in) :: line
+
+            if (.not. allocated(error)) call check_broken(error, file, line, text, parts)
+        end subroutine broken
+    end subroutine test_broken_rows
+
+    !> A set with one line replaced must be refused with a message of the given parts.
+    subroutine check_broken(error, file, line, text, parts)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: file, text, parts(:)
+        integer, intent(in) :: line
+
+        type(text_file_t) :: good
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+
+        call write_set(error)
+        if (allocated(error)) return
+        call read_text_file(SET//'/'//file, good, failure)
+        call make_file(error, 'observations/'//file, good%text(:good%first(line) - 1)//text// &
+                       good%text(good%last(line) + 1:))
+        if (allocated(error)) return
+        call read_observations(SET, observations, failure)
+        call check_fails(error, message_of(failure), parts)
+    end subroutine check_broken
+
+    !> Cut anywhere, in the header, in mid-line, in mid-number or between lines: refused.
+    subroutine test_truncated(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: good
+        type(error_t), allocatable :: failure
+        integer :: i, last
+
+        call write_set(error)
+        do i = 1, 3
+            if (allocated(error)) return
+            call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), good, failure)
+            last = good%line_count()
+            call cut(0, 'empty')
+            call cut(good%last(COMMENTS + 1) + 1, 'no row')
+            call cut(good%last(30) - 1, 'truncated')
+            call cut(good%last(30) + 1, 'truncated')
+            call cut(good%last(last - 3) + 1, 'truncated')
+            call cut(len(good%text) - 1, 'truncated')
+            call cut(good%first(30) + 3, 'columns, expected')
+            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), good%text)
+        end do
+        if (allocated(error)) return
+        ! rows lost at the beginning
+        call read_text_file(SET//'/accelerometer.csv', good, failure)
+        call make_file(error, 'observations/accelerometer.csv', &
+                       good%text(:good%last(COMMENTS + 1) + 1)//good%text(good%first(30):))
+        if (.not. allocated(error)) call refused('rows are missing')
+
+    contains
+
+        subroutine cut(length, part)
+            integer, intent(in) :: length
+            character(*), intent(in) :: part
+
+            if (allocated(error)) return
+            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), good%text(:length))
+            if (.not. allocated(error)) call refused(part)
+        end subroutine cut
+
+        subroutine refused(part)
+            character(*), intent(in) :: part
+            type(observation_set_t) :: observations
+
+            call read_observations(SET, observations, failure)
+            call check_fails(error, message_of(failure), &
+                             parts_of('.csv', part))
+        end subroutine refused
+    end subroutine test_truncated
+
+    subroutine test_broken_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call broken('mass =', '    mas = 420', [character(W) :: 'setup.nml', 'mass'])
+        call broken('mass =', '    mass = -1', [character(W) :: 'setup.nml:11', 'mass', '-1', &
+                                                '0.001 to'])
+        call broken('mass =', '    mass = heavy', [character(W) :: 'setup.nml:11', 'mass', 'heavy'])
+        call broken('guess_quaternion =', '    guess_quaternion = 0, 0, 0, 0.1', &
+                    [character(W) :: 'setup.nml', 'guess_quaternion', 'unit length'])
+        call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', &
+                    [character(W) :: 'setup.nml', 'mounting_2', 'not a unit quaternion'])
+        call broken('epoch =', '    epoch = ''1989-02-30''', [character(W) :: 'setup.nml', &
+                'epoch', 'day 30'])
+        call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', &
+                    [character(W) :: 'setup.nml', 'inertia'])
+        call broken('duration =', '    duration = 90', [character(W) :: 'accelerometer.csv:603', &
+                    'duration of 90 s'])
+
+    contains
+
+        subroutine broken(key, text, parts)
+            character(*), intent(in) :: key, text, parts(:)
+
+            type(text_file_t) :: good
+            type(error_t), allocatable :: failure
+            integer :: line
+
+            if (.not. allocated(error)) call write_set(error)
+            if (allocated(error)) return
+            call read_text_file(SET//'/setup.nml', good, failure)
+            do line = 1, good%line_count()
+                if (index(adjustl(good%line(line)), key) == 1) exit
+            end do
+            call check(error, line <= good%line_count(), 'no key '//key)
+            if (.not. allocated(error)) call check_broken(error, 'setup.nml', line, text, parts)
+        end subroutine broken
+    end subroutine test_broken_setup
+
+    !> When a file cannot be written, none of the set stands.
+    subroutine test_unwritable(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        character(*), parameter :: BLOCKED = FOLDER//'blocked'
+        integer :: i
+
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        do i = 1, size(OBSERVATION_FILES)
+            call make_directory(BLOCKED//'/'//trim(OBSERVATION_FILES(i)), failure)
+            call write_observations(BLOCKED, observations, ['comment'], failure)
+            call check_fails(error, message_of(failure), &
+                             parts_of(OBSERVATION_FILES(i), 'is a folder'))
+            if (.not. allocated(error)) call nothing_stands(BLOCKED)
+            call remove_file(BLOCKED//'/'//trim(OBSERVATION_FILES(i)))
+            if (allocated(error)) return
+        end do
+        observations%field(2, 5) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call write_observations(BLOCKED, observations, ['comment'], failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'magnetometer.csv', 'by', &
+                                          'not a finite number'])
+        if (.not. allocated(error)) call nothing_stands(BLOCKED)
+
+    contains
+
+        subroutine nothing_stands(path)
+            character(*), intent(in) :: path
+            integer :: k
+
+            do k = 1, size(OBSERVATION_FILES)
+                if (allocated(error)) return
+                call check(error, .not. file_exists(path//'/'//trim(OBSERVATION_FILES(k))), &
+                           'half a set stands: '//OBSERVATION_FILES(k))
+            end do
+        end subroutine nothing_stands
+    end subroutine test_unwritable
+
+    !> Two texts as an array: an array constructor with a type does not pad variables in gfortran
+    !> 12.
+    pure function parts_of(first, second) result(parts)
+        character(*), intent(in) :: first, second
+        character(W) :: parts(2)
+
+        parts(1) = first
+        parts(2) = second
+    end function parts_of
+end module test_observation_files
