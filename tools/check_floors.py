@@ -5,7 +5,7 @@
     tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
 
 The rules:
-- src/ holds one module a file, named after the file, with a `private` statement.
+- src/ holds one module or submodule a file, named after the file; a module has a `private` statement.
 - A module uses modules of lower floors, or of its own floor without circles.
 - The estimators see observations, never the truth: by no chain of `use` do they reach the dynamics
   or the instruments; of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
@@ -38,7 +38,8 @@ ESTIMATION_MAY_USE = {
     "spacecraft": {"gracecg_mass_properties", "gracecg_torque_rods"},
 }
 
-MODULE = re.compile(r"module\s+(?!procedure\b|subroutine\b|function\b)(\w+)$")
+MODULE = re.compile(r"(?:module\s+(?!procedure\b|subroutine\b|function\b)"
+                    r"|submodule\s*\([\w\s:]+\)\s*)(\w+)$")
 USE = re.compile(r"use\b\s*(?:,\s*non_intrinsic\s*)?(?:::)?\s*(\w+)")
 CONDITION = r"(?:\d+\s+)?(?:if\s*\(.*\)\s*)?"
 FORBIDDEN = (
@@ -101,7 +102,7 @@ def check_form(source):
         if source.module != [source.path.stem]:
             yield 1, f"holds {', '.join(source.module) or 'no module'}; " \
                      f"one module is expected, {source.path.stem}"
-        if not any(s == "private" for _, s in source.statements):
+        if not any(s == "private" or s.startswith("submodule") for _, s in source.statements):
             yield 1, "has no `private` statement"
     for number, statement in source.statements:
         if source.path.parts[0] == "src" and source.room != "command":

@@ -1,7 +1,8 @@
 !> A calibration case: everything that a simulation needs, as a person states it.
 !>
 !> It holds what the operator knows (`setup`) and the truth: initial state, offset, environment and
-!> instruments. The defaults are the values of CSR-TM-00-01 section 5.2. A case is read from and
+!> instruments. The defaults are the values of CSR-TM-00-01 section 5.2 as printed; what was fitted to its
+!> figures stands in the built-in cases (gracecg_report_cases). A case is read from and
 !> written to a namelist file (`describe_case`), and turned into models by gracecg_case_models.
 module gracecg_calibration_case
     use gracecg_kinds, only: dp

@@ -30,7 +30,7 @@ module gracecg_monte_carlo
     !> What a covariance analysis predicts for the errors, m.
     type :: prediction_t
         real(dp) :: rms(3)          !! sqrt(noise^2 + bias^2 + wave^2)
-        real(dp) :: noise(3)        !! Standard deviation by the instruments' noise
+        real(dp) :: noise(3)        !! Standard deviation by the noise of accelerometer and star camera
         real(dp) :: bias(3)         !! By scale factors, biases and unmodelled dynamics
         real(dp) :: wave(3)         !! RMS by the density wave of random phase
     end type prediction_t

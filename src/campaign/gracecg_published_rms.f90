@@ -7,8 +7,8 @@ module gracecg_published_rms
     public :: published_rms, is_misprint, allowed_by_fifteen_runs
 
     real(dp), parameter :: MISPRINTED = 0.01112_dp, MEANT = 0.1112_dp
-    !! Table 6.1, case 1, ASCREST, z, mm: the other algorithms have 0.078-0.081, and its x and y are 1.9
-    !! times theirs
+    !! Table 6.1, case 1, ASCREST, z, mm: the other algorithms have 0.078-0.081, and its x and y are 1.4
+    !! to 1.9 times theirs
 
 contains
 

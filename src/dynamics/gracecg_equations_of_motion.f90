@@ -174,6 +174,7 @@ contains
         velocity_in_air = matmul(acting%body_from_inertial, velocity_in_air)
         acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
                                         air%density, velocity_in_air)
+        ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
         load = aerodynamic_load(self%surface, self%centre_of_mass, &
                                 gas_t(air%density, air%temperature, &
                                       mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
@@ -181,7 +182,8 @@ contains
         acting%torque_aero = load%torque
     end subroutine air_loads
 
-    !> Velocity of the air in inertial axes: it turns with the Earth, and the wind adds to it.
+    !> Velocity of the air in inertial axes: it turns with the Earth, and the wind adds to it. North is
+    !> taken across the geocentric radius, at most 0.2 deg off the geodetic one.
     pure function air_velocity(self, inertial_position, point) result(velocity)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: inertial_position(3)    !! m

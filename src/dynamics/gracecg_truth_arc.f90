@@ -2,6 +2,7 @@
 module gracecg_truth_arc
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, number_text
+    use gracecg_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_runge_kutta, only: rkf78_step, rkf78_integrate
     use gracecg_equations_of_motion, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
     implicit none
@@ -68,15 +69,19 @@ contains
         real(dp), intent(in) :: t, state(:)
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: LOWEST_RADIUS = 6378.137e3_dp + 120e3_dp     ! m: DTM is valid above 120 km
+        real(dp) :: latitude, longitude, height, lowest
 
         if (.not. all(abs(state) <= huge(1.0_dp))) then
             call fail(error, 'the propagated state is not finite at t = '//number_text(t)//' s')
-        else if (allocated(dynamics%atmosphere) .and. dynamics%with_drag .and. &
-                 norm2(state(POSITION)) < LOWEST_RADIUS) then
-            call fail(error, 'the satellite is at '//number_text(norm2(state(POSITION))/1000)// &
-                      ' km from the Earth''s centre at t = '//number_text(t)// &
-                      ' s, below the 120 km height from which the atmosphere model is valid')
+            return
+        end if
+        if (.not. (allocated(dynamics%atmosphere) .and. dynamics%with_drag)) return
+        call earth_fixed_to_geodetic(state(POSITION), latitude, longitude, height)  ! any longitude does
+        lowest = dynamics%atmosphere%lowest_height()
+        if (height < lowest) then
+            call fail(error, 'the satellite is '//number_text(height/1000)//' km high at t = '// &
+                      number_text(t)//' s, below the '//number_text(lowest/1000)// &
+                      ' km from which the atmosphere model is valid')
         end if
     end subroutine check_state
 end module gracecg_truth_arc

@@ -180,7 +180,7 @@ contains
     end function new_expansion
 
     !> Temperature by the profile of Bates, constituents in diffusive equilibrium above 120 km:
-    !> Barlier et al. (1978). He carries thermal diffusion. Ten transcendental functions in all.
+    !> Barlier et al. (1978). He carries thermal diffusion.
     pure subroutine evaluate_dtm77(self, point, state)
         class(dtm77_t), intent(in) :: self
         type(atmosphere_point_t), intent(in) :: point

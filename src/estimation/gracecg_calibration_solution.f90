@@ -9,15 +9,18 @@ module gracecg_calibration_solution
         character(:), allocatable :: algorithm  !! Name as on the command line
         real(dp) :: offset(3) = 0               !! d, from COM to proof-mass centre, body axes, m
         real(dp) :: covariance(3, 3) = 0
-        !! Of the offset under the instruments' noise, m^2: what the weights make of the true noise
-        !! spectra, not the inverse of the normal matrix. Without systematic errors.
+        !! Of the offset under the noise of accelerometer and star camera, m^2: what the weights make of
+        !! the true noise spectra, not the inverse of the normal matrix. Without systematic errors and
+        !! the noise of the magnetometer, which is smaller by far.
         real(dp) :: drift(3) = 0                !! alpha of (4-17), m/s^3
         real(dp) :: bias(3) = 0                 !! beta of (4-17), m/s^2
         real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body
         real(dp) :: angular_velocity(3) = 0     !! At the epoch, rad/s
         integer :: iterations = 0               !! Of the batch processor, in its non-linear part
         logical :: converged = .false.
-        real(dp) :: condition = 0               !! Of the offset's normal matrix, unit diagonal
+        real(dp) :: condition = 0
+        !! Of the normal matrix with unit diagonal: of the offset's in ASSEST, of the whole one in
+        !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
     end type calibration_solution_t
 
