@@ -45,7 +45,7 @@ program tester
     use test_preprocessing, only: collect_preprocessing
     use test_noise_propagation, only: collect_noise_propagation
     use test_monte_carlo, only: collect_monte_carlo
-    use test_assest, only: collect_assest
+    use test_estimators, only: collect_estimators
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
     use test_simulation, only: collect_simulation
@@ -100,7 +100,7 @@ program tester
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
-             new_testsuite('assest', collect_assest), &
+             new_testsuite('estimators', collect_estimators), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('simulation', collect_simulation), &

@@ -2,7 +2,7 @@
 module test_report_cases
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE, EARTH_ROTATION_RATE
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: rotation_z
     use gracecg_time, only: seconds_between, gmst_1982
     use gracecg_earth_shape, only: earth_fixed_to_geodetic
@@ -12,13 +12,12 @@ module test_report_cases
     use gracecg_calibration_case, only: calibration_case_t, read_case, case_text
     use gracecg_case_models, only: build_dynamics, initial_state
     use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_file, only: make_directory, remove_file
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use gracecg_file, only: remove_file
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_report_cases
-
-    character(*), parameter :: FOLDER = 'build/test-output/'
 
 contains
 
@@ -43,7 +42,7 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine get
 
     subroutine test_names(error)
@@ -61,7 +60,7 @@ contains
             if (allocated(error)) return
         end do
         call report_case('front-4', case, failure)
-        call check_fails(error, failure, ['front-4'])
+        call check_fails(error, message_of(failure), ['front-4'])
     end subroutine test_names
 
     subroutine test_quaternions(error)
@@ -96,7 +95,7 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call build_dynamics(case, dynamics, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
             pattern = report_pattern(acting%field)
@@ -143,7 +142,8 @@ contains
         call get('front-1', first, error)
         if (allocated(error)) return
         angle = gmst_1982(first%setup%epoch, -0.1174_dp)
-        call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), 180*DEGREE, &
+        call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
+                   180*DEGREE, &
                    thr=1e-6_dp*DEGREE)
         if (allocated(error)) return
         do i = 1, 6
@@ -178,9 +178,9 @@ contains
         end do
     end subroutine test_pair
 
-    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases 2
-    !> and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the orbit
-    !> comes to -50.38 m, and x and z agree to a metre.)
+    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases
+    !> 2 and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the
+    !> orbit comes to -50.38 m, and x and z agree to a metre.)
     subroutine test_one_orbit(error)
         type(error_type), allocatable, intent(out) :: error
         integer :: i
@@ -209,16 +209,17 @@ contains
             call get(to, later, error)
             if (allocated(error)) return
             call build_dynamics(first, dynamics, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             dynamics%with_rods = .false.
             steps = nint(time/20)
             call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             expected = later%position
             if (to == 'front-2') expected(2) = -expected(2)
-            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to//', position', &
+            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
+                       ', position', &
                        thr=10.0_dp)
             if (allocated(error)) return
             call check(error, norm2(arc%state(VELOCITY, steps) - later%velocity), 0.0_dp, &
@@ -233,23 +234,18 @@ contains
         type(calibration_case_t) :: case, again
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
-        integer :: i, unit
+        integer :: i
 
-        call make_directory(FOLDER, failure)
-        call check_passes(error, failure)
-        if (allocated(error)) return
         do i = 1, 6
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call case_text(case, text, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            open (newunit=unit, file=FOLDER//'case.nml', access='stream', form='unformatted', &
-                  status='replace')
-            write (unit) text
-            close (unit)
+            call make_file(error, 'case.nml', text)
+            if (allocated(error)) return
             call read_case(FOLDER//'case.nml', again, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check_same(case, again)
             if (allocated(error)) return
@@ -273,14 +269,17 @@ contains
             if (allocated(error)) return
             call check(error, seconds_between(a%setup%epoch, b%setup%epoch), 0.0_dp)
             if (allocated(error)) return
-            difference = maxval(abs(a%position - b%position)) + maxval(abs(a%velocity - b%velocity)) + &
+            difference = maxval(abs(a%position - b%position)) + &
+                                maxval(abs(a%velocity - b%velocity)) + &
                          maxval(abs(a%angular_velocity - b%angular_velocity)) + &
                          maxval(abs(a%setup%inertia - b%setup%inertia)) + &
                          maxval(abs(a%centre_of_mass - b%centre_of_mass)) + &
                          maxval(abs(a%accelerometer%scale3 - b%accelerometer%scale3)) + &
                          maxval(abs(a%accelerometer%noise_level - b%accelerometer%noise_level)) + &
-                         maxval(abs(a%setup%accelerometer_weight - b%setup%accelerometer_weight)) + &
-                         maxval(abs(dipole_moment(a%setup%rods, 1.3_dp) - dipole_moment(b%setup%rods, 1.3_dp)))
+                         maxval(abs(a%setup%accelerometer_weight - &
+                                b%setup%accelerometer_weight)) + &
+                         maxval(abs(dipole_moment(a%setup%rods, 1.3_dp) - &
+                                dipole_moment(b%setup%rods, 1.3_dp)))
             call check(error, difference, 0.0_dp)
             if (allocated(error)) return
             call check(error, maxval(abs(a%quaternion - b%quaternion)), 0.0_dp, thr=4e-16_dp)
@@ -293,26 +292,4 @@ contains
             call check(error, a%sidereal_angle, b%sidereal_angle, thr=2e-14_dp)
         end subroutine check_same
     end subroutine test_round_trip
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_report_cases

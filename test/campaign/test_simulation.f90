@@ -2,7 +2,7 @@
 module test_simulation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI, EARTH_GM
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: cross
     use gracecg_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
     use gracecg_statistics, only: chi_square_limits, Z_999
@@ -13,7 +13,8 @@ module test_simulation
     use gracecg_report_cases, only: report_case
     use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
         drawn_wave
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_simulation
@@ -51,7 +52,7 @@ contains
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine prepare
 
     subroutine test_epochs(error)
@@ -64,7 +65,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 1, observations, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
                    all(shape(observations%quaternion) == [4, 240]) .and. &
@@ -115,7 +116,7 @@ contains
         call prepare(another, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, first, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call observe(simulator, SEED, 3, between, failure)
         call observe(simulator, SEED, 7, again, failure)
@@ -125,8 +126,8 @@ contains
         call check(error, maxval(differences(first, again)), 0.0_dp)
     end subroutine test_same_again
 
-    !> Another run, seed, case number or satellite draws other numbers in every instrument. (The truth
-    !> is the same simulator's, so that only the noise can differ.)
+    !> Another run, seed, case number or satellite draws other numbers in every instrument. (The
+    !> truth is the same simulator's, so that only the noise can differ.)
     subroutine test_different(error)
         type(error_type), allocatable, intent(out) :: error
         type(simulator_t) :: simulator, other
@@ -136,7 +137,7 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, 7, reference, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         other = simulator
         call observe(other, SEED, 8, changed, failure)
@@ -159,7 +160,8 @@ contains
         subroutine check_changed(what)
             character(*), intent(in) :: what
 
-            call check(error, all(differences(reference, changed) > [1e-10_dp, 1e-7_dp, 1e-10_dp]), what)
+            call check(error, all(differences(reference, changed) > &
+                       [1e-10_dp, 1e-7_dp, 1e-10_dp]), what)
         end subroutine check_changed
     end subroutine test_different
 
@@ -175,17 +177,19 @@ contains
         do head = 1, 2
             simulator%case%setup%camera = head
             call observe(simulator, SEED, 4, full, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            call check(error, all(alone%star_camera_head == head) .and. size(alone%star_camera_head) == 120)
+            call check(error, all(alone%star_camera_head == head) .and. &
+                       size(alone%star_camera_head) == 120)
             if (allocated(error)) return
             associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
                 call check(error, maxval(abs(alone%quaternion - full%quaternion(:, used))), 0.0_dp)
                 if (allocated(error)) return
-                call check(error, maxval(abs(alone%star_camera_time - full%star_camera_time(used))), 0.0_dp)
+                call check(error, maxval(abs(alone%star_camera_time - &
+                           full%star_camera_time(used))), 0.0_dp)
                 if (allocated(error)) return
             end associate
             call check(error, maxval(abs(alone%acceleration - full%acceleration)) + &
@@ -212,7 +216,8 @@ contains
                 a = arc%loads(k)%drag + arc%loads(k)%srp + arc%loads(k)%erp + &
                     cross(arc%omega_dot(:, k), d) + &
                     cross(arc%state(OMEGA, k), cross(arc%state(OMEGA, k), d)) + &
-                    EARTH_GM/radius**3*(d - 3*dot_product(arc%loads(k)%vertical, d)*arc%loads(k)%vertical)
+                    EARTH_GM/radius**3*(d - 3*dot_product(arc%loads(k)%vertical, &
+                                        d)*arc%loads(k)%vertical)
                 expected = instrument%bias + instrument%scale1*a + instrument%scale2*a**2 + &
                            instrument%scale3*a**3
                 call check(error, maxval(abs(observations%acceleration(:, k) - expected)), 0.0_dp, &
@@ -221,21 +226,23 @@ contains
             end do
             do i = 1, 60
                 expected = arc%loads(10*i)%field + [50e-9_dp, -30e-9_dp, 25e-9_dp]
-                call check(error, maxval(abs(observations%field(:, i) - expected)), 0.0_dp, thr=1e-19_dp)
+                call check(error, maxval(abs(observations%field(:, i) - expected)), 0.0_dp, &
+                           thr=1e-19_dp)
                 if (allocated(error)) return
             end do
             do i = 1, 120
                 call check(error, rotation_angle_between( &
                            observations%quaternion(:, i), quaternion_product( &
-                           simulator%case%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), 0.0_dp, &
+                           simulator%case%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), &
+                               0.0_dp, &
                            thr=1e-14_dp)
                 if (allocated(error)) return
             end do
         end associate
     end subroutine test_observables
 
-    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance by
-    !> chi-square, mean by the normal distribution, both with 99.9 % limits.
+    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance
+    !> by chi-square, mean by the normal distribution, both with 99.9 % limits.
     subroutine test_accelerometer_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SIGMA(3) = [3.16227766e-10_dp, 3.16227766e-9_dp, 3.16227766e-10_dp]
@@ -252,7 +259,7 @@ contains
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
             squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
@@ -277,7 +284,7 @@ contains
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             squares = squares + sum((noisy%field - clean%field)**2, 2)
             total = total + sum(noisy%field - clean%field, 2)
@@ -301,10 +308,11 @@ contains
         total = 0
         do run = 1, RUNS
             call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             do i = 1, 120
-                turn = quaternion_product(noisy%quaternion(:, i), conjugate_quaternion(clean%quaternion(:, i)))
+                turn = quaternion_product(noisy%quaternion(:, i), &
+                                          conjugate_quaternion(clean%quaternion(:, i)))
                 turn = 2*sign(1.0_dp, turn(4))*turn
                 squares = squares + turn(1:3)**2
                 total = total + turn(1:3)
@@ -349,7 +357,8 @@ contains
             expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag* &
                        simulator%case%accelerometer%scale1
             ! quadratic scale factors up to 33 s^2/m, drag up to 7e-7 m/s^2: slope good to 5e-5
-            call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - expected)), &
+            call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - &
+                       expected)), &
                        0.0_dp, thr=5e-5_dp*AMPLITUDE*norm2(simulator%arc%loads(k)%drag))
             if (allocated(error)) return
         end do
@@ -357,7 +366,8 @@ contains
                    maxval(abs(waving%field - calm%field)), 0.0_dp)
     end subroutine test_wave
 
-    !> Amplitude and period are the case's; the phase is another in every run and spread over the circle.
+    !> Amplitude and period are the case's; the phase is another in every run and spread over the
+    !> circle.
     subroutine test_drawn_wave(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: N = 400
@@ -399,7 +409,7 @@ contains
         case%density_wave_random = .false.
         case%density_wave%phase = 0.4_dp
         call new_simulator(case, fixed, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
         call observe_without_noise(drawn, case%density_wave, b)
@@ -424,8 +434,10 @@ contains
                        norm2(setup%guess_angular_velocity - case%angular_velocity) > 1e-5_dp .and. &
                        norm2(setup%guess_quaternion - case%quaternion) > 1e-4_dp)
             if (allocated(error)) return
-            call check(error, all(setup%accelerometer_psd_level == case%accelerometer%noise_level) .and. &
-                       all(setup%accelerometer_psd_corner == case%accelerometer%noise_corner) .and. &
+            call check(error, all(setup%accelerometer_psd_level == &
+                       case%accelerometer%noise_level) .and. &
+                       all(setup%accelerometer_psd_corner == &
+                           case%accelerometer%noise_corner) .and. &
                        setup%accelerometer_psd_sides == case%accelerometer%noise_sides .and. &
                        all(setup%mounting(:, 1) == case%star_camera%mounting(1)) .and. &
                        all(setup%mounting(:, 2) == case%star_camera%mounting(2)))
@@ -443,38 +455,18 @@ contains
         bad = case
         bad%setup%star_camera_interval = 0.25_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
+        call check_fails(error, message_of(failure), &
+                         [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%accelerometer%sampling_interval = 0.05_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
+        call check_fails(error, message_of(failure), &
+                         [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
         if (allocated(error)) return
         bad = case
         bad%setup%magnetometer_interval = 1.04_dp
         call new_simulator(bad, simulator, failure)
-        call check_fails(error, failure, [character(12) :: 'magnetometer', '1.04 s'])
+        call check_fails(error, message_of(failure), [character(12) :: 'magnetometer', '1.04 s'])
     end subroutine test_intervals
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_simulation

@@ -235,8 +235,8 @@ contains
         end function integral
     end subroutine test_jacobi
 
-    !> Orbit and attitude coupled by the gravity gradient: half the step leaves the 2^8th part of the
-    !> error.
+    !> Orbit and attitude coupled by the gravity gradient: half the step leaves the 2^8th part of
+    !> the error.
     subroutine test_order(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: ARC = 4800

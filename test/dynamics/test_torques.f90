@@ -77,15 +77,15 @@ contains
 
     subroutine test_principal_axes(error)
         type(error_type), allocatable, intent(out) :: error
-        real(dp) :: axes(3, 3), tensor(3, 3), moments(3)
+        real(dp) :: axes(3, 3), tensor(3, 3), moments(3), torque(3)
         integer :: i
 
         axes = rotation_matrix(normalised([0.3_dp, -0.5_dp, 0.2_dp, 0.7_dp]))
         moments = [70.0_dp, 345.0_dp, 389.0_dp]
-        tensor = matmul(transpose(axes), spread(moments, 2, 3)*axes)
+        tensor = matmul(axes*spread(moments, 1, 3), transpose(axes))
         do i = 1, 3
-            call check(error, norm2(gravity_gradient_torque(EARTH_GM, RADIUS, axes(i, :), &
-                       tensor)), 0.0_dp, thr=1e-14_dp*3*EARTH_GM/RADIUS**3*moments(i))
+            torque = gravity_gradient_torque(EARTH_GM, RADIUS, axes(:, i), tensor)
+            call check(error, norm2(torque), 0.0_dp, thr=1e-14_dp*3*EARTH_GM/RADIUS**3*moments(i))
             if (allocated(error)) return
         end do
     end subroutine test_principal_axes

@@ -2,14 +2,15 @@
 module test_truth_arc
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_runge_kutta, only: rkf78_step
     use gracecg_equations_of_motion
     use gracecg_truth_arc
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_case_models, only: build_dynamics, initial_state
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_truth_arc
@@ -37,7 +38,7 @@ contains
 
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         state = initial_state(case)
     end subroutine example
 
@@ -55,7 +56,7 @@ contains
         call example(dynamics, start, error)
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.5_dp, 10, arc, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, arc%steps == 10 .and. arc%interval == 0.5_dp .and. &
                    lbound(arc%loads, 1) == 0 .and. ubound(arc%state, 2) == 10)
@@ -105,10 +106,10 @@ contains
             real(dp) :: difference(STATE_SIZE)
 
             call propagate_arc(dynamics, start, 0.1_dp, 600, fixed, failure)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call propagate_arc(dynamics, start, interval, steps, adaptive, failure, TOLERANCE)
-            call check_passes(error, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             difference = abs(fixed%state(:, 600) - adaptive%state(:, steps))
             call check(error, maxval(difference(POSITION)), 0.0_dp, thr=TOLERANCE*1e7_dp)
@@ -135,10 +136,10 @@ contains
         dynamics%with_rods = .false.
         start(OMEGA) = [0.05_dp, 0.1_dp, -0.02_dp]
         call propagate_arc(dynamics, start, 1.0_dp, 900, fixed, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 900.0_dp, 1, loose, failure, 1e-8_dp)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         deviation = maxval(abs(fixed%state(ATTITUDE, 900) - loose%state(ATTITUDE, 1)))
         call check(error, deviation > 1e-12_dp)
@@ -160,15 +161,15 @@ contains
             poisoned = start
             poisoned(i) = ieee_value(1.0_dp, ieee_quiet_nan)
             call propagate_arc(dynamics, poisoned, 0.1_dp, 1, arc, failure)
-            call check_fails(error, failure, ['not finite'])
+            call check_fails(error, message_of(failure), ['not finite'])
             if (allocated(error)) return
         end do
         dynamics%mass = ieee_value(1.0_dp, ieee_quiet_nan)     ! first seen in the second state
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure)
-        call check_fails(error, failure, [character(12) :: 'not finite', 't = 0.1 s'])
+        call check_fails(error, message_of(failure), [character(12) :: 'not finite', 't = 0.1 s'])
         if (allocated(error)) return
         call propagate_arc(dynamics, start, 0.1_dp, 1, arc, failure, 1e-13_dp)
-        call check_fails(error, failure, ['NaN'])
+        call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_nan
 
     !> A fall: the arc ends with an error where the atmosphere's model does.
@@ -183,32 +184,10 @@ contains
         if (allocated(error)) return
         start(VELOCITY) = [-5000.0_dp, 0.0_dp, 5000.0_dp]
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
-        call check_fails(error, failure, [character(8) :: 'below', '120 km', 't = '])
+        call check_fails(error, message_of(failure), [character(8) :: 'below', '120 km', 't = '])
         if (allocated(error)) return
         start(VELOCITY) = [-100.0_dp, 0.0_dp, 7600.0_dp]        ! an orbit that stays above
         call propagate_arc(dynamics, start, 10.0_dp, 30, arc, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
     end subroutine test_ground
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_truth_arc

@@ -60,7 +60,8 @@ contains
         gain = reshape([(scatter(i), i=1, 12)], [2, 6])
         found = stationary_noise_covariance(gain, [1, 2, 3, 4, 5, 6], &
                                             [3.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp])
-        call check(error, maxval(abs(found - 3*matmul(gain, transpose(gain)))), 0.0_dp, thr=1e-14_dp)
+        call check(error, maxval(abs(found - 3*matmul(gain, transpose(gain)))), 0.0_dp, &
+                   thr=1e-14_dp)
     end subroutine test_white
 
     !> G L S L^T G^T: S the block-diagonal covariance of the samples, whose blocks come from turning

@@ -55,13 +55,16 @@ contains
         integer :: i
 
         call settings%group('satellite', 'The satellite')
-        call settings%real_value('mass', record%mass, 1.0_dp, 1e4_dp, 'kg', unit='kg', required=.true.)
+        call settings%real_value('mass', record%mass, 1.0_dp, 1e4_dp, 'kg', unit='kg', &
+                                 required=.true.)
         if (record%mass == 13) call settings%reject('mass', 'brings bad luck')
         call settings%real_values('bias_nt', record%bias, -1e5_dp, 1e5_dp, 'nT', 1e-9_dp, 'nT')
-        call settings%real_value('angle_deg', record%angle, -180.0_dp, 180.0_dp, 'deg', DEGREE, 'deg')
+        call settings%real_value('angle_deg', record%angle, -180.0_dp, 180.0_dp, 'deg', DEGREE, &
+                                 'deg')
         call settings%integer_value('stars', record%stars, 2, 70, 'of a frame')
         call settings%logical_value('limited', record%limited, 'saturates')
-        call settings%text_value('model', record%model, 'of density', [character(8) :: 'dtm77', 'none'])
+        call settings%text_value('model', record%model, 'of density', &
+                                 [character(8) :: 'dtm77', 'none'])
         call settings%end_group()
         call settings%count('rod', record%rods)
         do i = 1, record%rods
@@ -130,7 +133,8 @@ contains
         if (allocated(error)) return
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, again%mass == record%mass .and. again%stars == 33 .and. .not. again%limited &
+        call check(error, again%mass == record%mass .and. again%stars == 33 .and. &
+                   .not. again%limited &
                    .and. again%model == 'none' .and. again%rods == 2 .and. &
                    all(again%amplitude == record%amplitude))
         if (allocated(error)) return
@@ -153,14 +157,17 @@ contains
         call write_text(record, text, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, index(text, 'bias_nt = 50, -30, 25 ') > 0 .and. index(text, 'angle_deg = 45 ') > 0, &
+        call check(error, index(text, 'bias_nt = 50, -30, 25 ') > 0 .and. &
+                   index(text, 'angle_deg = 45 ') > 0, &
                    text)
         if (allocated(error)) return
-        call read_text(error, '&satellite mass = 1 bias_nt = 7 8 9 angle_deg = 180 /', record, failure)
+        call read_text(error, '&satellite mass = 1 bias_nt = 7 8 9 angle_deg = 180 /', record, &
+                       failure)
         if (allocated(error)) return
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, maxval(abs(record%bias - [7e-9_dp, 8e-9_dp, 9e-9_dp])), 0.0_dp, thr=1e-23_dp)
+        call check(error, maxval(abs(record%bias - [7e-9_dp, 8e-9_dp, 9e-9_dp])), 0.0_dp, &
+                   thr=1e-23_dp)
         if (allocated(error)) return
         call check(error, record%angle, acos(-1.0_dp), thr=1e-15_dp)
     end subroutine test_units
@@ -174,8 +181,10 @@ contains
         if (allocated(error)) return
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, record%mass == 99 .and. all(record%bias == [50e-9_dp, -30e-9_dp, 25e-9_dp]) &
-                   .and. record%angle == 0.3_dp .and. record%stars == 20 .and. record%limited .and. &
+        call check(error, record%mass == 99 .and. all(record%bias == [50e-9_dp, -30e-9_dp, &
+                   25e-9_dp]) &
+                   .and. record%angle == 0.3_dp .and. record%stars == 20 .and. &
+                       record%limited .and. &
                    record%model == 'dtm77' .and. record%rods == 0)
     end subroutine test_defaults
 
@@ -191,7 +200,8 @@ contains
         if (allocated(error)) return
         call check(error, record%rods == 3 .and. all(record%amplitude == [1, 2, 3]))
         if (allocated(error)) return
-        call refused(error, '&satellite mass = 99 / &rod amplitude = 2 /'//LF//'&rod amplitude = 31 /', &
+        call refused(error, '&satellite mass = 99 / &rod amplitude = 2 /'//LF// &
+                     '&rod amplitude = 31 /', &
                      [character(W) :: PLACE//':2', 'amplitude', '31', '-30 to 30', 'A m^2'])
     end subroutine test_groups
 
@@ -234,19 +244,23 @@ contains
         call refused(error, '&satellite mass = 2 stars = 71 /', &
                      [character(W) :: PLACE//':1', 'stars', '71', '2 to 70'])
         if (allocated(error)) return
-        call refused(error, '&satellite mass = NaN /', [character(W) :: 'mass', 'not a finite number'])
+        call refused(error, '&satellite mass = NaN /', &
+                     [character(W) :: 'mass', 'not a finite number'])
     end subroutine test_range
 
     subroutine test_types(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call refused(error, '&satellite mass = ''heavy'' /', [character(W) :: 'mass', 'heavy', 'number'])
+        call refused(error, '&satellite mass = ''heavy'' /', &
+                     [character(W) :: 'mass', 'heavy', 'number'])
         if (allocated(error)) return
         call refused(error, '&satellite mass = 2 bias_nt = 1 2 /', [character(W) :: 'bias_nt', '3'])
         if (allocated(error)) return
-        call refused(error, '&satellite mass = 2 stars = 3.5 /', [character(W) :: 'stars', '3.5', 'integer'])
+        call refused(error, '&satellite mass = 2 stars = 3.5 /', &
+                     [character(W) :: 'stars', '3.5', 'integer'])
         if (allocated(error)) return
-        call refused(error, '&satellite mass = 2 limited = 3 /', [character(W) :: 'limited', 'logical'])
+        call refused(error, '&satellite mass = 2 limited = 3 /', &
+                     [character(W) :: 'limited', 'logical'])
         if (allocated(error)) return
         call refused(error, '&satellite mass = 2 model = ''dtm78'' /', &
                      [character(W) :: 'model', 'dtm78', 'dtm77, none', 'did you mean "dtm77"'])
@@ -268,7 +282,8 @@ contains
         call reader%group('satellite', '')
         call reader%text_value('name', name, 'of the satellite')
         call reader%finish(failure)
-        call check_fails(error, message_of(failure), [character(W) :: PLACE//':2', 'name', 'more than 4 characters'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: PLACE//':2', 'name', 'more than 4 characters'])
         if (allocated(error)) return
         call check(error, name, 'none')
         call remove_file(PLACE)

@@ -3,13 +3,14 @@ module test_preprocessing
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: cross, unit
     use gracecg_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_observation_set, only: observation_set_t
     use gracecg_preprocessing
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
     public :: collect_preprocessing
@@ -61,7 +62,7 @@ contains
             call new_harmonic_manoeuvre(setup%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
         end associate
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         observations%accelerometer_time = [(0.1_dp*i, i=1, 600)]
         observations%acceleration = reshape([(1e-6_dp*cos(0.37_dp*i), i=1, 1800)], [3, 600])
         observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
@@ -91,7 +92,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%attitude_epoch), 600)
         if (allocated(error)) return
@@ -125,7 +126,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%torque, 2), 1201)
         if (allocated(error)) return
@@ -159,7 +160,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
         if (allocated(error)) return
@@ -178,7 +179,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(data%star_quaternion - q)), 0.0_dp, thr=1e-15_dp)
     end subroutine test_mounting
@@ -194,19 +195,19 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, clean, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 1, 120
             if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
         end do
         call preprocess(observations, flipped, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
         if (allocated(error)) return
         observations%quaternion = -observations%quaternion
         call preprocess(observations, flipped, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
     end subroutine test_sign_flips
@@ -223,7 +224,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call preprocess(observations, alone, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         both = observations
         both%star_camera_time = [(0.25_dp*i, i=1, 240)]
@@ -233,7 +234,7 @@ contains
         both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
         both%quaternion(:, 2::2) = observations%quaternion
         call preprocess(both, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
     end subroutine test_other_head
@@ -261,7 +262,7 @@ contains
         if (allocated(error)) return
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%attitude_epoch), 600)
         if (allocated(error)) return
@@ -284,7 +285,7 @@ contains
         call preprocess(observations, whole, failure)
         call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
         if (allocated(error)) return
@@ -314,7 +315,7 @@ contains
         if (allocated(error)) return
         call drop_stars(observations, observations%star_camera_time < 50.1_dp)
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(data%attitude_epoch), 505)
         if (allocated(error)) return
@@ -333,7 +334,7 @@ contains
         observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
         observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
         call preprocess(observations, data, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
         if (allocated(error)) return
@@ -349,7 +350,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
-        call refused(bad, [character(W) :: 'accelerometer', 'must increase', '30 s follows 30.1 s'], &
+        call refused(bad, [character(W) :: 'accelerometer', 'must increase', &
+                     '30 s follows 30.1 s'], &
                      error)
         if (allocated(error)) return
         bad = good
@@ -358,7 +360,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%magnetometer_time(7) = 6
-        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], error)
+        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], &
+                     error)
         if (allocated(error)) return
         bad = good
         bad%star_camera_time(7) = 2
@@ -366,7 +369,8 @@ contains
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(300) = 30.03_dp
-        call refused(bad, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], error)
+        call refused(bad, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], &
+                     error)
         if (allocated(error)) return
         bad = good
         bad%accelerometer_time(600) = 60.1_dp
@@ -447,7 +451,8 @@ contains
         call example(good, q, error)
         if (allocated(error)) return
         bad = good
-        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > 2.5_dp)
+        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
+                                     2.5_dp)
         bad%field = good%field(:, nint(bad%magnetometer_time))
         call refused(bad, [character(W) :: 'magnetometer', 'no samples near 28'], error)
         if (allocated(error)) return
@@ -529,28 +534,6 @@ contains
         type(error_t), allocatable :: failure
 
         call preprocess(observations, data, failure)
-        call check_fails(error, failure, parts)
+        call check_fails(error, message_of(failure), parts)
     end subroutine refused
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
 end module test_preprocessing

@@ -1,9 +1,10 @@
-!> ASSEST on observations made from its own fitting dynamics, so that the answer is known exactly.
-module test_assest
+!> The estimators on observations made from their own fitting dynamics, so that the answer is known
+!> exactly.
+module test_estimators
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_kinds, only: dp
     use gracecg_constants, only: ARCSECOND, TWO_PI
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: unit, inverse_3x3
     use gracecg_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
@@ -16,18 +17,20 @@ module test_assest
     use gracecg_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_offset_model, only: offset_matrix
-    use gracecg_estimators, only: estimate_offset
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_calibration_solution, only: calibration_solution_t
-    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_assest
+    public :: collect_estimators
 
     real(dp), parameter :: OFFSET(3) = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]       !! m
     real(dp), parameter :: DRIFT(3) = [1e-11_dp, -3e-11_dp, 2e-11_dp]           !! m/s^3
     real(dp), parameter :: BIAS(3) = [-6e-7_dp, -2.3e-5_dp, 1e-6_dp]            !! m/s^2
     real(dp), parameter :: OMEGA_0(3) = [2e-6_dp, 1.1149e-3_dp, -1e-6_dp]       !! rad/s
     real(dp), parameter :: Q_0(4) = [-0.70085473_dp, -3.1e-6_dp, 0.71330403_dp, 3.1e-6_dp]
+    integer, parameter :: RUNS = 100            !! Of a Monte Carlo
     !> CSR-TM-00-01 section 5.2, kg m^2
     real(dp), parameter :: INERTIA(3, 3) = reshape([70.23_dp, -3.0_dp, -2.883_dp, &
                                                     -3.0_dp, 345.14_dp, -0.348_dp, &
@@ -35,7 +38,7 @@ module test_assest
 
 contains
 
-    subroutine collect_assest(testsuite)
+    subroutine collect_estimators(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
@@ -47,13 +50,15 @@ contains
                     new_unittest('missing-samples', test_missing_samples), &
                     new_unittest('weights-do-not-matter-without-noise', test_weights), &
                     new_unittest('singular-without-rods', test_singular), &
-                    new_unittest('covariance-of-coloured-accelerometer-noise', test_accelerometer_noise), &
+                    new_unittest('covariance-of-coloured-accelerometer-noise', &
+                                 test_accelerometer_noise), &
                     new_unittest('covariance-of-star-camera-noise', test_star_noise), &
                     new_unittest('refusals-go-through', test_refusals)]
-    end subroutine collect_assest
+    end subroutine collect_estimators
 
     !> A minute without noise. The fitting dynamics are driven by the interpolated field itself, and
-    !> the quaternions are free of interpolation when the star camera is as fast as the accelerometer.
+    !> the quaternions are free of interpolation when the star camera is as fast as the
+    !> accelerometer.
     subroutine example(observations, error, interval, star_camera_interval, quaternion)
         type(observation_set_t), intent(out) :: observations
         type(error_type), allocatable, intent(out) :: error
@@ -77,12 +82,13 @@ contains
             setup%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
             setup%accelerometer_psd_level = 1e-20_dp
             setup%star_camera_sigma = 1*ARCSECOND
-            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp])     ! section 6.1
+            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
             setup%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
             setup%guess_offset = 1e-5_dp
             setup%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
-            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
-            call check_passes(error, failure)
+            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
+                                        failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
             observations%accelerometer_time = [(i*setup%accelerometer_interval, &
                                                 i=1, nint(60/setup%accelerometer_interval))]
@@ -121,7 +127,7 @@ contains
         observations%acceleration = spread([0.0_dp, 0.0_dp, 0.0_dp], 2, &
                                            size(observations%accelerometer_time))
         call preprocess(observations, data, failure)        ! for the torque
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         fit = new_attitude_fit(observations%setup%inertia, data%interval, data%torque)
         call fit%fit_attitude(quaternion, OMEGA_0, attitude, rotation)
@@ -138,7 +144,7 @@ contains
         end do
     end subroutine fill
 
-    !> Estimates, and compares with what went in.
+    !> Estimates with every algorithm, and compares with what went in.
     subroutine recover(observations, offset_tolerance, error, quaternion)
         type(observation_set_t), intent(in) :: observations
         real(dp), intent(in) :: offset_tolerance        !! m
@@ -148,30 +154,48 @@ contains
         type(calibration_solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: q(4)
+        integer :: i
 
-        call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
-        call check_passes(error, failure)
+        q = normalised(Q_0)
+        if (present(quaternion)) q = quaternion
+        do i = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure, &
+                                 with_covariance=.false.)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, solution%converged, ESTIMATOR_NAMES(i))
+            if (allocated(error)) return
+            call check_recovered(solution, offset_tolerance, q, error)
+            if (allocated(error)) return
+        end do
+    end subroutine recover
+
+    !> The rotation makes an acceleration of some 1e-5 m/s^2 of an offset of 1 m, hence the
+    !> tolerances of bias and drift.
+    subroutine check_recovered(solution, offset_tolerance, quaternion, error)
+        type(calibration_solution_t), intent(in) :: solution
+        real(dp), intent(in) :: offset_tolerance        !! m
+        real(dp), intent(in) :: quaternion(4)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, norm2(solution%offset - OFFSET), 0.0_dp, 'offset', solution%algorithm, &
+                   thr=offset_tolerance)
         if (allocated(error)) return
-        call check(error, solution%converged)
+        call check(error, norm2(solution%bias - BIAS), 0.0_dp, 'bias', solution%algorithm, &
+                   thr=1e-5_dp*offset_tolerance)
         if (allocated(error)) return
-        call check(error, norm2(solution%offset - OFFSET), 0.0_dp, 'offset', thr=offset_tolerance)
-        if (allocated(error)) return
-        ! a rotation of 1e-3 rad/s and 1e-5 rad/s^2 makes 1e-5 of an offset in m an acceleration in m/s^2
-        call check(error, norm2(solution%bias - BIAS), 0.0_dp, 'bias', thr=1e-5_dp*offset_tolerance)
-        if (allocated(error)) return
-        call check(error, norm2(solution%drift - DRIFT), 0.0_dp, 'drift', &
+        call check(error, norm2(solution%drift - DRIFT), 0.0_dp, 'drift', solution%algorithm, &
                    thr=1e-5_dp*offset_tolerance/60)
         if (allocated(error)) return
         call check(error, norm2(solution%angular_velocity - OMEGA_0), 0.0_dp, 'angular velocity', &
-                   thr=1e-8_dp)
+                   solution%algorithm, thr=1e-8_dp)
         if (allocated(error)) return
-        q = Q_0
-        if (present(quaternion)) q = quaternion
-        call check(error, rotation_angle_between(solution%quaternion, normalised(q)), 0.0_dp, &
-                   'attitude', thr=1e-6_dp)
+        call check(error, rotation_angle_between(solution%quaternion, quaternion), 0.0_dp, &
+                   'attitude', solution%algorithm, thr=1e-6_dp)
         if (allocated(error)) return
-        call check(error, maxval(solution%residual_rms), 0.0_dp, 'residuals', thr=1e-15_dp)
-    end subroutine recover
+        call check(error, maxval(solution%residual_rms), 0.0_dp, 'residuals', solution%algorithm, &
+                   thr=1e-15_dp)
+    end subroutine check_recovered
 
     !> From the report's initial guess.
     subroutine test_exact(error)
@@ -193,8 +217,8 @@ contains
         call recover(observations, 1e-9_dp, error)
     end subroutine test_interpolated
 
-    !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing and
-    !> from a decimetre.
+    !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing
+    !> and from a decimetre.
     subroutine test_guesses(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -242,7 +266,8 @@ contains
         call recover(observations, 1e-11_dp, error)
     end subroutine test_sign_flips
 
-    !> Every seventh accelerometer sample and ten seconds of them, and five seconds of the star camera.
+    !> Every seventh accelerometer sample and ten seconds of them, and five seconds of the star
+    !> camera.
     subroutine test_missing_samples(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -272,8 +297,8 @@ contains
         call recover(observations, 1e-11_dp, error)
     end subroutine test_weights
 
-    !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as part of
-    !> the bias, and d_y not at all.
+    !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as
+    !> part of the bias, and d_y not at all.
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -285,7 +310,7 @@ contains
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
         call new_torque_rods(observations%setup%rods, none, failure)
-        call check_passes(error, failure)
+        call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 1, 3
             observations%setup%inertia(:i - 1, i) = 0
@@ -293,20 +318,20 @@ contains
         end do
         call fill(observations, normalised(Q_0), error)
         if (allocated(error)) return
-        call estimate_offset('assest-fde', observations, solution, failure)
-        call check_fails(error, failure, [character(12) :: 'ASSEST', 'CG offset', 'singular', 'd_'])
+        do i = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure)
+            call check_fails(error, message_of(failure), [character(12) :: 'AS', 'singular', 'd_'])
+            if (allocated(error)) return
+        end do
     end subroutine test_singular
 
-    !> Normalised error squared of 200 runs: chi-square with 600 degrees of freedom if the covariance is
-    !> that of the errors (99.9 % limits). The noise is coloured, the weights are not its inverse.
+    !> Normalised error squared of all runs: chi-square with three degrees of freedom a run if the
+    !> covariance is that of the errors (99.9 % limits). The noise is coloured, the weights are not
+    !> its inverse.
     subroutine test_accelerometer_noise(error)
         type(error_type), allocatable, intent(out) :: error
-        type(observation_set_t) :: clean, noisy
+        type(observation_set_t) :: clean
         type(random_stream_t) :: stream
-        type(coloured_noise_t) :: noise
-        type(error_t), allocatable :: failure
-        real(dp), allocatable :: samples(:, :)
-        integer :: axis
 
         call example(clean, error, interval=0.5_dp)
         if (allocated(error)) return
@@ -314,29 +339,30 @@ contains
         clean%setup%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
         clean%setup%star_camera_sigma = 0
         stream = new_stream(20, 1, 1, 1, 1)
-        call check_normalised_errors(error, clean, 200, draw)
+        call check_normalised_errors(error, clean, draw)
 
     contains
 
         subroutine draw(observations)
             type(observation_set_t), intent(inout) :: observations
+            type(coloured_noise_t) :: noise
+            type(error_t), allocatable :: failure
+            real(dp) :: samples(size(clean%acceleration, 2))
+            integer :: axis
 
-            allocate (samples(3, size(clean%acceleration, 2)))
+            observations = clean
             do axis = 1, 3
                 noise = coloured_noise(clean%setup%accelerometer_psd_level(axis), &
                                        clean%setup%accelerometer_psd_corner(axis), TWO_SIDED, &
                                        clean%setup%accelerometer_interval, failure)
-                call noise%generate(stream, samples(axis, :))
+                call noise%generate(stream, samples)
+                observations%acceleration(axis, :) = clean%acceleration(axis, :) + samples
             end do
-            noisy = clean
-            noisy%acceleration = clean%acceleration + samples
-            observations = noisy
-            deallocate (samples)
         end subroutine draw
     end subroutine test_accelerometer_noise
 
-    !> The same for noise of the star camera about its three axes, every 1 s: five pseudo-observations
-    !> of the fit share each pair of samples.
+    !> The same for noise of the star camera about its three axes, every 1 s: five
+    !> pseudo-observations of the fit share each pair of samples.
     subroutine test_star_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SIGMA(3) = [5e-5_dp, 5e-5_dp, 2e-4_dp]      !! rad
@@ -348,7 +374,7 @@ contains
         clean%setup%accelerometer_psd_level = 0
         clean%setup%star_camera_sigma = SIGMA
         stream = new_stream(20, 1, 1, 1, 4)
-        call check_normalised_errors(error, clean, 200, draw)
+        call check_normalised_errors(error, clean, draw)
 
     contains
 
@@ -362,17 +388,18 @@ contains
                 call stream%normals(turn)
                 turn = SIGMA*turn
                 observations%quaternion(:, i) = quaternion_product( &
-                                                quaternion_from_axis_angle(unit(turn), norm2(turn)), &
+                                                quaternion_from_axis_angle(unit(turn), &
+                                                    norm2(turn)), &
                                                 clean%quaternion(:, i))
             end do
         end subroutine draw
     end subroutine test_star_noise
 
-    !> Errors about the estimate without noise (interpolation may shift it) against its covariance.
-    subroutine check_normalised_errors(error, clean, runs, draw)
+    !> Errors of every algorithm about its estimate without noise (interpolation may shift it)
+    !> against its covariance.
+    subroutine check_normalised_errors(error, clean, draw)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t), intent(in) :: clean
-        integer, intent(in) :: runs
         interface
             subroutine draw(observations)
                 import :: observation_set_t
@@ -385,24 +412,29 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: weight(3, 3), deviation(3), total, limits(2)
         character(80) :: found
-        integer :: run
+        integer :: run, i
 
-        call estimate_offset('assest-fde', clean, reference, failure)
-        call check_passes(error, failure)
-        if (allocated(error)) return
-        weight = inverse(reference%covariance)
-        total = 0
-        do run = 1, runs
-            call draw(observations)
-            call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
-            call check_passes(error, failure)
+        limits = chi_square_limits(3*RUNS)
+        do i = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), clean, reference, failure)
+            call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            deviation = solution%offset - reference%offset
-            total = total + dot_product(deviation, matmul(weight, deviation))
+            weight = inverse(reference%covariance)
+            total = 0
+            do run = 1, RUNS
+                call draw(observations)
+                call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure, &
+                                     with_covariance=.false.)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                deviation = solution%offset - reference%offset
+                total = total + dot_product(deviation, matmul(weight, deviation))
+            end do
+            write (found, '(2a, f9.2, a, 2f9.2)') ESTIMATOR_NAMES(i), ': chi-square', total, &
+                ', limits', limits
+            call check(error, total > limits(1) .and. total < limits(2), trim(found))
+            if (allocated(error)) return
         end do
-        limits = chi_square_limits(3*runs)
-        write (found, '(a, f9.2, a, 2f9.2)') 'chi-square', total, ', limits', limits
-        call check(error, total > limits(1) .and. total < limits(2), trim(found))
     end subroutine check_normalised_errors
 
     !> Of a covariance whose axes differ by orders of magnitude: scaled to a unit diagonal first.
@@ -426,33 +458,11 @@ contains
         if (allocated(error)) return
         observations%accelerometer_time(7) = observations%accelerometer_time(6)
         call estimate_offset('assest-fde', observations, solution, failure)
-        call check_fails(error, failure, ['must increase'])
+        call check_fails(error, message_of(failure), ['must increase'])
         if (allocated(error)) return
         call example(observations, error, interval=0.5_dp)
         observations%setup%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
         call estimate_offset('assest-fde', observations, solution, failure)
-        call check_fails(error, failure, ['NaN'])
+        call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_refusals
-
-    !> There must be a failure, and its message must have every one of the parts.
-    subroutine check_fails(error, failure, parts)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-        character(*), intent(in) :: parts(:)
-        integer :: i
-
-        call check(error, allocated(failure), 'no failure where one must be: '//trim(parts(1)))
-        do i = 1, size(parts)
-            if (allocated(error)) return
-            call check(error, index(failure%message, trim(parts(i))) > 0, &
-                       '"'//trim(parts(i))//'" is not in the message: '//failure%message)
-        end do
-    end subroutine check_fails
-
-    subroutine check_passes(error, failure)
-        type(error_type), allocatable, intent(out) :: error
-        type(error_t), allocatable, intent(in) :: failure
-
-        if (allocated(failure)) call test_failed(error, failure%message)
-    end subroutine check_passes
-end module test_assest
+end module test_estimators
