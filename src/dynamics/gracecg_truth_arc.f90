@@ -21,6 +21,9 @@ module gracecg_truth_arc
     real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
                                                  1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
 
+    real(dp), parameter :: LARGEST_STEP = 1.0_dp
+    !! s: the torque of the rods drives the motion with periods of some seconds
+
 contains
 
     !> Integrates from t = 0 over `steps` intervals, with one Runge-Kutta step an interval, or, when
@@ -50,7 +53,7 @@ contains
                     arc%state(:, k) = arc%state(:, k - 1)
                     t = (k - 1)*interval
                     call rkf78_integrate(dynamics, t, arc%state(:, k), k*interval, tolerance, SCALES, &
-                                         taken, error)
+                                         taken, error, LARGEST_STEP)
                     if (allocated(error)) return
                 else
                     call rkf78_step(dynamics, (k - 1)*interval, arc%state(:, k - 1), interval, &
@@ -75,10 +78,14 @@ contains
             call fail(error, 'the propagated state is not finite at t = '//number_text(t)//' s')
             return
         end if
-        if (.not. (allocated(dynamics%atmosphere) .and. dynamics%with_drag)) return
         call earth_fixed_to_geodetic(state(POSITION), latitude, longitude, height)  ! any longitude does
-        lowest = dynamics%atmosphere%lowest_height()
-        if (height < lowest) then
+        lowest = 0
+        if (allocated(dynamics%atmosphere) .and. dynamics%with_drag) then
+            lowest = dynamics%atmosphere%lowest_height()
+        end if
+        if (height < 0) then
+            call fail(error, 'the satellite is below the ground at t = '//number_text(t)//' s')
+        else if (height < lowest) then
             call fail(error, 'the satellite is '//number_text(height/1000)//' km high at t = '// &
                       number_text(t)//' s, below the '//number_text(lowest/1000)// &
                       ' km from which the atmosphere model is valid')

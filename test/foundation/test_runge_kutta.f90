@@ -21,6 +21,12 @@ module test_runge_kutta
         procedure :: rate => power_rate
     end type power_t
 
+    !> dy/dt = cos t: a driving term alone, which the error estimate does not see.
+    type, extends(ode_system_t) :: driven_t
+    contains
+        procedure :: rate => driven_rate
+    end type driven_t
+
     !> Kepler's problem in a plane with mu = 1; `poison` makes the derivative NaN from t = 1.
     type, extends(ode_system_t) :: kepler_t
         logical :: poison = .false.
@@ -39,6 +45,7 @@ contains
                     new_unittest('order-eight-on-kepler', test_order), &
                     new_unittest('error-estimate-is-order-seven', test_estimate), &
                     new_unittest('step-control-meets-tolerance', test_control), &
+                    new_unittest('driving-term-needs-largest-step', test_driven), &
                     new_unittest('nan-is-reported', test_nan)]
     end subroutine collect_runge_kutta
 
@@ -49,6 +56,14 @@ contains
 
         dydt = self%p*t**(self%p - 1) + 0*y
     end subroutine power_rate
+
+    pure subroutine driven_rate(self, t, y, dydt)
+        class(driven_t), intent(in) :: self
+        real(dp), intent(in) :: t, y(:)
+        real(dp), intent(out) :: dydt(:)
+
+        dydt = cos(t) + 0*y
+    end subroutine driven_rate
 
     pure subroutine kepler_rate(self, t, y, dydt)
         class(kepler_t), intent(in) :: self
@@ -153,6 +168,28 @@ contains
         call rkf78_integrate(system, t, y, 0.0_dp, 1e-12_dp, SCALE, steps, failure)
         call check(error, norm2(y - start) < 1e-8_dp, 'integration backwards')
     end subroutine test_control
+
+    !> One step over 20 rad passes the control and is wrong; with steps of 0.3 the integral is right.
+    subroutine test_driven(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(driven_t) :: system
+        type(error_t), allocatable :: failure
+        real(dp), parameter :: T_END = 20
+        real(dp) :: y(1), t
+        integer :: steps
+
+        y = 0
+        t = 0
+        call rkf78_integrate(system, t, y, T_END, 1e-12_dp, [1.0_dp], steps, failure)
+        call check(error, abs(y(1) - sin(T_END)) > 1e-3_dp, 'the estimate saw the driving term after all')
+        if (allocated(error)) return
+        y = 0
+        t = 0
+        call rkf78_integrate(system, t, y, T_END, 1e-12_dp, [1.0_dp], steps, failure, largest_step=0.3_dp)
+        call check(error, y(1), sin(T_END), thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, steps, 67)
+    end subroutine test_driven
 
     subroutine test_nan(error)
         type(error_type), allocatable, intent(out) :: error
