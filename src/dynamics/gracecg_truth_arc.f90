@@ -21,9 +21,6 @@ module gracecg_truth_arc
     real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
                                                  1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
 
-    real(dp), parameter :: LARGEST_STEP = 1.0_dp
-    !! s: the torque of the rods drives the motion with periods of some seconds
-
 contains
 
     !> Integrates from t = 0 over `steps` intervals, with one Runge-Kutta step an interval, or, when
@@ -53,7 +50,7 @@ contains
                     arc%state(:, k) = arc%state(:, k - 1)
                     t = (k - 1)*interval
                     call rkf78_integrate(dynamics, t, arc%state(:, k), k*interval, tolerance, SCALES, &
-                                         taken, error, LARGEST_STEP)
+                                         taken, error, largest_step(dynamics))
                     if (allocated(error)) return
                 else
                     call rkf78_step(dynamics, (k - 1)*interval, arc%state(:, k - 1), interval, &
@@ -66,6 +63,19 @@ contains
             arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
         end do
     end subroutine propagate_arc
+
+    !> A tenth of the shortest period of the rods, whose torque the error estimate does not see; s.
+    pure real(dp) function largest_step(dynamics)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+
+        largest_step = huge(1.0_dp)
+        if (.not. dynamics%with_rods) return
+        associate (rods => dynamics%rods)
+            if (any(rods%activations(:rods%count)%frequency > 0)) then
+                largest_step = 0.1_dp/maxval(rods%activations(:rods%count)%frequency)
+            end if
+        end associate
+    end function largest_step
 
     subroutine check_state(dynamics, t, state, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
