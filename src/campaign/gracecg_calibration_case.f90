@@ -205,7 +205,7 @@ contains
         call settings%real_value('scale_height_km', case%scale_height, 1e-3_dp, 1e5_dp, &
                                  'km, exponential model', 1e3_dp, 'km')
         call settings%real_value('density_wave_amplitude', case%density_wave%amplitude, 0.0_dp, 1.0_dp, &
-                                 'relative, of the short-period density perturbation')
+                                 'of the short-period density perturbation, relative to the model''s density')
         call settings%real_value('density_wave_period', case%density_wave%period, 1e-3_dp, 1e6_dp, 's', &
                                  unit='s')
         call settings%real_value('density_wave_phase_deg', case%density_wave%phase, -360.0_dp, 360.0_dp, &

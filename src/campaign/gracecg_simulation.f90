@@ -163,18 +163,24 @@ contains
 
         acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%offset, &
                                         arc%loads(k)%vertical, EARTH_GM, norm2(arc%state(POSITION, k)), &
-                                        non_gravitational(arc, wave, k))
+                                        non_gravitational(case, arc, wave, k))
     end function disturbance_at
 
-    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes, m/s^2.
-    pure function non_gravitational(arc, wave, k) result(acceleration)
+    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes, m/s^2. Drag is
+    !> proportional to the density, model times (scale + wave).
+    pure function non_gravitational(case, arc, wave, k) result(acceleration)
+        type(calibration_case_t), intent(in) :: case
         type(truth_arc_t), intent(in) :: arc
         type(density_wave_t), intent(in) :: wave    !! On top of what the arc already has
         integer, intent(in) :: k
         real(dp) :: acceleration(3)
 
         associate (acting => arc%loads(k))
-            acceleration = acting%drag*(1 + wave%relative_change(k*arc%interval)) + acting%srp + acting%erp
+            acceleration = acting%drag + acting%srp + acting%erp
+            if (case%density_scale > 0) then
+                acceleration = acceleration + &
+                               acting%drag*wave%relative_change(k*arc%interval)/case%density_scale
+            end if
         end associate
     end function non_gravitational
 

@@ -45,7 +45,7 @@ module gracecg_equations_of_motion
         class(density_model_t), allocatable :: atmosphere
         class(wind_model_t), allocatable :: wind
         real(dp) :: density_scale = 1               !! Factor of the model's density
-        type(density_wave_t) :: density_wave
+        type(density_wave_t) :: density_wave        !! Relative to the model's density, before the scale
         type(earth_radiation_t) :: earth_radiation
         ! the satellite
         real(dp) :: mass = 0                        !! kg
@@ -168,7 +168,7 @@ contains
         point%local_solar_time = self%local_time_greenwich + t/3600 + longitude/HOUR_ANGLE
         point%day_of_year = self%day_of_year + t/SECONDS_PER_DAY
         call self%atmosphere%evaluate(point, air)
-        air%density = self%density_scale*air%density*(1 + self%density_wave%relative_change(t))
+        air%density = air%density*(self%density_scale + self%density_wave%relative_change(t))
 
         velocity_in_air = y(VELOCITY) - air_velocity(self, y(POSITION), point)
         velocity_in_air = matmul(acting%body_from_inertial, velocity_in_air)
