@@ -19,13 +19,18 @@ help:
 	@echo
 	@echo 'run, test and build first install what this machine lacks (tools/setup.sh).'
 
+# fpm does not link a program anew when another of its commands has rebuilt the library since: the
+# programs are removed first.
 run:
+	@rm -f build/gfortran_*/app/gracecg
 	@fpm="$$(tools/setup.sh)" && "$$fpm" run --profile release -- $(MAIN_JOB)
 
 test:
+	@rm -f build/gfortran_*/test/tester
 	@fpm="$$(tools/setup.sh)" && "$$fpm" test --profile release
 
 build:
+	@rm -f build/gfortran_*/app/gracecg
 	@fpm="$$(tools/setup.sh)" && "$$fpm" install --profile release --prefix build --bindir bin
 
 clean:

@@ -340,7 +340,8 @@ contains
         call check(error, maxval(abs(total)), 0.0_dp, 'sum', thr=Z_999*sqrt(real(n, dp)))
     end subroutine check_white
 
-    !> A wave of a tenth adds a tenth of the drag, as the accelerometer's slope shows it.
+    !> A wave of a tenth of the model's density adds a tenth of the drag over the density scale, as the
+    !> accelerometer's slope shows it.
     subroutine test_wave(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: AMPLITUDE = 0.1_dp, PERIOD = 12, PHASE = 0.4_dp
@@ -354,7 +355,8 @@ contains
         call observe_without_noise(simulator, density_wave_t(), calm)
         call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
         do k = 1, 600
-            expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag* &
+            expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag/ &
+                       simulator%case%density_scale* &
                        simulator%case%accelerometer%scale1
             ! quadratic scale factors up to 33 s^2/m, drag up to 7e-7 m/s^2: slope good to 5e-5
             call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - &

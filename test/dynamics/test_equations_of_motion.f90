@@ -464,7 +464,7 @@ contains
         call dynamics%loads(T, state, calm)
         dynamics%density_wave = density_wave_t(0.1_dp, 8.0_dp, 30*DEGREE)
         call dynamics%loads(T, state, waving)
-        factor = 1 + 0.1_dp*sin(90*DEGREE + 30*DEGREE)
+        factor = 1 + 0.1_dp*sin(90*DEGREE + 30*DEGREE)/dynamics%density_scale
         call check(error, norm2(waving%drag - factor*calm%drag), 0.0_dp, &
                    thr=1e-14_dp*norm2(calm%drag))
         if (allocated(error)) return
