@@ -28,9 +28,10 @@ module gracecg_time
         !! leap second)
     end type utc_t
 
-    integer, parameter :: FIRST_YEAR = 1972, LAST_YEAR = 2100
-    !! UTC has whole leap seconds since 1972; beyond 2100 nobody knows them
-    integer, parameter :: FIRST_MJD = 41317     !! 1972-01-01
+    integer, parameter :: FIRST_YEAR = 1900, LAST_YEAR = 2100
+    !! The oldest geomagnetic models are of 1900. UTC has whole leap seconds since 1972; before, a date
+    !! counts as Universal Time with TAI - UTC held at its first value, so that TT is up to 45 s off
+    integer, parameter :: FIRST_MJD = 15020     !! 1900-01-01
     integer, parameter :: LAST_MJD = 88433      !! 2100-12-31
     real(dp), parameter :: TT_MINUS_TAI = 32.184_dp     !! s (IAU 1991 resolution A4)
     real(dp), parameter :: MJD_J2000 = 51544.5_dp       !! 2000-01-01 12 h
@@ -42,7 +43,7 @@ contains
 
     !> Reads a time in ISO 8601, `1989-01-02T00:00:00`, with optional decimals of the second and an
     !> optional Z, or a date alone (its 0 h). Fails on any other form, on a day or time that does
-    !> not exist (second 60 exists only in a leap second), and outside 1972-01-01 to 2100-12-31.
+    !> not exist (second 60 exists only in a leap second), and outside 1900-01-01 to 2100-12-31.
     subroutine parse_utc(text, utc, error)
         character(*), intent(in) :: text
         type(utc_t), intent(out) :: utc
@@ -85,8 +86,7 @@ contains
         if (verify(text(1:4)//text(6:7)//text(9:10), DIGITS) /= 0) return
         read (text, '(i4, 1x, i2, 1x, i2)') year, month, day
         if (year < FIRST_YEAR .or. year > LAST_YEAR) then
-            complaint = 'year '//text(1:4)//' is outside 1972 to 2100 (UTC has leap seconds '// &
-                        'since 1972-01-01)'
+            complaint = 'year '//text(1:4)//' is outside 1900 to 2100'
         else if (month < 1 .or. month > 12) then
             complaint = 'month '//text(6:7)//' is outside 01 to 12'
         else if (day < 1 .or. day > days_in_month(year, month)) then
@@ -139,7 +139,7 @@ contains
         end if
     end subroutine parse_time_of_day
 
-    !> Refuses a time outside 1972-01-01 to 2100-12-31 and seconds that are not of the day (NaN
+    !> Refuses a time outside 1900-01-01 to 2100-12-31 and seconds that are not of the day (NaN
     !> too).
     subroutine check_utc_in_range(utc, error)
         type(utc_t), intent(in) :: utc
@@ -147,7 +147,7 @@ contains
 
         if (.not. is_in_range(utc)) then
             call fail(error, utc_text(utc)//' is outside the covered times, '// &
-                      '1972-01-01T00:00:00 to the end of 2100-12-31 UTC')
+                      '1900-01-01T00:00:00 to the end of 2100-12-31 UTC')
         end if
     end subroutine check_utc_in_range
 
