@@ -46,6 +46,9 @@ program tester
     use test_noise_propagation, only: collect_noise_propagation
     use test_monte_carlo, only: collect_monte_carlo
     use test_assest, only: collect_assest
+    use test_estimators, only: collect_estimators
+    use test_campaign, only: collect_campaign
+    use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
     use test_simulation, only: collect_simulation
@@ -101,6 +104,9 @@ program tester
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('assest', collect_assest), &
+             new_testsuite('estimators', collect_estimators), &
+             new_testsuite('campaign', collect_campaign), &
+             new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('simulation', collect_simulation), &

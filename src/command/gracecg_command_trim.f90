@@ -129,7 +129,7 @@ contains
                 below = abs(latest%estimate(axis)) < settings%threshold
                 visible = latest%sigma(axis) <= settings%threshold
                 if (below .and. visible) then
-                    verdict = 'converged in '//integer_text(size(rounds))//' rounds'
+                    verdict = 'converged'
                 else if (visible) then
                     verdict = 'not converged in '//integer_text(size(rounds))//' rounds'
                 else if (below) then

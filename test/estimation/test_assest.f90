@@ -22,6 +22,7 @@ module test_assest
     implicit none
     private
     public :: collect_assest
+    public :: example, recover, check_normalised_errors, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
 
     real(dp), parameter :: OFFSET(3) = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]       !! m
     real(dp), parameter :: DRIFT(3) = [1e-11_dp, -3e-11_dp, 2e-11_dp]           !! m/s^3
@@ -139,17 +140,21 @@ contains
     end subroutine fill
 
     !> Estimates, and compares with what went in.
-    subroutine recover(observations, offset_tolerance, error, quaternion)
+    subroutine recover(observations, offset_tolerance, error, quaternion, algorithm)
         type(observation_set_t), intent(in) :: observations
         real(dp), intent(in) :: offset_tolerance        !! m
         type(error_type), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: quaternion(4)
+        character(*), intent(in), optional :: algorithm     !! Other than assest-fde
 
         type(calibration_solution_t) :: solution
         type(error_t), allocatable :: failure
+        character(10) :: name
         real(dp) :: q(4)
 
-        call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
+        name = 'assest-fde'
+        if (present(algorithm)) name = algorithm
+        call estimate_offset(trim(name), observations, solution, failure, with_covariance=.false.)
         call check_passes(error, failure)
         if (allocated(error)) return
         call check(error, solution%converged)
@@ -369,7 +374,7 @@ contains
     end subroutine test_star_noise
 
     !> Errors about the estimate without noise (interpolation may shift it) against its covariance.
-    subroutine check_normalised_errors(error, clean, runs, draw)
+    subroutine check_normalised_errors(error, clean, runs, draw, algorithm)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t), intent(in) :: clean
         integer, intent(in) :: runs
@@ -379,22 +384,26 @@ contains
                 type(observation_set_t), intent(inout) :: observations
             end subroutine draw
         end interface
+        character(*), intent(in), optional :: algorithm     !! Other than assest-fde
 
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: reference, solution
+        character(10) :: name
         type(error_t), allocatable :: failure
         real(dp) :: weight(3, 3), deviation(3), total, limits(2)
         character(80) :: found
         integer :: run
 
-        call estimate_offset('assest-fde', clean, reference, failure)
+        name = 'assest-fde'
+        if (present(algorithm)) name = algorithm
+        call estimate_offset(trim(name), clean, reference, failure)
         call check_passes(error, failure)
         if (allocated(error)) return
         weight = inverse(reference%covariance)
         total = 0
         do run = 1, runs
             call draw(observations)
-            call estimate_offset('assest-fde', observations, solution, failure, with_covariance=.false.)
+            call estimate_offset(trim(name), observations, solution, failure, with_covariance=.false.)
             call check_passes(error, failure)
             if (allocated(error)) return
             deviation = solution%offset - reference%offset
