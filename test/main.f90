@@ -46,10 +46,13 @@ program tester
     use test_noise_propagation, only: collect_noise_propagation
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
+    use test_campaign, only: collect_campaign
+    use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
     use test_simulation, only: collect_simulation
     use test_settings, only: collect_settings
+    use test_algorithms, only: collect_algorithms
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -101,10 +104,13 @@ program tester
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
+             new_testsuite('campaign', collect_campaign), &
+             new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('simulation', collect_simulation), &
-             new_testsuite('settings', collect_settings)]
+             new_testsuite('settings', collect_settings), &
+             new_testsuite('algorithms', collect_algorithms)]
 
     fast = .false.
     suite_name = ''

@@ -11,7 +11,7 @@ module gracecg_monte_carlo
     use gracecg_simulation, only: simulator_t, observe, observe_without_noise
     implicit none
     private
-    public :: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, prediction_t, predict_errors
+    public :: monte_carlo_t, run_monte_carlo, alteration_t, error_statistics_t, statistics_of, prediction_t, predict_errors
 
     !> The estimates of all runs of one case and algorithm.
     type :: monte_carlo_t
@@ -35,13 +35,30 @@ module gracecg_monte_carlo
         real(dp) :: wave(3)         !! RMS by the density wave of random phase
     end type prediction_t
 
+    !> A change of every observation set before it is estimated.
+    type, abstract :: alteration_t
+    contains
+        procedure(alter_interface), deferred :: alter
+    end type alteration_t
+
+    abstract interface
+        !> Changes the observations of a run; called from several threads at once.
+        subroutine alter_interface(self, simulator, seed, run, observations)
+            import :: alteration_t, simulator_t, observation_set_t
+            class(alteration_t), intent(in) :: self
+            type(simulator_t), intent(in) :: simulator
+            integer, intent(in) :: seed, run
+            type(observation_set_t), intent(inout) :: observations
+        end subroutine alter_interface
+    end interface
+
 contains
 
     !> Simulates and estimates the given runs, on `threads` threads. A run's numbers depend on nothing
     !> but seed, case and its own number.
     !>
     !> Fails when a run fails: the error is that of the failed run with the lowest number.
-    subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error)
+    subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error, alteration)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
         integer, intent(in) :: seed
@@ -49,6 +66,7 @@ contains
         integer, intent(in) :: threads
         type(monte_carlo_t), intent(out) :: results
         type(error_t), allocatable, intent(out) :: error
+        class(alteration_t), intent(in), optional :: alteration     !! Of every observation set
 
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: solution
@@ -63,6 +81,7 @@ contains
         do i = 1, size(runs)
             call observe(simulator, seed, runs(i), observations, failure, only_used_head=.true.)
             if (.not. allocated(failure)) then
+                if (present(alteration)) call alteration%alter(simulator, seed, runs(i), observations)
                 call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
             end if
             if (allocated(failure)) then

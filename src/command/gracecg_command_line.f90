@@ -12,6 +12,10 @@ module gracecg_command_line
     use gracecg_command_simulate, only: declare_simulate, run_simulate
     use gracecg_command_estimate, only: declare_estimate, run_estimate
     use gracecg_command_montecarlo, only: declare_montecarlo, run_montecarlo
+    use gracecg_command_merge, only: declare_merge, run_merge
+    use gracecg_command_errors, only: declare_errors, run_errors
+    use gracecg_command_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
+    use gracecg_command_trim, only: declare_trim, run_trim
     use gracecg_command_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_command_model_star_camera, only: declare_star_camera, run_star_camera
@@ -41,6 +45,14 @@ contains
                       declare_estimate, run_estimate), &
             command_t('montecarlo', 'RMS errors over many calibrations: Tables 6.1 and 6.2', &
                       declare_montecarlo, run_montecarlo), &
+            command_t('merge', 'puts the shards of a Monte Carlo together', &
+                      declare_merge, run_merge), &
+            command_t('errors', 'RMS errors with one error source off at a time: Figure 6.5', &
+                      declare_errors, run_errors), &
+            command_t('magnetometer-loss', 'the field model instead of the magnetometer: Figure 6.6', &
+                      declare_magnetometer_loss, run_magnetometer_loss), &
+            command_t('trim', 'calibrates and moves masses until the offset is small', &
+                      declare_trim, run_trim), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &

@@ -14,7 +14,7 @@ module gracecg_combined_estimation
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
     implicit none
     private
-    public :: estimate_combined
+    public :: estimate_combined, combined_problem_t, prepare_combined
 
     !> State [attitude, omega, d, alpha, beta]: 16 parameters (full) or 15 (reduced). The observations
     !> are those of the attitude, then those of the accelerometer.
@@ -64,6 +64,7 @@ contains
         end if
     end subroutine estimate_combined
 
+    !> Sets up the problem from preprocessed observations.
     subroutine prepare_combined(setup, data, reduced, problem)
         type(calibration_setup_t), intent(in) :: setup
         type(fitting_data_t), intent(in) :: data

@@ -24,6 +24,7 @@ module test_estimators
     implicit none
     private
     public :: collect_estimators
+    public :: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
 
     real(dp), parameter :: OFFSET(3) = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]       !! m
     real(dp), parameter :: DRIFT(3) = [1e-11_dp, -3e-11_dp, 2e-11_dp]           !! m/s^3

@@ -1,0 +1,93 @@
+!> The error sources of CSR-TM-00-01 section 6.3: simulations in which one of them is switched off.
+module gracecg_error_sources
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t
+    use gracecg_truth_arc, only: truth_arc_t
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_simulation, only: simulator_t, new_simulator
+    implicit none
+    private
+    public :: error_switches_t, new_switched_simulator, study_switches, STUDY_NAMES
+
+    !> The error sources that act. The estimator knows nothing of the switches: its weights stay.
+    type :: error_switches_t
+        logical :: curved_force = .true.
+        !! The non-gravitational acceleration is not linear in time, and the density wave acts
+        logical :: accelerometer_noise = .true.
+        logical :: star_camera_noise = .true.
+        logical :: magnetometer_errors = .true.     !! Noise and bias
+    end type error_switches_t
+
+    !> The five simulations of Figure 6.5, in its order
+    character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
+                                                  'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
+
+contains
+
+    !> The switches of one of STUDY_NAMES; everything acts in one of another name.
+    pure function study_switches(name) result(switches)
+        character(*), intent(in) :: name
+        type(error_switches_t) :: switches
+
+        switches%curved_force = name /= 'linear-ng'
+        switches%accelerometer_noise = name /= 'no-acc-noise'
+        switches%star_camera_noise = name /= 'no-sca-noise'
+        switches%magnetometer_errors = name /= 'no-mag-noise'
+    end function study_switches
+
+    !> The simulator of a case in which only the error sources that are switched on act. Fails as
+    !> `new_simulator` does.
+    subroutine new_switched_simulator(case, switches, simulator, error)
+        type(calibration_case_t), intent(in) :: case
+        type(error_switches_t), intent(in) :: switches
+        type(simulator_t), intent(out) :: simulator
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: switched
+
+        switched = case
+        if (.not. switches%accelerometer_noise) switched%accelerometer%noise_level = 0
+        if (.not. switches%star_camera_noise) then
+            switched%star_camera%catalogue_noise = 0
+            switched%star_camera%measurement_noise = 0
+        end if
+        if (.not. switches%magnetometer_errors) then
+            switched%magnetometer%noise = 0
+            switched%magnetometer%bias = 0
+        end if
+        call new_simulator(switched, simulator, error)
+        if (allocated(error) .or. switches%curved_force) return
+        call straighten_force(simulator%arc)
+        simulator%case%density_wave_random = .false.
+    end subroutine new_switched_simulator
+
+    !> Replaces the non-gravitational acceleration along an arc by its linear fit (least squares).
+    !> Orbit and attitude stay.
+    pure subroutine straighten_force(arc)
+        type(truth_arc_t), intent(inout) :: arc
+
+        real(dp) :: mean(3), slope(3), centred
+        integer :: k
+
+        mean = 0
+        slope = 0
+        do k = 0, arc%steps
+            associate (acting => arc%loads(k))
+                mean = mean + (acting%drag + acting%srp + acting%erp)/(arc%steps + 1)
+            end associate
+        end do
+        do k = 0, arc%steps
+            centred = k - arc%steps/2.0_dp
+            associate (acting => arc%loads(k))
+                slope = slope + centred*(acting%drag + acting%srp + acting%erp - mean)
+            end associate
+        end do
+        ! sum of the squares of n + 1 equally spaced numbers about their mean
+        slope = slope*12/(arc%steps*(arc%steps + 1.0_dp)*(arc%steps + 2.0_dp))
+        do k = 0, arc%steps
+            arc%loads(k)%drag = mean + slope*(k - arc%steps/2.0_dp)
+            arc%loads(k)%srp = 0
+            arc%loads(k)%erp = 0
+        end do
+    end subroutine straighten_force
+end module gracecg_error_sources

@@ -1,0 +1,112 @@
+!> Step 5 of CSR-TM-00-01 section 5.1, which the report did not simulate: adjust the CG offset by the
+!> estimate, and calibrate again until the estimate is small.
+!>
+!> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
+!> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
+module gracecg_trim
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail, add_context
+    use gracecg_text, only: integer_text
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_estimators, only: estimate_offset
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    implicit none
+    private
+    public :: trim_settings_t, trim_round_t, trim_offset
+
+    integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
+
+    type :: trim_settings_t
+        real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
+        integer :: rounds = 10                  !! At most
+        real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
+        real(dp) :: balance_noise = 0           !! Absolute, m
+        integer :: seed = 1                     !! Of the random numbers; the run is the round
+    end type trim_settings_t
+
+    !> One calibration of the trim; body axes, m.
+    type :: trim_round_t
+        real(dp) :: offset(3)       !! True d
+        real(dp) :: estimate(3)
+        real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
+    end type trim_round_t
+
+contains
+
+    !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold,
+    !> or the last one allowed.
+    !>
+    !> Fails when the simulation or an estimate fails, or an estimate does not converge.
+    subroutine trim_offset(case, algorithm, settings, rounds, error)
+        type(calibration_case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), allocatable, intent(out) :: rounds(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: current
+        type(trim_round_t) :: latest
+        integer :: i
+
+        allocate (rounds(0))
+        current = case
+        do i = 1, settings%rounds
+            call calibrate(current, algorithm, settings%seed, i, latest, error)
+            if (allocated(error)) then
+                call add_context(error, 'round '//integer_text(i))
+                return
+            end if
+            rounds = [rounds, latest]
+            if (all(abs(latest%estimate) < settings%threshold)) return
+            current%offset = current%offset - mass_balance(current, settings, i, latest%estimate)
+        end do
+    end subroutine trim_offset
+
+    subroutine calibrate(case, algorithm, seed, run, latest, error)
+        type(calibration_case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        integer, intent(in) :: seed, run
+        type(trim_round_t), intent(out) :: latest
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        integer :: i
+
+        call new_simulator(case, simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, seed, run, observations, error, only_used_head=.true.)
+        if (allocated(error)) return
+        call estimate_offset(algorithm, observations, solution, error)
+        if (allocated(error)) return
+        if (.not. solution%converged) then
+            call fail(error, algorithm//' did not converge: there is no estimate to trim by')
+            return
+        end if
+        latest%offset = case%offset
+        latest%estimate = solution%offset
+        latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end subroutine calibrate
+
+    !> What the mass balancing makes of a wanted change of d.
+    function mass_balance(case, settings, round, wanted) result(done)
+        type(calibration_case_t), intent(in) :: case
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: round
+        real(dp), intent(in) :: wanted(3)       !! m
+        real(dp) :: done(3)                     !! m
+
+        type(random_stream_t) :: stream
+        real(dp) :: relative(3), absolute(3)
+
+        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite == 'front'), round, &
+                            STREAM_BALANCE)
+        call stream%normals(relative)
+        call stream%normals(absolute)
+        done = wanted*(1 + settings%balance_error*relative) + settings%balance_noise*absolute
+    end function mass_balance
+end module gracecg_trim

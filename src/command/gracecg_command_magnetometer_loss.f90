@@ -1,0 +1,191 @@
+!> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
+module gracecg_command_magnetometer_loss
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t
+    use gracecg_version, only: VERSION
+    use gracecg_text, only: integer_text, real_text
+    use gracecg_csv, only: csv_writer_t
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case
+    use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
+        prediction_t, predict_errors
+    use gracecg_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
+    use gracecg_arguments, only: arguments_t
+    use gracecg_console, only: console_t
+    implicit none
+    private
+    public :: declare_magnetometer_loss, run_magnetometer_loss
+
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
+    character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
+    character(8), parameter :: FIELDS(2) = ['measured', 'model   ']     !! Where the field comes from
+    character(5), parameter :: SATELLITES(2) = ['front', 'back ']
+    integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+    real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
+    real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
+    real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
+
+    !> What the user asks for.
+    type :: plan_t
+        character(:), allocatable :: satellite, path
+        integer :: runs = 0, seed = 1, threads = 1
+        real(dp) :: deviation_nt = 0                !! Of the model's error, nT
+    end type plan_t
+
+contains
+
+    subroutine declare_magnetometer_loss(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('magnetometer-loss', '', 0, 0, &
+                                'The RMS error of the CG offset when the magnetometer has failed and the '// &
+                                'field of the spherical harmonic model takes its place, as in Figure 6.6 of '// &
+                                'CSR-TM-00-01: cases 2 and 3, ASCFEST and ASCREST. The model is wrong by a '// &
+                                'constant vector in body axes, drawn for every run.', &
+                                'gracecg magnetometer-loss --runs 20')
+        call arguments%add_option('--runs', 'N', 'of each case (default 100)')
+        call arguments%add_option('--satellite', 'NAME', 'front (default) or back')
+        call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
+                                  'axis, nT (default 150, as in the report)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
+        call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+    end subroutine declare_magnetometer_loss
+
+    subroutine run_magnetometer_loss(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(plan_t) :: plan
+        type(simulator_t) :: simulator
+        type(calibration_case_t) :: case
+        real(dp), dimension(3, size(FIELDS), size(ALGORITHMS), size(NUMBERS)) :: rms, predicted
+        integer :: i, a, f
+
+        call read_plan(arguments, plan, misuse)
+        if (allocated(misuse)) return
+        do i = 1, size(NUMBERS)
+            call report_case(plan%satellite//'-'//NUMBERS(i), case, error)
+            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+            if (allocated(error)) return
+            do a = 1, size(ALGORITHMS)
+                do f = 1, size(FIELDS)
+                    call console%progress('magnetometer-loss: '//trim(case%setup%name)//', '// &
+                                          ALGORITHMS(a)//', '//trim(FIELDS(f))//' field')
+                    call study(simulator, ALGORITHMS(a), FIELDS(f) == 'model', plan, rms(:, f, a, i), &
+                               predicted(:, f, a, i), error)
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+        call show(plan, rms, predicted, console)
+        if (plan%path /= '') call write_file(plan, rms, error)
+    end subroutine run_magnetometer_loss
+
+    subroutine read_plan(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(out) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        call arguments%get('--runs', plan%runs, misuse, default=100, low=1, high=MOST_RUNS)
+        if (.not. allocated(misuse)) call arguments%get('--satellite', plan%satellite, misuse, &
+                                                        default='front', choices=SATELLITES)
+        if (.not. allocated(misuse)) call arguments%get('--field-error', plan%deviation_nt, misuse, &
+                                                        default=REPORT_FIELD_ERROR, low=0.0_dp, &
+                                                        high=MOST_FIELD_ERROR, unit='nT')
+        if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
+        if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+        if (.not. allocated(misuse)) call arguments%get('--out', plan%path, misuse, default='')
+    end subroutine read_plan
+
+    !> RMS errors with measured or modelled field, ours and by theory, mm.
+    subroutine study(simulator, algorithm, with_model, plan, rms, predicted, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm
+        logical, intent(in) :: with_model
+        type(plan_t), intent(in) :: plan
+        real(dp), intent(out) :: rms(3), predicted(3)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(prediction_t) :: prediction
+        integer :: i
+
+        rms = 0
+        if (with_model) then
+            call predict_field_model(simulator, algorithm, plan%deviation_nt*NANOTESLA, predicted, error)
+            if (allocated(error)) return
+            call run_monte_carlo(simulator, algorithm, plan%seed, [(i, i=1, plan%runs)], plan%threads, &
+                                 results, error, field_model_t(plan%deviation_nt*NANOTESLA))
+        else
+            call predict_errors(simulator, algorithm, prediction, error)
+            predicted = prediction%rms
+            if (allocated(error)) return
+            call run_monte_carlo(simulator, algorithm, plan%seed, [(i, i=1, plan%runs)], plan%threads, &
+                                 results, error)
+        end if
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        rms = statistics%rms
+        predicted = predicted/MILLIMETRE
+    end subroutine study
+
+    subroutine show(plan, rms, predicted, console)
+        type(plan_t), intent(in) :: plan
+        real(dp), intent(in) :: rms(:, :, :, :), predicted(:, :, :, :)
+        !! (axis, measured or model, algorithm, case), mm
+        type(console_t), intent(inout) :: console
+
+        character(100) :: row
+        integer :: i, a, f, axis
+
+        call console%line('RMS error of the CG offset, mm: '//integer_text(plan%runs)// &
+                          ' runs; error of the field model '//real_text(plan%deviation_nt)// &
+                          ' nT on each axis')
+        call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
+                          '  z theory')
+        do i = 1, size(NUMBERS)
+            do a = 1, size(ALGORITHMS)
+                do f = 1, size(FIELDS)
+                    write (row, '(a, t10, a, t21, a, t29, 6f10.5)') plan%satellite//'-'//NUMBERS(i), &
+                        ALGORITHMS(a), FIELDS(f), (rms(axis, f, a, i), predicted(axis, f, a, i), axis=1, 3)
+                    call console%line(trim(row))
+                end do
+            end do
+        end do
+    end subroutine show
+
+    subroutine write_file(plan, rms, error)
+        type(plan_t), intent(in) :: plan
+        real(dp), intent(in) :: rms(:, :, :, :)     !! (axis, measured or model, algorithm, case), mm
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i, a, f, axis
+
+        call file%open(plan%path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
+                       [character(80) :: 'gracecg '//VERSION//' magnetometer-loss', 'seed '// &
+                        integer_text(plan%seed)//', error of the field model '// &
+                        real_text(plan%deviation_nt)//' nT'], error)
+        if (allocated(error)) return
+        do i = 1, size(NUMBERS)
+            do a = 1, size(ALGORITHMS)
+                do f = 1, size(FIELDS)
+                    do axis = 1, 3
+                        call file%row([real(plan%runs, dp), rms(axis, f, a, i)], &
+                                      [character(8) :: plan%satellite//'-'//NUMBERS(i), ALGORITHMS(a), &
+                                       FIELDS(f), AXES(axis)])
+                    end do
+                end do
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_file
+end module gracecg_command_magnetometer_loss

@@ -1,0 +1,262 @@
+!> The reduced state and the combined problems: partials against differences, and the agreement of the
+!> four estimators.
+module test_algorithms
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, message_of
+    use gracecg_vectors, only: cross_matrix, identity, unit
+    use gracecg_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
+        quaternion_from_axis_angle
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_preprocessing, only: fitting_data_t, preprocess
+    use gracecg_attitude_fit, only: attitude_fit_t, fitted_small_angles_t, fitted_rotation_t, new_attitude_fit
+    use gracecg_attitude_problem, only: small_angles, small_rotation
+    use gracecg_combined_estimation, only: combined_problem_t, prepare_combined
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
+    use fixture, only: check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_algorithms
+
+contains
+
+    subroutine collect_algorithms(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('small-angles-and-rotation-are-inverse', test_small_angles), &
+                    new_unittest('reduced-transition-against-differences', test_reduced_transition), &
+                    new_unittest('full-combined-partials-against-differences', test_full_partials), &
+                    new_unittest('reduced-combined-partials-against-differences', test_reduced_partials), &
+                    new_unittest('all-agree-on-the-reports-cases', test_agreement)]
+    end subroutine collect_algorithms
+
+    !> Turns about x, y, z one after the other: (4-62) for the sequence 3-2-1. For small angles
+    !> the matrix is I - Pi(u), and (4-70) gives its elements.
+    subroutine test_small_angles(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: u(3), product(3, 3), c(3, 3)
+        integer :: i
+
+        do i = 1, 20
+            u = 1.4_dp*[cos(0.7_dp*i), sin(1.3_dp*i), cos(2.1_dp*i + 0.3_dp)]
+            product = matmul(turn(1, u(1)), matmul(turn(2, u(2)), turn(3, u(3))))
+            c = small_rotation(u)
+            call check(error, maxval(abs(c - product)) < 1e-15_dp, '(4-62)')
+            if (allocated(error)) return
+            call check(error, maxval(abs(matmul(c, transpose(c)) - identity(3))) < 1e-15_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(small_angles(c) - u)) < 1e-14_dp, 'inverse')
+            if (allocated(error)) return
+            u = 1e-5_dp*u
+            call check(error, maxval(abs(small_rotation(u) - (identity(3) - cross_matrix(u)))) < 1e-9_dp)
+            if (allocated(error)) return
+            c = identity(3) - cross_matrix(u)
+            call check(error, maxval(abs(small_angles(c) - [c(2, 3), -c(1, 3), c(1, 2)])) < 1e-9_dp, '(4-70)')
+            if (allocated(error)) return
+        end do
+    end subroutine test_small_angles
+
+    !> Passive rotation about one axis.
+    pure function turn(axis, angle) result(r)
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: angle       !! rad
+        real(dp) :: r(3, 3)
+        integer :: next, last
+
+        next = mod(axis, 3) + 1
+        last = mod(next, 3) + 1
+        r = identity(3)
+        r(next, next) = cos(angle)
+        r(last, last) = cos(angle)
+        r(next, last) = sin(angle)
+        r(last, next) = -sin(angle)
+    end function turn
+
+    !> Small turns and changes of rate at the epoch, and what became of them after a minute.
+    subroutine test_reduced_transition(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STEP(6) = [1e-5_dp, 1e-5_dp, 1e-5_dp, 1e-7_dp, 1e-7_dp, 1e-7_dp]
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(attitude_fit_t) :: fit
+        type(fitted_small_angles_t) :: nominal, changed
+        type(fitted_rotation_t) :: rotation
+        type(error_t), allocatable :: failure
+        real(dp) :: change(6), angles(3, 2), found(3)
+        integer :: i, side, n
+
+        call example(observations, error)
+        if (allocated(error)) return
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        fit = new_attitude_fit(observations%setup%inertia, data%interval, data%torque)
+        n = fit%steps
+        call fit%fit_small_angles(normalised(Q_0), OMEGA_0, nominal, rotation)
+        do i = 1, 6
+            do side = 1, 2
+                change = 0
+                change(i) = merge(STEP(i), -STEP(i), side == 1)
+                call fit%fit_small_angles(turned(normalised(Q_0), change(:3)), OMEGA_0 + change(4:), &
+                                          changed, rotation)
+                angles(:, side) = small_angles(matmul(rotation_matrix(normalised(changed%q(:, n))), &
+                                                      transpose(rotation_matrix(normalised(nominal%q(:, n))))))
+            end do
+            if (i <= 3) then
+                found = nominal%phi_11(:, i, n)
+            else
+                found = nominal%phi_12(:, i - 3, n)
+            end if
+            call check(error, maxval(abs((angles(:, 1) - angles(:, 2))/(2*STEP(i)) - found)) < &
+                       1e-7_dp*maxval(abs(found)))
+            if (allocated(error)) return
+        end do
+    end subroutine test_reduced_transition
+
+    !> The attitude after a turn by small angles: C(zeta) R(q).
+    function turned(q, zeta) result(q_turned)
+        real(dp), intent(in) :: q(4), zeta(3)
+        real(dp) :: q_turned(4)
+
+        q_turned = quaternion_of_matrix(matmul(small_rotation(zeta), rotation_matrix(q)))
+        if (dot_product(q, q_turned) < 0) q_turned = -q_turned
+    end function turned
+
+    subroutine test_full_partials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_partials(error, .false.)
+    end subroutine test_full_partials
+
+    subroutine test_reduced_partials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_partials(error, .true.)
+    end subroutine test_reduced_partials
+
+    !> Residuals change by minus the partials times a change of the state. The nominal state is the
+    !> true one: only there are angles of rotations additive.
+    subroutine check_partials(error, reduced)
+        type(error_type), allocatable, intent(out) :: error
+        logical, intent(in) :: reduced
+
+        type(combined_problem_t) :: nominal, changed
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: partials(:, :), unused(:, :), residuals(:, :), weights(:), differences(:)
+        real(dp) :: step
+        integer :: i, side, n
+
+        call example(observations, error, interval=0.5_dp)
+        if (allocated(error)) return
+        observations%setup%guess_quaternion = normalised(Q_0)
+        observations%setup%guess_angular_velocity = OMEGA_0
+        observations%setup%guess_offset = OFFSET
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call prepare_combined(observations%setup, data, reduced, nominal)
+        nominal%offset_state(4:6) = DRIFT
+        nominal%offset_state(7:9) = BIAS
+        n = nominal%attitude_parameters() + 9
+        allocate (partials(n, nominal%observations), residuals(nominal%observations, 2), &
+                  weights(nominal%observations))
+        unused = partials
+        call nominal%linearise(partials, residuals(:, 1), weights, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(residuals(:nominal%attitude_observations, 1))) < 1e-12_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(residuals(nominal%attitude_observations + 1:, 1))) < 1e-15_dp)
+        do i = 1, n
+            if (allocated(error)) return
+            step = 1e-4_dp*nominal%scales(i)
+            do side = 1, 2
+                changed = nominal
+                call change_state(changed, i, merge(step, -step, side == 1))
+                call changed%linearise(unused, residuals(:, side), weights, failure)
+            end do
+            differences = (residuals(:, 2) - residuals(:, 1))/(2*step)
+            associate (last => nominal%attitude_observations)
+                call check_row(error, partials(i, :last), differences(:last), &
+                               trim(nominal%names(i))//', attitude')
+                if (allocated(error)) return
+                call check_row(error, partials(i, last + 1:), differences(last + 1:), &
+                               trim(nominal%names(i))//', accelerometer')
+            end associate
+        end do
+    end subroutine check_partials
+
+    !> Partials of one parameter against differences; none means none.
+    subroutine check_row(error, partials, differences, name)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in) :: partials(:), differences(:)
+        character(*), intent(in) :: name
+
+        call check(error, maxval(abs(differences - partials)) <= 1e-5_dp*maxval(abs(partials)), name)
+    end subroutine check_row
+
+    !> Adds to one parameter of a combined problem; a quaternion is not normalised again.
+    subroutine change_state(problem, parameter, amount)
+        type(combined_problem_t), intent(inout) :: problem
+        integer, intent(in) :: parameter
+        real(dp), intent(in) :: amount
+
+        real(dp) :: zeta(3)
+        integer :: n
+
+        n = problem%attitude_components()
+        if (parameter > n + 3) then
+            problem%offset_state(parameter - n - 3) = problem%offset_state(parameter - n - 3) + amount
+        else if (parameter > n) then
+            problem%angular_velocity(parameter - n) = problem%angular_velocity(parameter - n) + amount
+        else if (problem%reduced) then
+            zeta = 0
+            zeta(parameter) = amount
+            problem%quaternion = turned(problem%quaternion, zeta)
+        else
+            problem%quaternion(parameter) = problem%quaternion(parameter) + amount
+        end if
+    end subroutine change_state
+
+    !> With the report's weights the star camera alone decides on the attitude, so all four give the
+    !> same offset.
+    subroutine test_agreement(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: first, other
+        type(error_t), allocatable :: failure
+        integer :: i, a
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call report_case(REPORT_CASE_NAMES(i), case, failure)
+            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+            if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
+            if (.not. allocated(failure)) call estimate_offset(ESTIMATOR_NAMES(1), observations, first, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            do a = 2, size(ESTIMATOR_NAMES)
+                call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, other, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//ESTIMATOR_NAMES(a))
+                if (allocated(error)) return
+                call check(error, maxval(abs(other%offset - first%offset)), 0.0_dp, &
+                           REPORT_CASE_NAMES(i)//', '//ESTIMATOR_NAMES(a), thr=1e-9_dp)
+                if (allocated(error)) return
+                call check(error, maxval(abs(other%covariance/first%covariance - 1)) < 1e-3_dp, 'covariance')
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_agreement
+end module test_algorithms
