@@ -12,6 +12,7 @@ module gracecg_command_line
     use gracecg_command_simulate, only: declare_simulate, run_simulate
     use gracecg_command_estimate, only: declare_estimate, run_estimate
     use gracecg_command_montecarlo, only: declare_montecarlo, run_montecarlo
+    use gracecg_command_timing, only: declare_timing, run_timing
     use gracecg_command_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_command_model_star_camera, only: declare_star_camera, run_star_camera
@@ -41,6 +42,8 @@ contains
                       declare_estimate, run_estimate), &
             command_t('montecarlo', 'RMS errors over many calibrations: Tables 6.1 and 6.2', &
                       declare_montecarlo, run_montecarlo), &
+            command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', &
+                      declare_timing, run_timing), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
