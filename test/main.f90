@@ -53,6 +53,7 @@ program tester
     use test_simulation, only: collect_simulation
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
+    use test_orbit_scan, only: collect_orbit_scan
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -110,7 +111,8 @@ program tester
              new_testsuite('verification', collect_verification), &
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('settings', collect_settings), &
-             new_testsuite('algorithms', collect_algorithms)]
+             new_testsuite('algorithms', collect_algorithms), &
+             new_testsuite('orbit-scan', collect_orbit_scan)]
 
     fast = .false.
     suite_name = ''

@@ -12,7 +12,7 @@ module gracecg_report_cases
     use gracecg_calibration_case, only: calibration_case_t
     implicit none
     private
-    public :: report_case, REPORT_CASE_NAMES
+    public :: report_case, REPORT_CASE_NAMES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
 
     character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
                                                        'back-1', 'back-2', 'back-3']

@@ -39,6 +39,7 @@ contains
                     new_unittest('estimate', test_estimate), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('verify', test_verify), &
+                    new_unittest('timing', test_timing), &
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('gravity', test_gravity), &
                     new_unittest('field', test_field), &
@@ -202,10 +203,10 @@ contains
     !> The example of every help works as printed (below the folder of the tests).
     subroutine test_examples(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(9) = [character(17) :: 'verify', 'simulate', &
-                                                  'estimate', 'model gravity', 'model field', &
-                                                  'model density', 'model wind', 'model sun', &
-                                                  'model star-camera']
+        character(*), parameter :: COMMANDS(10) = [character(17) :: 'verify', 'simulate', &
+                                                   'estimate', 'timing', 'model gravity', &
+                                                   'model field', 'model density', 'model wind', &
+                                                   'model sun', 'model star-camera']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
         integer :: i, k, place
@@ -224,6 +225,8 @@ contains
                     place = index(line, 'run1')
                     if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
                     place = index(line, 'curves')
+                    if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
+                    place = index(line, 'timing.csv')
                     if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
                     call succeeds(error, line, output)
                     if (allocated(error)) return
@@ -515,6 +518,43 @@ contains
                      [character(W) :: 'two of the cases'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
     end subroutine test_verify
+
+    !> The file's angular acceleration is what its field gives: rods y and z at 30 A m^2, opposed when
+    !> B_y and B_z have one sign, on the inertia of CSR-TM-00-01 section 5.2.
+    subroutine test_timing(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(13), parameter :: COLUMNS(12) = [character(13) :: &
+            'time_s', 'latitude_deg', 'longitude_deg', 'bx_nt', 'by_nt', 'bz_nt', 'alpha_x', &
+            'alpha_y', 'alpha_z', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm']
+        real(dp), parameter :: INERTIA_X = 70.23_dp     ! kg m^2
+        real(dp), parameter :: BY_PRODUCTS = 2.1e-7_dp
+        ! rad/s^2, what the products of inertia add at most: (3/345.14 + 2.883/388.84)/70.23 30 31e-6
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output
+        real(dp), allocatable :: table(:, :), expected(:)
+
+        call succeeds(error, 'timing --satellite back --step 300 --out '//FOLDER//'back.csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'case 3') > 0 .and. index(output, 'best for y') > 0, output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'back.csv', COLUMNS, table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 19)
+        if (allocated(error)) return
+        call check(error, table(19, 1), 5400.0_dp)
+        if (allocated(error)) return
+        expected = 30*(abs(table(:, 5)) + abs(table(:, 6)))*1e-9_dp/INERTIA_X
+        call check(error, maxval(abs(table(:, 7) - expected)) < BY_PRODUCTS)
+        if (allocated(error)) return
+        call check(error, all(table(:, 10:12) > 0))
+        if (allocated(error)) return
+        call refused(error, 'timing --satellite middle', STATUS_MISUSED, &
+                     [character(W) :: '--satellite', 'front, back'])
+        call refused(error, 'timing --step 0', STATUS_MISUSED, [character(W) :: '--step'])
+        if (allocated(error)) return
+        call succeeds(error, 'timing --step 600', output)
+    end subroutine test_timing
 
     !> Folders that cannot be made or written: below a file, below /proc, or with a folder in the
     !> way.
