@@ -50,6 +50,7 @@ program tester
     use test_verification, only: collect_verification
     use test_simulation, only: collect_simulation
     use test_settings, only: collect_settings
+    use test_faults, only: collect_faults
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -104,7 +105,8 @@ program tester
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('simulation', collect_simulation), &
-             new_testsuite('settings', collect_settings)]
+             new_testsuite('settings', collect_settings), &
+             new_testsuite('faults', collect_faults)]
 
     fast = .false.
     suite_name = ''

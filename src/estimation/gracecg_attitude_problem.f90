@@ -1,8 +1,9 @@
 !> Attitude and angular velocity at the epoch from the star camera: the first part of ASSEST, and the
 !> attitude part of ASCFEST and ASCREST (CSR-TM-00-01 section 4.6).
 !>
-!> Two states are in use. Full: [q(t0), omega(t0)], seven parameters of which six are
-!> independent, since a quaternion has unit length. Reduced: [zeta(t0), d omega(t0)], six: small angles that turn the nominal attitude into the true one.
+!> Two states are in use. Full: [q(t0), omega(t0)], seven parameters of which six are independent,
+!> since a quaternion has unit length. Reduced: [zeta(t0), d omega(t0)], six: small angles that turn
+!> the nominal attitude into the true one.
 module gracecg_attitude_problem
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
