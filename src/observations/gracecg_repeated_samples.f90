@@ -65,8 +65,8 @@ contains
             end do
             kept = pack([(i, i=1, size(times))], new)
             if (all(new)) return
-            call append(warnings, name//': '//integer_text(count(.not. new))// &
-                        ' repeated samples are left out, the first at '// &
+            call append(warnings, name//': repeated samples are left out: '// &
+                        integer_text(count(.not. new))//', the first at '// &
                         number_text(times(findloc(new, .false., 1)))//' s')
         end subroutine find_kept
     end subroutine drop_repeated_samples

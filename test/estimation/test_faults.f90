@@ -487,13 +487,13 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(solution%offset - reference%solution(1)%offset)), 0.0_dp)
         if (allocated(error)) return
-        call warned(error, solution%warnings, [character(W) :: 'accelerometer: 2 repeated', 'at 10 s'])
+        call warned(error, solution%warnings, [character(W) :: 'accelerometer: repeated', ': 2,', 'at 10 s'])
         if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'magnetometer: 1 repeated', 'at 1 s'])
+            call warned(error, solution%warnings, [character(W) :: 'magnetometer: repeated', ': 1,', 'at 1 s'])
         if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'star camera: 2 repeated', 'at 20 s'])
+            call warned(error, solution%warnings, [character(W) :: 'star camera: repeated', ': 2,', 'at 20 s'])
         if (.not. allocated(error)) &
-            call warned(error, solution%warnings, [character(W) :: 'orbit: 1 repeated', 'at 60 s'])
+            call warned(error, solution%warnings, [character(W) :: 'orbit: repeated', ': 1,', 'at 60 s'])
     end subroutine test_repeated
 
     !> Two samples of one time that differ.
