@@ -54,6 +54,7 @@ program tester
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
+    use test_faults, only: collect_faults
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -112,7 +113,8 @@ program tester
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
-             new_testsuite('orbit-scan', collect_orbit_scan)]
+             new_testsuite('orbit-scan', collect_orbit_scan), &
+             new_testsuite('faults', collect_faults)]
 
     fast = .false.
     suite_name = ''

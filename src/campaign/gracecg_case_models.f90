@@ -56,7 +56,8 @@ contains
         state = [case%position, case%velocity, case%angular_velocity, case%quaternion]
     end function initial_state
 
-    !> What the operator knows: the case's setup with the instruments' nominal performance.
+    !> What the operator knows: the case's setup with the instruments' nominal performance, and the
+    !> field model of the case to stand in for the magnetometer (IGRF-14 for one from a file).
     function operator_setup(case) result(setup)
         type(calibration_case_t), intent(in) :: case
         type(calibration_setup_t) :: setup
@@ -68,6 +69,9 @@ contains
         setup%accelerometer_psd_level = case%accelerometer%noise_level
         setup%accelerometer_psd_corner = case%accelerometer%noise_corner
         setup%accelerometer_psd_sides = case%accelerometer%noise_sides
+        setup%sidereal_angle = sidereal_angle_at_epoch(case)
+        setup%field_model = case%field_model
+        if (case%field_model == 'file') setup%field_model = 'igrf14'
         do head = 1, N_HEADS
             setup%mounting(:, head) = case%star_camera%mounting(head)
         end do
@@ -90,11 +94,7 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
 
         associate (epoch => case%setup%epoch)
-            if (case%earth_rotation == 'given') then
-                dynamics%sidereal_angle = case%sidereal_angle
-            else
-                dynamics%sidereal_angle = gmst_1982(epoch, case%ut1_minus_utc)
-            end if
+            dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
             dynamics%day_of_year = day_of_year(epoch)
             dynamics%julian_centuries_tt = julian_centuries_tt(epoch)
@@ -102,6 +102,17 @@ contains
                                            (MJD_TO_JD - EARTH_RADIATION_EPOCH_JD)
         end associate
     end subroutine set_time
+
+    !> Of Greenwich, rad.
+    pure real(dp) function sidereal_angle_at_epoch(case) result(angle)
+        type(calibration_case_t), intent(in) :: case
+
+        if (case%earth_rotation == 'given') then
+            angle = case%sidereal_angle
+        else
+            angle = gmst_1982(case%setup%epoch, case%ut1_minus_utc)
+        end if
+    end function sidereal_angle_at_epoch
 
     subroutine set_mass(case, dynamics, error)
         type(calibration_case_t), intent(in) :: case

@@ -63,7 +63,7 @@ contains
         call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) call estimate_offset(algorithm, observations, solution, error)
         if (allocated(error)) return
-        call warn(observations%setup, console)
+        call warn(observations%setup, solution, console)
         if (output_format == 'csv') then
             call print_csv(solution, console, error)
         else
@@ -75,11 +75,17 @@ contains
                   'and guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
     end subroutine run_estimate
 
-    !> What the formal errors leave out.
-    subroutine warn(setup, console)
+    !> What the estimator had to bridge, and what the formal errors leave out.
+    subroutine warn(setup, solution, console)
         type(calibration_setup_t), intent(in) :: setup
+        type(calibration_solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
+        integer :: i
+
+        do i = 1, size(solution%warnings)
+            call console%message('warning: '//solution%warnings(i)%text)
+        end do
         if (.not. all(setup%accelerometer_psd_level > 0)) &
             call console%message('warning: the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')

@@ -89,17 +89,17 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(console_t), intent(inout) :: console
 
-        integer :: samples(3), i
+        integer :: samples(4), i
 
         samples = [size(observations%accelerometer_time), size(observations%star_camera_time), &
-                   size(observations%magnetometer_time)]
+                   size(observations%magnetometer_time), size(observations%orbit_time)]
         call console%line('written to '//folder//':')
         call console%line('  '//TRUTH_FILE//'          the true arc')
-        do i = 1, 3
+        do i = 1, size(samples)
             call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(samples(i))// &
-                              ' samples')
+                              trim(merge(' positions', ' samples  ', i == 4)))
         end do
-        call console%line('  '//OBSERVATION_FILES(4)//'  what the operator knows')
+        call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
         call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')
     end subroutine report
 end module gracecg_command_simulate

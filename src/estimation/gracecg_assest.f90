@@ -12,6 +12,7 @@ module gracecg_assest
     use gracecg_offset_problem, only: offset_problem_t, prepare_offset
     use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
     implicit none
     private
@@ -21,14 +22,15 @@ contains
 
     !> ASSEST with the angular velocity from Full (FDE) or Reduced Dimension Estimation (RDE).
     !>
-    !> Fails when the observations are refused or a normal matrix is singular.
+    !> Fails when the observations are refused or a normal matrix is singular, and, with the
+    !> covariance, when the satellite did not turn as the torque rods should have made it.
     subroutine estimate_assest(observations, reduced, solution, error, with_covariance)
         type(observation_set_t), intent(in) :: observations
         logical, intent(in) :: reduced          !! RDE instead of FDE
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_covariance
-        !! Compute solution%covariance; it costs as much as the estimate itself
+        !! Compute solution%covariance and check the torque; it costs as much as the estimate itself
 
         type(attitude_problem_t) :: attitude
         type(offset_problem_t) :: offset
@@ -39,7 +41,9 @@ contains
 
         solution%algorithm = merge('assest-rde', 'assest-fde', reduced)
         call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
+        solution%warnings = data%warnings
         call prepare_attitude(observations%setup, data, reduced, attitude)
         call process_batch(attitude, settings, attitude_batch, error)
         if (allocated(error)) then
@@ -62,6 +66,7 @@ contains
         if (with_covariance) then
             call propagate_noise(observations%setup, attitude, attitude_batch, offset, offset_batch, &
                                  solution%covariance, error)
+            if (.not. allocated(error)) call check_torque(observations%setup, attitude, solution%warnings, error)
         end if
     end subroutine estimate_assest
 
@@ -99,8 +104,7 @@ contains
         rate_gain = matmul(attitude_batch%inverse(n + 1:n + 3, :), attitude_batch%gain)
         rate_covariance = star_noise_covariance( &
                           attitude%quaternion_gain(rate_gain), attitude%data%attitude_source, &
-                          setup%star_camera_sigma, setup%mounting(:, setup%camera), &
-                          attitude%data%star_quaternion)
+                          setup%star_camera_sigma, setup%mounting, attitude%data%stars)
         covariance = covariance + matmul(rate_to_offset, matmul(rate_covariance, transpose(rate_to_offset)))
     end subroutine propagate_noise
 end module gracecg_assest

@@ -1,6 +1,7 @@
 !> The result of an estimator, the same for all of them.
 module gracecg_calibration_solution
     use gracecg_kinds, only: dp
+    use gracecg_text, only: string_t
     implicit none
     private
     public :: calibration_solution_t, store_offset
@@ -22,6 +23,8 @@ module gracecg_calibration_solution
         !! Of the normal matrix with unit diagonal: of the offset's in ASSEST, of the whole one in
         !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
+        type(string_t), allocatable :: warnings(:)
+        !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
     end type calibration_solution_t
 
 contains

@@ -11,6 +11,7 @@ module gracecg_combined_estimation
     use gracecg_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, offset_scales
     use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
     implicit none
     private
@@ -31,13 +32,14 @@ contains
 
     !> ASCFEST (full) or ASCREST (reduced).
     !>
-    !> Fails when the observations are refused or the normal matrix is singular.
+    !> Fails when the observations are refused or the normal matrix is singular, and, with the
+    !> covariance, when the satellite did not turn as the torque rods should have made it.
     subroutine estimate_combined(observations, reduced, solution, error, with_covariance)
         type(observation_set_t), intent(in) :: observations
         logical, intent(in) :: reduced          !! ASCREST instead of ASCFEST
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_covariance  !! Compute solution%covariance
+        logical, intent(in) :: with_covariance  !! Compute solution%covariance and check the torque
 
         type(combined_problem_t) :: problem
         type(fitting_data_t) :: data
@@ -46,7 +48,9 @@ contains
 
         solution%algorithm = merge('ascrest', 'ascfest', reduced)
         call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
+        solution%warnings = data%warnings
         call prepare_combined(observations%setup, data, reduced, problem)
         call process_batch(problem, settings, batch, error)
         if (allocated(error)) then
@@ -61,6 +65,7 @@ contains
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (with_covariance) then
             call propagate_noise(observations%setup, problem, batch, solution%covariance, error)
+            if (.not. allocated(error)) call check_torque(observations%setup, problem, solution%warnings, error)
         end if
     end subroutine estimate_combined
 
@@ -139,7 +144,7 @@ contains
         if (allocated(error)) return
         covariance = covariance + star_noise_covariance( &
                      problem%quaternion_gain(gain(:, :problem%attitude_observations)), &
-                     problem%data%attitude_source, setup%star_camera_sigma, &
-                     setup%mounting(:, setup%camera), problem%data%star_quaternion)
+                     problem%data%attitude_source, setup%star_camera_sigma, setup%mounting, &
+                     problem%data%stars)
     end subroutine propagate_noise
 end module gracecg_combined_estimation

@@ -5,9 +5,10 @@ module gracecg_noise_propagation
     use gracecg_error, only: error_t
     use gracecg_quaternion, only: rotation_matrix
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observation_set, only: calibration_setup_t
+    use gracecg_observation_set, only: calibration_setup_t, HEADS
     use gracecg_attitude_fit, only: kinematic_partials
-    use gracecg_preprocessing, only: interpolation_t
+    use gracecg_interpolation, only: interpolation_t
+    use gracecg_star_attitude, only: star_attitude_t
     implicit none
     private
     public :: stationary_noise_covariance, accelerometer_noise_covariance, star_noise_covariance
@@ -61,17 +62,17 @@ contains
 
     !> The same for white star-camera noise that reaches the estimator through linearly interpolated
     !> quaternions (CSR-TM-00-01 section 4.5): neighbouring pseudo-observations share samples.
-    pure function star_noise_covariance(gain, source, sigma, mounting, star_quaternion) result(covariance)
+    pure function star_noise_covariance(gain, source, sigma, mounting, stars) result(covariance)
         real(dp), intent(in) :: gain(:, :, :)           !! N^-1 W H: parameters x 4 x pseudo-observations
         type(interpolation_t), intent(in) :: source(:)  !! Origin of each pseudo-observation
-        real(dp), intent(in) :: sigma(3)                !! About the camera's axes, rad
-        real(dp), intent(in) :: mounting(4)             !! Quaternion body to camera
-        real(dp), intent(in) :: star_quaternion(:, :)   !! (4, samples), inertial to body
+        real(dp), intent(in) :: sigma(3)                !! About the axes of either camera, rad
+        real(dp), intent(in) :: mounting(4, HEADS)      !! Quaternions body to camera
+        type(star_attitude_t), intent(in) :: stars
         real(dp) :: covariance(size(gain, 1), size(gain, 1))
 
-        real(dp) :: sample_gain(size(gain, 1), 4, size(star_quaternion, 2))
-        real(dp) :: to_camera_sigma(3, 3), spread_gain(size(gain, 1), 3)
-        integer :: i, s
+        real(dp) :: sample_gain(size(gain, 1), 4, size(stars%quaternion, 2))
+        real(dp) :: to_body_sigma(3, 3, HEADS), spread_gain(size(gain, 1), 3)
+        integer :: i, s, head
 
         sample_gain = 0
         do i = 1, size(source)
@@ -81,11 +82,13 @@ contains
         end do
         ! a small turn theta in body axes changes q by kinematic_partials(q) theta; theta in body
         ! axes is the transposed mounting times theta in camera axes
-        to_camera_sigma = transpose(rotation_matrix(mounting))*spread(sigma, 1, 3)
+        do head = 1, HEADS
+            to_body_sigma(:, :, head) = transpose(rotation_matrix(mounting(:, head)))*spread(sigma, 1, 3)
+        end do
         covariance = 0
-        do s = 1, size(star_quaternion, 2)
-            spread_gain = matmul(sample_gain(:, :, s), &
-                                 matmul(kinematic_partials(star_quaternion(:, s)), to_camera_sigma))
+        do s = 1, size(stars%quaternion, 2)
+            spread_gain = matmul(sample_gain(:, :, s), matmul(kinematic_partials(stars%quaternion(:, s)), &
+                                                              to_body_sigma(:, :, stars%head(s))))
             covariance = covariance + matmul(spread_gain, transpose(spread_gain))
         end do
     end function star_noise_covariance

@@ -1,23 +1,26 @@
 !> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv,
-!> and setup.nml with what the operator knows.
+!> orbit.csv, and setup.nml with what the operator knows. A series without samples has no file; the
+!> orbit may be missing, and with an orbit the magnetometer.
 module gracecg_observation_files
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, fail_in_file, add_context
     use gracecg_text, only: string_t, join, real_text, integer_text
-    use gracecg_file, only: directory_exists, make_directory, remove_file, text_file_t, &
-        read_text_file
+    use gracecg_file, only: directory_exists, file_exists, make_directory, remove_file, &
+        text_file_t, read_text_file
     use gracecg_csv, only: read_csv, csv_writer_t
     use gracecg_settings, only: settings_t, settings_reader_t, settings_writer_t
     use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t, check_observations, &
-        describe_manoeuvre, describe_instruments, describe_estimation, HEADS, SAMPLE_TOLERANCE
+        describe_manoeuvre, describe_instruments, describe_estimation, has_orbit, HEADS, &
+        SAMPLE_TOLERANCE
     implicit none
     private
     public :: write_observations, read_observations, OBSERVATION_FILES
 
-    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, SETUP_NAMELIST = 4
-    character(17), parameter :: OBSERVATION_FILES(4) = [character(17) :: &
-        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'setup.nml']
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
+    integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
 
     character(6), parameter :: ACCELEROMETER_COLUMNS(4) = &
         [character(6) :: 'time_s', 'ax', 'ay', 'az']
@@ -25,6 +28,8 @@ module gracecg_observation_files
         [character(6) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
     character(6), parameter :: MAGNETOMETER_COLUMNS(4) = &
         [character(6) :: 'time_s', 'bx', 'by', 'bz']
+    character(6), parameter :: ORBIT_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'rx', 'ry', 'rz']
 
     !> The rows of a file, and where they stand in it.
     type :: series_t
@@ -36,15 +41,15 @@ module gracecg_observation_files
 contains
 
     !> Writes an observation set into a folder, which is made if it is not there. After a failure
-    !> (the folder cannot be made, the disk is full, a value is not finite) none of the four files
-    !> stands, or those of before still do.
+    !> (the folder cannot be made, the disk is full, a value is not finite) none of the files stands,
+    !> or those of before still do.
     subroutine write_observations(folder, observations, comments, error)
         character(*), intent(in) :: folder
         type(observation_set_t), intent(in) :: observations
         character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: tables(3)
+        type(csv_writer_t) :: tables(TABLE_COUNT)
         integer :: i
 
         call make_directory(folder, error)
@@ -52,7 +57,7 @@ contains
         call open_tables(folder, comments, tables, error)
         if (.not. allocated(error)) then
             call write_rows(observations, tables)
-            call commit_all(folder, observations%setup, comments, tables, error)
+            call commit_all(folder, observations, comments, tables, error)
         end if
         do i = 1, size(tables)
             call tables(i)%discard()
@@ -61,7 +66,7 @@ contains
 
     subroutine open_tables(folder, comments, tables, error)
         character(*), intent(in) :: folder, comments(:)
-        type(csv_writer_t), intent(inout) :: tables(3)
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
         type(error_t), allocatable, intent(out) :: error
 
         call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), &
@@ -72,11 +77,13 @@ contains
         if (allocated(error)) return
         call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), &
                                        join(MAGNETOMETER_COLUMNS, ','), comments, error)
+        if (allocated(error)) return
+        call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), comments, error)
     end subroutine open_tables
 
     subroutine write_rows(observations, tables)
         type(observation_set_t), intent(in) :: observations
-        type(csv_writer_t), intent(inout) :: tables(3)
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
 
         integer :: i
 
@@ -93,27 +100,35 @@ contains
             call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
                                            observations%field(:, i)])
         end do
+        if (.not. has_orbit(observations)) return
+        do i = 1, size(observations%orbit_time)
+            call tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
+        end do
     end subroutine write_rows
 
-    !> Gives the files their names. When one fails, those that have theirs are removed again.
-    subroutine commit_all(folder, setup, comments, tables, error)
+    !> Gives the files their names. When one fails, those that have theirs are removed again. Of a
+    !> series without samples no file stands, not even an older one.
+    subroutine commit_all(folder, observations, comments, tables, error)
         character(*), intent(in) :: folder, comments(:)
-        type(calibration_setup_t), intent(in) :: setup
-        type(csv_writer_t), intent(inout) :: tables(3)
+        type(observation_set_t), intent(in) :: observations
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
         type(error_t), allocatable, intent(out) :: error
 
+        logical :: filled(TABLE_COUNT)
         integer :: i, committed
 
+        filled = [size(observations%accelerometer_time), size(observations%star_camera_time), &
+                  size(observations%magnetometer_time), 0] > 0
+        filled(ORBIT) = has_orbit(observations)
         committed = 0
         do i = 1, size(tables)
-            call tables(i)%commit(error)
+            if (filled(i)) call tables(i)%commit(error)
             if (allocated(error)) exit
             committed = i
         end do
-        if (.not. allocated(error)) call write_setup(folder, setup, comments, error)
-        if (.not. allocated(error)) return
+        if (.not. allocated(error)) call write_setup(folder, observations%setup, comments, error)
         do i = 1, committed
-            call remove_file(path_of(folder, i))
+            if (allocated(error) .or. .not. filled(i)) call remove_file(path_of(folder, i))
         end do
     end subroutine commit_all
 
@@ -147,15 +162,14 @@ contains
     !> Reads an observation set from its folder.
     !>
     !> Fails, naming file and line, when a file is missing or cuts off in mid-line, a header
-    !> differs, a value is not a finite number, times do not increase, a camera is none, a
-    !> quaternion is not of unit length, or the setup is refused; and when a series does not reach
-    !> from the beginning to the end of the arc.
+    !> differs, a value is not a finite number, times go back or two samples of one time differ, a
+    !> camera is none, a quaternion is not of unit length, or the setup is refused; and when a series
+    !> does not reach from the beginning to the end of the arc. With an orbit the magnetometer need
+    !> not: a model stands in.
     subroutine read_observations(folder, observations, error)
         character(*), intent(in) :: folder
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
-
-        type(series_t) :: series
 
         if (.not. directory_exists(folder)) then
             call fail(error, trim(folder)// &
@@ -163,36 +177,89 @@ contains
             return
         end if
         call read_setup(folder, observations%setup, error)
+        if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
+        if (.not. allocated(error)) call read_orbit(folder, observations, error)
+        if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
+        if (.not. allocated(error)) call read_star_camera(folder, observations, error)
         if (allocated(error)) return
-        associate (setup => observations%setup)
-            call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
-            if (.not. allocated(error)) call check_times(series, error)
-            if (.not. allocated(error)) &
-                call check_coverage(series, setup%accelerometer_interval, setup%duration, error)
-            if (allocated(error)) return
-            observations%accelerometer_time = series%table(:, 1)
-            observations%acceleration = transpose(series%table(:, 2:4))
-
-            call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
-            if (.not. allocated(error)) call check_times(series, error)
-            if (.not. allocated(error)) &
-                call check_coverage(series, setup%magnetometer_interval, setup%duration, error)
-            if (allocated(error)) return
-            observations%magnetometer_time = series%table(:, 1)
-            observations%field = transpose(series%table(:, 2:4))
-
-            call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
-            if (.not. allocated(error)) call check_star_camera(series, error)
-            if (.not. allocated(error)) &
-                call check_coverage(series, setup%star_camera_interval, setup%duration, error)
-            if (allocated(error)) return
-            observations%star_camera_time = series%table(:, 1)
-            observations%star_camera_head = nint(series%table(:, 2))
-            observations%quaternion = transpose(series%table(:, 3:6))
-        end associate
         call check_observations(observations, error)
         call add_context(error, trim(folder))
     end subroutine read_observations
+
+    subroutine read_accelerometer(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (.not. allocated(error)) &
+            call check_coverage(series, observations%setup%accelerometer_interval, &
+                                observations%setup%duration, error)
+        if (allocated(error)) return
+        observations%accelerometer_time = series%table(:, 1)
+        observations%acceleration = transpose(series%table(:, 2:4))
+    end subroutine read_accelerometer
+
+    subroutine read_orbit(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        if (.not. file_exists(path_of(folder, ORBIT))) return
+        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (allocated(error)) return
+        observations%orbit_time = series%table(:, 1)
+        observations%orbit_position = transpose(series%table(:, 2:4))
+    end subroutine read_orbit
+
+    subroutine read_magnetometer(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        if (has_orbit(observations) .and. .not. file_exists(path_of(folder, MAGNETOMETER))) then
+            allocate (observations%magnetometer_time(0), observations%field(3, 0))
+            return
+        end if
+        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (.not. allocated(error) .and. .not. has_orbit(observations)) then
+            call check_coverage(series, observations%setup%magnetometer_interval, &
+                                observations%setup%duration, error)
+            if (allocated(error)) error%message = error%message// &
+                '. If the magnetometer failed, add '//trim(OBSERVATION_FILES(ORBIT))// &
+                ': a field model then stands in'
+        end if
+        if (allocated(error)) return
+        observations%magnetometer_time = series%table(:, 1)
+        observations%field = transpose(series%table(:, 2:4))
+    end subroutine read_magnetometer
+
+    subroutine read_star_camera(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_star_camera(series, error)
+        if (.not. allocated(error)) &
+            call check_coverage(series, observations%setup%star_camera_interval, &
+                                observations%setup%duration, error)
+        if (allocated(error)) return
+        observations%star_camera_time = series%table(:, 1)
+        observations%star_camera_head = nint(series%table(:, 2))
+        observations%quaternion = transpose(series%table(:, 3:6))
+    end subroutine read_star_camera
 
     subroutine read_setup(folder, setup, error)
         character(*), intent(in) :: folder
@@ -234,6 +301,7 @@ contains
         end if
     end subroutine read_series
 
+    !> Times must increase; a row that is given twice, alike, may pass.
     subroutine check_times(series, error)
         type(series_t), intent(in) :: series
         type(error_t), allocatable, intent(out) :: error
@@ -242,20 +310,30 @@ contains
 
         do i = 2, size(series%table, 1)
             if (series%table(i, 1) > series%table(i - 1, 1)) cycle
+            if (same_rows(series, i, i - 1)) cycle
             call fail_not_increasing(series, i, series%table(i - 1, 1), error)
             return
         end do
     end subroutine check_times
 
-    !> Camera numbers, unit quaternions, and times that increase for each camera.
+    pure logical function same_rows(series, i, k)
+        type(series_t), intent(in) :: series
+        integer, intent(in) :: i, k
+
+        same_rows = all(abs(series%table(i, :) - series%table(k, :)) <= 0)
+    end function same_rows
+
+    !> Camera numbers, unit quaternions, and times that increase for each camera; a row that is given
+    !> twice, alike, may pass.
     subroutine check_star_camera(series, error)
         type(series_t), intent(in) :: series
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: previous(HEADS), length
+        real(dp) :: length
+        integer :: previous(HEADS)      ! row of each head; 0: none yet
         integer :: i, head
 
-        previous = -huge(1.0_dp)
+        previous = 0
         do i = 1, size(series%table, 1)
             associate (time => series%table(i, 1), camera => series%table(i, 2))
                 head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
@@ -266,11 +344,14 @@ contains
                                       integer_text(HEADS))
                     return
                 end if
-                if (.not. time > previous(head)) then
-                    call fail_not_increasing(series, i, previous(head), error)
-                    return
+                if (previous(head) > 0) then
+                    if (time <= series%table(previous(head), 1) .and. &
+                        .not. same_rows(series, i, previous(head))) then
+                        call fail_not_increasing(series, i, series%table(previous(head), 1), error)
+                        return
+                    end if
                 end if
-                previous(head) = time
+                previous(head) = i
             end associate
             length = norm2(series%table(i, 3:6))
             if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle

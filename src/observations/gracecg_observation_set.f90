@@ -3,7 +3,7 @@
 !> It holds what the instruments delivered and what an operator knows. It never holds the truth.
 module gracecg_observation_set
     use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE
+    use gracecg_constants, only: DEGREE, EARTH_RADIUS_IGRF
     use gracecg_error, only: error_t, fail, number_text
     use gracecg_text, only: integer_text
     use gracecg_settings, only: settings_t, FULL_RANGE
@@ -13,10 +13,12 @@ module gracecg_observation_set
         MAX_DIPOLE
     implicit none
     private
-    public :: observation_set_t, calibration_setup_t, check_observations, HEADS, SAMPLE_TOLERANCE
+    public :: observation_set_t, calibration_setup_t, check_observations, has_orbit
+    public :: HEADS, SAMPLE_TOLERANCE, NO_FIELD_MODEL
     public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
+    character(*), parameter :: NO_FIELD_MODEL = 'none'
 
     !> What an operator knows of the satellite, the manoeuvre and the instruments.
     type :: calibration_setup_t
@@ -35,6 +37,9 @@ module gracecg_observation_set
         real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
         integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
         real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
+        character(16) :: field_model = NO_FIELD_MODEL
+        !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
+        real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
         real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
         real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
         real(dp) :: guess_offset(3) = 0                 !! d*, m
@@ -43,7 +48,8 @@ module gracecg_observation_set
         real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
     end type calibration_setup_t
 
-    !> Samples of the three instruments. Times are seconds from the epoch.
+    !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
+    !> in for a lost magnetometer. Times are seconds from the epoch.
     type :: observation_set_t
         type(calibration_setup_t) :: setup
         real(dp), allocatable :: accelerometer_time(:)  !! (n)
@@ -53,6 +59,8 @@ module gracecg_observation_set
         real(dp), allocatable :: quaternion(:, :)       !! (4, p), inertial to camera, scalar last
         real(dp), allocatable :: magnetometer_time(:)   !! (r)
         real(dp), allocatable :: field(:, :)            !! (3, r), body axes, T
+        real(dp), allocatable :: orbit_time(:)          !! (s); not allocated or empty: no orbit known
+        real(dp), allocatable :: orbit_position(:, :)   !! (3, s), inertial J2000, m
     end type observation_set_t
 
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
@@ -132,7 +140,8 @@ contains
         if (n == 0) rods%count = 0
     end subroutine describe_rods
 
-    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer.
+    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
+    !> geomagnetic_field.
     subroutine describe_instruments(settings, setup)
         class(settings_t), intent(inout) :: settings
         type(calibration_setup_t), intent(inout) :: setup
@@ -163,6 +172,12 @@ contains
         call settings%end_group()
         call settings%group('magnetometer', 'Magnetometer')
         call settings%real_value('interval', setup%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%end_group()
+        call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
+        call settings%text_value('model', setup%field_model, 'of the field; needs the orbit', &
+                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
+        call settings%real_value('sidereal_angle_deg', setup%sidereal_angle, -360.0_dp, 360.0_dp, &
+                                 'deg, of Greenwich at the epoch', DEGREE, 'deg')
         call settings%end_group()
     end subroutine describe_instruments
 
@@ -202,44 +217,27 @@ contains
         end if
     end subroutine check_quaternion
 
-    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that do not
-    !> increase, quaternions that are not unit, an impossible inertia tensor.
+    !> True when the set has an orbit.
+    pure logical function has_orbit(observations)
+        type(observation_set_t), intent(in) :: observations
+
+        has_orbit = allocated(observations%orbit_time)
+        if (has_orbit) has_orbit = size(observations%orbit_time) > 0
+    end function has_orbit
+
+    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
+    !> two different samples of one time, quaternions that are not unit, an impossible inertia tensor.
+    !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit.
     subroutine check_observations(observations, error)
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: head
-
         call check_sizes(observations, error)
-        if (allocated(error)) return
-        call check_series('accelerometer', observations%accelerometer_time, &
-                          observations%acceleration, error)
-        if (allocated(error)) return
-        call check_series('magnetometer', observations%magnetometer_time, observations%field, error)
-        if (allocated(error)) return
-        do head = 1, HEADS
-            if (.not. any(observations%star_camera_head == head)) cycle
-            call check_series('star camera '//integer_text(head), &
-                              pack(observations%star_camera_time, observations%star_camera_head == head), &
-                              observations%quaternion, error)
-            if (allocated(error)) return
-        end do
-        associate (setup => observations%setup)
-            if (.not. any(observations%star_camera_head == setup%camera)) then
-                call fail(error, 'there are no star-camera samples of head '// &
-                          integer_text(setup%camera)//', the head that the setup names')
-            else if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
-                call fail(error, 'star camera: a quaternion is not of unit length')
-            else if (.not. setup%duration > 0) then
-                call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
-            else if (.not. min(setup%accelerometer_interval, setup%star_camera_interval, &
-                               setup%magnetometer_interval) > 0) then
-                call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
-                          'magnetometer must be positive')
-            else
-                call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia), error)
-            end if
-        end associate
+        if (.not. allocated(error)) call check_setup(observations%setup, error)
+        if (.not. allocated(error)) call check_accelerometer(observations, error)
+        if (.not. allocated(error)) call check_magnetometer(observations, error)
+        if (.not. allocated(error)) call check_star_camera(observations, error)
+        if (.not. allocated(error) .and. has_orbit(observations)) call check_orbit(observations, error)
     end subroutine check_observations
 
     !> Fails unless every time tag has its sample.
@@ -252,7 +250,8 @@ contains
                    allocated(observations%magnetometer_time) .and. allocated(observations%field) .and. &
                    allocated(observations%star_camera_time) .and. &
                    allocated(observations%star_camera_head) .and. &
-                   allocated(observations%quaternion))) then
+                   allocated(observations%quaternion)) .or. &
+            (allocated(observations%orbit_time) .neqv. allocated(observations%orbit_position))) then
             call fail(error, 'the samples of an instrument are missing altogether')
             return
         end if
@@ -262,6 +261,8 @@ contains
         call compare('star camera', size(observations%star_camera_time), size(observations%quaternion, 2))
         call compare('star camera, heads', size(observations%star_camera_time), &
                      size(observations%star_camera_head))
+        if (allocated(observations%orbit_time)) &
+            call compare('orbit', size(observations%orbit_time), size(observations%orbit_position, 2))
 
     contains
 
@@ -270,10 +271,103 @@ contains
             integer, intent(in) :: times, samples
 
             if (allocated(error) .or. times == samples) return
-            call fail(error, name//': '//number_text(real(times, dp))//' time tags, but '// &
-                      number_text(real(samples, dp))//' samples')
+            call fail(error, name//': '//integer_text(times)//' time tags, but '// &
+                      integer_text(samples)//' samples')
         end subroutine compare
     end subroutine check_sizes
+
+    subroutine check_setup(setup, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. setup%duration > 0) then
+            call fail(error, 'duration = '//number_text(setup%duration)//' s must be positive')
+        else if (.not. min(setup%accelerometer_interval, setup%star_camera_interval, &
+                           setup%magnetometer_interval) > 0) then
+            call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
+                      'magnetometer must be positive')
+        else if (setup%camera < 1 .or. setup%camera > HEADS) then
+            call fail(error, 'star camera: head '//integer_text(setup%camera)//' does not exist')
+        else
+            call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia), error)
+        end if
+    end subroutine check_setup
+
+    subroutine check_accelerometer(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (size(observations%accelerometer_time) < 2) then
+            call fail(error, 'accelerometer: fewer than two samples')
+            return
+        end if
+        call check_series('accelerometer', observations%accelerometer_time, &
+                          observations%acceleration, error)
+    end subroutine check_accelerometer
+
+    subroutine check_magnetometer(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (size(observations%magnetometer_time) < 2 .and. .not. has_orbit(observations)) then
+            call fail(error, 'magnetometer: fewer than two samples, and no orbit along which a '// &
+                      'field model could stand in')
+            return
+        end if
+        call check_series('magnetometer', observations%magnetometer_time, observations%field, error)
+    end subroutine check_magnetometer
+
+    !> Each head is a series of its own. One head may be lost altogether.
+    subroutine check_star_camera(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: head, i
+
+        associate (times => observations%star_camera_time, heads_of => observations%star_camera_head)
+            if (size(times) < 2) then
+                call fail(error, 'star camera: fewer than two samples')
+                return
+            else if (any(heads_of < 1 .or. heads_of > HEADS)) then
+                call fail(error, 'star camera: a sample of a head that does not exist; there are '// &
+                          integer_text(HEADS))
+                return
+            end if
+            do head = 1, HEADS
+                associate (own => pack([(i, i=1, size(times))], heads_of == head))
+                    call check_series('star camera '//integer_text(head), times(own), &
+                                      observations%quaternion(:, own), error)
+                end associate
+                if (allocated(error)) return
+            end do
+        end associate
+        if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
+            call fail(error, 'star camera: a quaternion is not of unit length')
+        end if
+    end subroutine check_star_camera
+
+    subroutine check_orbit(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: FEWEST = 4        ! of the interpolation
+        integer :: lowest
+
+        associate (times => observations%orbit_time, position => observations%orbit_position)
+            if (size(times) < FEWEST) then
+                call fail(error, 'orbit: '//integer_text(size(times))//' positions, at least '// &
+                          integer_text(FEWEST)//' are needed')
+                return
+            end if
+            call check_series('orbit', times, position, error)
+            if (allocated(error)) return
+            lowest = minloc(norm2(position, 1), 1)
+            if (norm2(position(:, lowest)) > EARTH_RADIUS_IGRF) return
+            call fail(error, 'orbit: the position at '//number_text(times(lowest))//' s is '// &
+                      number_text(norm2(position(:, lowest)))//' m from the centre of the Earth, '// &
+                      'inside it; positions have to be in metres')
+        end associate
+    end subroutine check_orbit
 
     subroutine check_series(name, times, values, error)
         character(*), intent(in) :: name
@@ -282,18 +376,24 @@ contains
 
         integer :: k
 
-        if (size(times) < 2) then
-            call fail(error, name//': fewer than two samples')
-            return
-        end if
-        if (.not. all(abs(values) <= huge(1.0_dp)) .or. .not. all(abs(times) <= huge(1.0_dp))) then
-            call fail(error, name//': a sample is NaN or infinite')
-            return
-        end if
+        do k = 1, size(times)
+            if (.not. abs(times(k)) <= huge(1.0_dp)) then
+                call fail(error, name//': time tag '//integer_text(k)//' is NaN or infinite')
+                return
+            else if (.not. all(abs(values(:, k)) <= huge(1.0_dp))) then
+                call fail(error, name//': the sample at '//number_text(times(k))// &
+                          ' s is NaN or infinite; leave it out')
+                return
+            end if
+        end do
         do k = 2, size(times)
             if (times(k) > times(k - 1)) cycle
+            if (times(k) >= times(k - 1)) then
+                if (all(abs(values(:, k) - values(:, k - 1)) <= 0)) cycle   ! given twice
+            end if
             call fail(error, name//': time tags must increase, but '//number_text(times(k))// &
                       ' s follows '//number_text(times(k - 1))//' s')
+            if (times(k) >= times(k - 1)) error%message = error%message//' with another value'
             return
         end do
     end subroutine check_series

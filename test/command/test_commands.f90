@@ -290,6 +290,7 @@ contains
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'star_camera.csv')
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', &
                                                        'magnetometer.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'orbit.csv')
             if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'setup.nml')
         end do
     end subroutine test_case_files
@@ -418,9 +419,9 @@ contains
         real(dp), parameter :: TRUE_OFFSET(3) = [0.3_dp, 0.4_dp, -0.5_dp]   ! mm, section 6.2
         type(text_file_t) :: text
         type(string_t), allocatable :: fields(:)
-        character(:), allocatable :: output, line
+        character(:), allocatable :: output, messages, line
         real(dp) :: value, sigma
-        integer :: axis
+        integer :: axis, status
         logical :: ok
 
         call succeeds(error, 'simulate front-3 --out '//FOLDER//'run3', output)
@@ -457,6 +458,13 @@ contains
         call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'none: no such folder'])
         call remove_file(FOLDER//'run3/magnetometer.csv')
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (.not. allocated(error)) &
+            call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, &
+                       messages)
+        call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'run3/magnetometer.csv: no such file'])
     end subroutine test_estimate

@@ -3,7 +3,8 @@ module test_noise_propagation
     use gracecg_kinds, only: dp
     use gracecg_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
         quaternion_from_axis_angle
-    use gracecg_preprocessing, only: interpolation_t
+    use gracecg_interpolation, only: interpolation_t
+    use gracecg_star_attitude, only: star_attitude_t
     use gracecg_noise_propagation
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -70,13 +71,16 @@ contains
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: P = 3, SAMPLES = 4, PSEUDO = 9
         real(dp), parameter :: SIGMA(3) = [1e-5_dp, 2e-5_dp, 7e-5_dp], STEP = 1e-4_dp
-        real(dp) :: mounting(4), q(4, SAMPLES), gain(P, 4, PSEUDO), flat(P, 4*PSEUDO)
+        real(dp) :: mounting(4, 2), q(4, SAMPLES), gain(P, 4, PSEUDO), flat(P, 4*PSEUDO)
         real(dp) :: interpolation(4*PSEUDO, 4*SAMPLES), covariance(4*SAMPLES, 4*SAMPLES)
         real(dp) :: slope(4), expected(P, P), found(P, P)
+        integer, parameter :: HEAD(SAMPLES) = [1, 2, 2, 1]
         type(interpolation_t) :: source(PSEUDO)
+        type(star_attitude_t) :: stars
         integer :: i, s, axis, c
 
-        mounting = normalised([0.3_dp, -0.2_dp, 0.5_dp, 0.7_dp])
+        mounting(:, 1) = normalised([0.3_dp, -0.2_dp, 0.5_dp, 0.7_dp])
+        mounting(:, 2) = normalised([-0.4_dp, 0.1_dp, 0.2_dp, 0.6_dp])
         do s = 1, SAMPLES
             q(:, s) = normalised([(scatter(4*s + c), c=1, 4)])
         end do
@@ -88,7 +92,7 @@ contains
         covariance = 0
         do s = 1, SAMPLES
             do axis = 1, 3
-                slope = (turned(q(:, s), axis, STEP) - turned(q(:, s), axis, -STEP))/(2*STEP)
+                slope = (turned(s, axis, STEP) - turned(s, axis, -STEP))/(2*STEP)
                 do c = 1, 4
                     associate (column => covariance(4*s - 3:4*s, 4*s - 4 + c))
                         column = column + SIGMA(axis)**2*slope*slope(c)
@@ -107,22 +111,26 @@ contains
         flat = reshape(gain, [P, 4*PSEUDO])
         flat(:, :4*SAMPLES) = matmul(flat, interpolation)
         expected = matmul(flat(:, :4*SAMPLES), matmul(covariance, transpose(flat(:, :4*SAMPLES))))
-        found = star_noise_covariance(gain, source, SIGMA, mounting, q)
+        stars%head = HEAD
+        stars%quaternion = q
+        found = star_noise_covariance(gain, source, SIGMA, mounting, stars)
         call check(error, maxval(abs(found - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
 
     contains
 
-        !> The attitude that a camera turned by a small angle about its own axis reports.
-        pure function turned(attitude, axis, angle) result(reported)
-            real(dp), intent(in) :: attitude(4), angle
-            integer, intent(in) :: axis
+        !> The attitude that the camera of a sample reports when turned by a small angle about its axis.
+        pure function turned(sample, axis, angle) result(reported)
+            integer, intent(in) :: sample, axis
+            real(dp), intent(in) :: angle
             real(dp) :: reported(4), direction(3)
 
             direction = 0
             direction(axis) = 1
-            reported = quaternion_product(quaternion_from_axis_angle(direction, angle), &
-                                          quaternion_product(mounting, attitude))
-            reported = quaternion_product(conjugate_quaternion(mounting), reported)
+            associate (to_camera => mounting(:, HEAD(sample)))
+                reported = quaternion_product(quaternion_from_axis_angle(direction, angle), &
+                                              quaternion_product(to_camera, q(:, sample)))
+                reported = quaternion_product(conjugate_quaternion(to_camera), reported)
+            end associate
         end function turned
     end subroutine test_star
 end module test_noise_propagation

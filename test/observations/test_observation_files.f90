@@ -31,6 +31,8 @@ contains
                     new_unittest('round-trip', test_round_trip), &
                     new_unittest('time-tags', test_time_tags), &
                     new_unittest('missing-files', test_missing), &
+                    new_unittest('optional-files', test_optional), &
+                    new_unittest('repeated-rows', test_repeated), &
                     new_unittest('broken-rows', test_broken_rows), &
                     new_unittest('truncated-files', test_truncated), &
                     new_unittest('broken-setup', test_broken_setup), &
@@ -87,6 +89,8 @@ contains
         call same('quaternions', [written%quaternion], [again%quaternion])
         call same('magnetometer times', written%magnetometer_time, again%magnetometer_time)
         call same('field', [written%field], [again%field])
+        call same('orbit times', written%orbit_time, again%orbit_time)
+        call same('orbit', [written%orbit_position], [again%orbit_position])
         associate (a => written%setup, b => again%setup)
             call same('epoch', [real(a%epoch%mjd, dp), a%epoch%seconds], &
                       [real(b%epoch%mjd, dp), b%epoch%seconds])
@@ -105,10 +109,12 @@ contains
                                 b%accelerometer_psd_corner, b%star_camera_sigma])
             call same('guess', [a%guess_quaternion, a%guess_angular_velocity, a%guess_offset], &
                       [b%guess_quaternion, b%guess_angular_velocity, b%guess_offset])
+            call same('sidereal angle', [a%sidereal_angle], [b%sidereal_angle])
             call same('weights', [a%accelerometer_weight, a%star_camera_weight], &
                       [b%accelerometer_weight, b%star_camera_weight])
             if (allocated(error)) return
             call check(error, a%name == b%name .and. a%camera == b%camera .and. &
+                       a%field_model == b%field_model .and. a%field_model == 'igrf95' .and. &
                        a%rods%count == b%rods%count .and. &
                        a%accelerometer_psd_sides == b%accelerometer_psd_sides)
         end associate
@@ -163,14 +169,99 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
                                           'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
+            if (OBSERVATION_FILES(i) == 'orbit.csv') cycle
             if (.not. allocated(error)) call write_set(error)
             if (allocated(error)) return
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
+            if (OBSERVATION_FILES(i) == 'magnetometer.csv') call remove_file(SET//'/orbit.csv')
             call read_observations(SET, observations, failure)
             call check_fails(error, message_of(failure), &
                              parts_of(OBSERVATION_FILES(i), 'no such file'))
         end do
     end subroutine test_missing
+
+    !> Orbit and magnetometer may be missing, in whole or part, but not both; of a series without
+    !> samples no older file stays.
+    subroutine test_optional(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations, again
+        type(text_file_t) :: good
+        type(error_t), allocatable :: failure
+
+        call write_set(error)
+        if (allocated(error)) return
+        call read_text_file(SET//'/magnetometer.csv', good, failure)
+        call make_file(error, 'observations/magnetometer.csv', good%text(:good%last(30) + 1))
+        if (allocated(error)) return
+        call read_observations(SET, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, size(observations%magnetometer_time), 27)
+        if (allocated(error)) return
+        call remove_file(SET//'/orbit.csv')
+        call read_observations(SET, again, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'magnetometer.csv:30', 'truncated', 'orbit.csv'])
+        if (allocated(error)) return
+
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        deallocate (observations%orbit_time, observations%orbit_position)
+        call rewrite()
+        if (allocated(error)) return
+        call check(error, .not. allocated(again%orbit_time) .and. &
+                   .not. file_exists(SET//'/orbit.csv'), 'an orbit that is not in the set')
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        observations%magnetometer_time = observations%magnetometer_time(:0)
+        observations%field = observations%field(:, :0)
+        call rewrite()
+        if (allocated(error)) return
+        call check(error, size(again%magnetometer_time) == 0 .and. size(again%orbit_time) == 61 .and. &
+                   .not. file_exists(SET//'/magnetometer.csv'), 'samples that are not in the set')
+
+    contains
+
+        subroutine rewrite()
+            call write_observations(SET, observations, ['comment'], failure)
+            if (.not. allocated(failure)) call read_observations(SET, again, failure)
+            call check_passes(error, message_of(failure))
+        end subroutine rewrite
+    end subroutine test_optional
+
+    !> A row that is given twice, alike, is read; the estimators leave it out.
+    subroutine test_repeated(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer, parameter :: EXPECTED(3) = [601, 241, 61]
+        integer :: i, sizes(3)
+
+        do i = 1, 3
+            call write_set(error)
+            if (.not. allocated(error)) call repeat_line(trim(OBSERVATION_FILES(i)), 20)
+            if (allocated(error)) return
+            sizes = [size(observations%accelerometer_time), size(observations%star_camera_time), &
+                     size(observations%magnetometer_time)]
+            call check(error, sizes(i), EXPECTED(i), OBSERVATION_FILES(i))
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine repeat_line(file, line)
+            character(*), intent(in) :: file
+            integer, intent(in) :: line
+
+            type(text_file_t) :: good
+            type(error_t), allocatable :: failure
+
+            call read_text_file(SET//'/'//file, good, failure)
+            call make_file(error, 'observations/'//file, good%text(:good%last(line) + 1)// &
+                           good%text(good%first(line):))
+            if (allocated(error)) return
+            call read_observations(SET, observations, failure)
+            call check_passes(error, message_of(failure))
+        end subroutine repeat_line
+    end subroutine test_repeated
 
     subroutine test_broken_rows(error)
         type(error_type), allocatable, intent(out) :: error
@@ -189,6 +280,12 @@ contains
                     'times must increase, but 0.6 follows 0.6'])
         call broken('magnetometer.csv', 5, '1,0,0,0', [character(W) :: 'magnetometer.csv:5', &
                     'times must increase'])
+        call broken('orbit.csv', 5, '0,0,0,7e6', [character(W) :: 'orbit.csv:5', &
+                    'times must increase'])
+        call broken('orbit.csv', 5, '1,0,0,7e3', [character(W) :: 'orbit', 'at 1 s', '7000 m', &
+                    'in metres'])
+        call broken('orbit.csv', 3, 'time_s,x,y,z', [character(W) :: 'orbit.csv:3', &
+                    'column 2 is "x", expected "rx"'])
         call broken('star_camera.csv', 8, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
                     '3 is not the number of a camera head'])
         call broken('star_camera.csv', 8, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
@@ -238,17 +335,19 @@ contains
         integer :: i, last
 
         call write_set(error)
+        call remove_file(SET//'/orbit.csv')
         do i = 1, 3
             if (allocated(error)) return
             call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), good, failure)
             last = good%line_count()
             call cut(0, 'empty')
             call cut(good%last(COMMENTS + 1) + 1, 'no row')
-            call cut(good%last(30) - 1, 'truncated')
+            call cut(good%last(30) - 1, '.csv:30')      ! in a number, perhaps in its exponent
             call cut(good%last(30) + 1, 'truncated')
             call cut(good%last(last - 3) + 1, 'truncated')
             call cut(len(good%text) - 1, 'truncated')
-            call cut(good%first(30) + 3, 'columns, expected')
+            call cut(good%first(30) + 3, '.csv:30')
+            if (allocated(error)) return
             call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), good%text)
         end do
         if (allocated(error)) return

@@ -181,7 +181,7 @@ contains
         call preprocess(observations, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, maxval(abs(data%star_quaternion - q)), 0.0_dp, thr=1e-15_dp)
+        call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
     end subroutine test_mounting
 
     subroutine test_sign_flips(error)
@@ -364,6 +364,14 @@ contains
                      error)
         if (allocated(error)) return
         bad = good
+        bad%magnetometer_time(7) = 5.5_dp
+        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '5.5 s follows 6 s'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(7) = 0.6001_dp
+        call refused(bad, [character(W) :: 'accelerometer', 'two samples near 0.6001 s'], error)
+        if (allocated(error)) return
+        bad = good
         bad%star_camera_time(7) = 2
         call refused(bad, [character(W) :: 'star camera 1', 'must increase'], error)
         if (allocated(error)) return
@@ -439,8 +447,8 @@ contains
         call refused(bad, [character(W) :: 'star camera', 'too few'], error)
         if (allocated(error)) return
         bad = good
-        bad%setup%camera = 2
-        call refused(bad, [character(W) :: 'no star-camera samples', 'head 2'], error)
+        bad%setup%camera = 3
+        call refused(bad, [character(W) :: 'star camera', 'head 3'], error)
     end subroutine test_too_few
 
     subroutine test_magnetometer_gap(error)

@@ -1,0 +1,162 @@
+!> Whether the observations fit the manoeuvre: faults that leave a number with a small sigma.
+module gracecg_fit_checks
+    use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail, number_text
+    use gracecg_text, only: string_t, append
+    use gracecg_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_quaternion, only: rotation_matrix
+    use gracecg_observation_set, only: calibration_setup_t, HEADS
+    use gracecg_preprocessing, only: fitting_data_t
+    use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
+    implicit none
+    private
+    public :: refuse_stuck_axis, check_torque, estimate_torque_factor
+
+    !> A factor farther from 1 is warned of, farther still refused, if it is significant
+    real(dp), parameter :: DOUBTFUL = 0.05_dp, WRONG = 0.5_dp
+    real(dp), parameter :: SIGNIFICANT = 4      !! In standard deviations
+
+contains
+
+    !> Fails when an accelerometer axis delivers one and the same number all the time.
+    subroutine refuse_stuck_axis(data, error)
+        type(fitting_data_t), intent(in) :: data
+        type(error_t), allocatable, intent(out) :: error
+
+        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+        integer :: axis
+
+        do axis = 1, 3
+            associate (values => data%acceleration(axis, :))
+                if (any(abs(values - values(1)) > 0)) cycle
+                call fail(error, 'accelerometer: all samples of axis '//AXES(axis)//' are '// &
+                          number_text(values(1))//' m/s^2: the axis does not measure')
+                return
+            end associate
+        end do
+    end subroutine refuse_stuck_axis
+
+    !> Compares the magnetic torque m x B of the setup and the magnetometer with the turn that the star
+    !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
+    !> the torque is missing or too much; the offset would be off by as much. Warns of less, and of a
+    !> setup whose rods stay off.
+    subroutine check_torque(setup, problem, warnings, error)
+        type(calibration_setup_t), intent(in) :: setup
+        class(attitude_problem_t), intent(in) :: problem    !! After the fit
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: found
+        real(dp) :: factor, sigma
+
+        if (.not. any(abs(problem%data%torque) > 0)) then
+            call append(warnings, 'the torque rods are off all the time: the offset is hardly observable')
+            return
+        end if
+        call estimate_torque_factor(setup, problem, factor, sigma, error)
+        if (allocated(error)) return
+        if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
+        found = 'the satellite turned as if the torque of the rods were '//number_text(factor)// &
+            ' (sigma '//number_text(sigma)//') times that of setup and magnetic field'
+        if (abs(factor - 1) > WRONG) then
+            call fail(error, found//': did the rods fire as the setup says?')
+        else
+            call append(warnings, found//'; the offset may be off by as much')
+        end if
+    end subroutine check_torque
+
+    !> The factor of the magnetic torque that would fit the attitude best, estimated together with
+    !> attitude and angular velocity at the epoch and a constant torque about each axis (air, gravity
+    !> gradient: what the fit does not model), by one linear step from the fit. The angles are weighted with the
+    !> star camera's noise about its axes (the boresight is worse by far). The standard deviation comes
+    !> from the residuals, but is at least that of the star camera's noise: the variance of the samples
+    !> is that of the residuals over the mean of (1-g)^2 + g^2 of the interpolation, and
+    !> pseudo-observations between the same samples count as one.
+    subroutine estimate_torque_factor(setup, problem, factor, sigma, error)
+        type(calibration_setup_t), intent(in) :: setup
+        class(attitude_problem_t), intent(in) :: problem    !! After the fit
+        real(dp), intent(out) :: factor, sigma
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 10    ! small angles, angular velocity, constant torque, factor
+        real(dp), parameter :: STEP = 1e-2_dp           ! of the factor, for its partials
+        real(dp), parameter :: TORQUE_STEP = 1e-5_dp    ! N m
+        type(attitude_problem_t) :: trial
+        real(dp), allocatable :: partials(:, :), torque(:, :), residuals(:)
+        real(dp) :: normal(N, N), covariance(N, N), rhs(N), correction(N), condition
+        real(dp) :: variance
+        integer :: m, axis
+
+        factor = 1
+        sigma = 0
+        call prepare_attitude(setup, problem%data, .true., trial)
+        trial%quaternion = problem%quaternion
+        trial%angular_velocity = problem%angular_velocity
+        m = trial%observations
+        allocate (partials(N, m), residuals(m))
+        call trial%linearise_attitude(partials, residuals)
+        torque = trial%fit%torque
+        do axis = 1, 3
+            trial%fit%torque(axis, :) = torque(axis, :) + TORQUE_STEP
+            partials(6 + axis, :) = response()/TORQUE_STEP
+            trial%fit%torque = torque
+        end do
+        trial%fit%torque = (1 + STEP)*torque
+        partials(N, :) = response()/STEP
+        call weight_angles(setup, problem%data, partials, residuals)
+        call normal_equations(partials, residuals, normal, rhs)
+        call solve_normal_equations(normal, rhs, correction, covariance, condition, error)
+        if (allocated(error)) return
+        factor = 1 + correction(N)
+        associate (left => residuals - matmul(correction, partials), &
+                   g => problem%data%attitude_source%fraction, &
+                   shared => max(1.0_dp, setup%star_camera_interval/setup%accelerometer_interval))
+            variance = sum(left**2)/max(1, m - N)*size(g)/sum((1 - g)**2 + g**2)
+            if (noise_is_known(setup)) variance = max(1.0_dp, variance)
+            sigma = sqrt(covariance(N, N)*shared*variance)
+        end associate
+
+    contains
+
+        !> The change of the computed angles under the torque of the trial.
+        function response() result(change)
+            real(dp) :: change(m)
+
+            real(dp) :: unused(N, m)
+
+            call trial%linearise_attitude(unused, change)
+            change = residuals - change
+        end function response
+    end subroutine estimate_torque_factor
+
+    pure logical function noise_is_known(setup)
+        type(calibration_setup_t), intent(in) :: setup
+
+        noise_is_known = all(setup%star_camera_sigma > 0)
+    end function noise_is_known
+
+    !> Turns angles about the body's axes into those about the camera's axes, in units of their noise
+    !> (if it is known).
+    subroutine weight_angles(setup, data, partials, residuals)
+        type(calibration_setup_t), intent(in) :: setup
+        type(fitting_data_t), intent(in) :: data
+        real(dp), intent(inout) :: partials(:, :)   !! Parameters x (3 times pseudo-observations)
+        real(dp), intent(inout) :: residuals(:)
+
+        real(dp) :: whiten(3, 3, HEADS)
+        integer :: i, head
+
+        if (.not. noise_is_known(setup)) return
+        do head = 1, HEADS
+            whiten(:, :, head) = rotation_matrix(setup%mounting(:, head))/ &
+                                 spread(setup%star_camera_sigma, 2, 3)
+        end do
+        do i = 1, size(data%attitude_epoch)
+            head = data%stars%head(data%attitude_source(i)%first)
+            associate (angles => residuals(3*i - 2:3*i), columns => partials(:, 3*i - 2:3*i))
+                angles = matmul(whiten(:, :, head), angles)
+                columns = matmul(columns, transpose(whiten(:, :, head)))
+            end associate
+        end do
+    end subroutine weight_angles
+end module gracecg_fit_checks

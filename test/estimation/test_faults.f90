@@ -1,0 +1,633 @@
+!> Faults in the observations of a simulated calibration: survived with a warning and a right answer,
+!> or refused with a clear message.
+!>
+!> A right answer errs by less than four times the RMS that is predicted without the fault, enlarged
+!> as the formal sigmas are; these have to stay within stated limits of those without the fault.
+module test_faults
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: DEGREE
+    use gracecg_error, only: error_t, message_of
+    use gracecg_text, only: string_t
+    use gracecg_statistics, only: chi_square_limits
+    use gracecg_thermosphere, only: density_wave_t
+    use gracecg_time, only: utc_plus
+    use gracecg_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_star_attitude, only: star_attitude_t, take_star_attitude
+    use gracecg_field_fallback, only: complete_field
+    use gracecg_estimators, only: estimate_offset
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case
+    use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
+        lose_magnetometer, replace_magnetometer_by_model
+    use gracecg_monte_carlo, only: prediction_t, predict_errors
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check_fails, check_passes
+    implicit none
+    private
+    public :: collect_faults
+
+    character(*), parameter :: CASE_NAME = 'front-3'
+    character(10), parameter :: ALGORITHMS(2) = [character(10) :: 'assest-fde', 'ascrest']
+    integer, parameter :: SEED = 1
+    integer, parameter :: W = 60            !! Length of the parts of a message
+    real(dp), parameter :: NEARLY = 1.15_dp !! A loss that hardly matters: limits of the sigmas' ratio
+
+    !> The case without faults, made once.
+    type :: reference_t
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution(size(ALGORITHMS))
+        type(prediction_t) :: prediction(size(ALGORITHMS))
+    end type reference_t
+    type(reference_t), allocatable, save, target :: reference
+
+contains
+
+    subroutine collect_faults(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('no-fault-no-warning', test_no_fault), &
+                    new_unittest('star-camera-gaps', test_star_gaps), &
+                    new_unittest('one-head-lost', test_one_head), &
+                    new_unittest('both-heads-lost-in-the-middle', test_both_heads), &
+                    new_unittest('magnetometer-lost', test_magnetometer_lost), &
+                    new_unittest('magnetometer-gap', test_magnetometer_gap), &
+                    new_unittest('magnetometer-lost-without-remedy', test_no_remedy), &
+                    new_unittest('model-field-is-right', test_model_field), &
+                    new_unittest('model-error-in-the-simulation', test_model_error), &
+                    new_unittest('accelerometer-samples-missing', test_missing_samples), &
+                    new_unittest('not-a-number', test_nan), &
+                    new_unittest('repeated-samples', test_repeated), &
+                    new_unittest('contradictory-samples', test_contradictory), &
+                    new_unittest('time-goes-back', test_time_goes_back), &
+                    new_unittest('silent-rods', test_silent_rods), &
+                    new_unittest('weak-rods', test_weak_rods), &
+                    new_unittest('rods-off-in-the-setup', test_rods_off), &
+                    new_unittest('stuck-axis', test_stuck_axis), &
+                    new_unittest('too-few-stars', test_too_few_stars)]
+    end subroutine collect_faults
+
+    !> The observations without a fault.
+    subroutine fault_free(observations, error)
+        type(observation_set_t), intent(out) :: observations
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: case
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        if (.not. allocated(reference)) then
+            allocate (reference)
+            call report_case(CASE_NAME, case, failure)
+            if (.not. allocated(failure)) call new_simulator(case, reference%simulator, failure)
+            if (.not. allocated(failure)) &
+                call observe(reference%simulator, SEED, 1, reference%observations, failure)
+            do i = 1, size(ALGORITHMS)
+                if (.not. allocated(failure)) &
+                    call predict_errors(reference%simulator, trim(ALGORITHMS(i)), &
+                                        reference%prediction(i), failure)
+                if (.not. allocated(failure)) &
+                    call estimate_offset(trim(ALGORITHMS(i)), reference%observations, &
+                                         reference%solution(i), failure)
+            end do
+            call check_passes(error, message_of(failure))
+        end if
+        observations = reference%observations
+    end subroutine fault_free
+
+    pure function sigmas(solution) result(sigma)
+        type(calibration_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function sigmas
+
+    !> The answer is right, the sigmas are at most `growth` times those without the fault and hardly
+    !> smaller, and a warning has every one of the parts.
+    subroutine survived(error, observations, growth, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: growth
+        character(*), intent(in) :: parts(:)
+
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(200) :: found
+        real(dp) :: ratio(3)
+        integer :: i
+
+        do i = 1, size(ALGORITHMS)
+            if (allocated(error)) return
+            call estimate_offset(trim(ALGORITHMS(i)), observations, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, solution%converged, 'no convergence')
+            if (allocated(error)) return
+            ratio = sigmas(solution)/sigmas(reference%solution(i))
+            write (found, '(2a, 3es10.2, a, 3f7.3)') trim(ALGORITHMS(i)), ': errors', &
+                solution%offset - reference%simulator%case%offset, ' m, sigmas times', ratio
+            call check(error, all(abs(solution%offset - reference%simulator%case%offset) < &
+                                  4*reference%prediction(i)%rms*max(1.0_dp, ratio)), trim(found))
+            if (allocated(error)) return
+            call check(error, all(ratio < growth .and. ratio > 1/NEARLY), trim(found))
+            if (.not. allocated(error)) call warned(error, solution%warnings, parts)
+        end do
+    end subroutine survived
+
+    !> One of the warnings has every one of the parts.
+    subroutine warned(error, warnings, parts)
+        type(error_type), allocatable, intent(out) :: error
+        type(string_t), intent(in) :: warnings(:)
+        character(*), intent(in) :: parts(:)
+
+        character(:), allocatable :: all_texts
+        integer :: i, k
+
+        all_texts = ''
+        do i = 1, size(warnings)
+            if (all([(index(warnings(i)%text, trim(parts(k))) > 0, k=1, size(parts))])) return
+            all_texts = all_texts//' | '//warnings(i)%text
+        end do
+        call check(error, .false., 'not warned of '//trim(parts(1))//':'//all_texts)
+    end subroutine warned
+
+    !> Every algorithm fails with a message that has every one of the parts.
+    subroutine refused(error, observations, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        type(observation_set_t), intent(in) :: observations
+        character(*), intent(in) :: parts(:)
+
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        do i = 1, size(ALGORITHMS)
+            if (allocated(error)) return
+            call estimate_offset(trim(ALGORITHMS(i)), observations, solution, failure)
+            call check_fails(error, message_of(failure), parts)
+        end do
+    end subroutine refused
+
+    !> Leaves out the star-camera samples of a head (0: of both) that lie strictly between two times.
+    subroutine lose_stars(observations, head, from, to)
+        type(observation_set_t), intent(inout) :: observations
+        integer, intent(in) :: head
+        real(dp), intent(in) :: from, to        !! s
+
+        integer, allocatable :: kept(:)
+        integer :: i
+
+        associate (times => observations%star_camera_time)
+            kept = pack([(i, i=1, size(times))], .not. (times > from .and. times < to .and. &
+                        (head == 0 .or. observations%star_camera_head == head)))
+        end associate
+        observations%star_camera_time = observations%star_camera_time(kept)
+        observations%star_camera_head = observations%star_camera_head(kept)
+        observations%quaternion = observations%quaternion(:, kept)
+    end subroutine lose_stars
+
+    subroutine lose_orbit(observations)
+        type(observation_set_t), intent(inout) :: observations
+
+        deallocate (observations%orbit_time, observations%orbit_position)
+    end subroutine lose_orbit
+
+    subroutine test_no_fault(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer :: i
+
+        call fault_free(observations, error)
+        do i = 1, size(ALGORITHMS)
+            if (allocated(error)) return
+            call check(error, size(reference%solution(i)%warnings), 0)
+        end do
+    end subroutine test_no_fault
+
+    !> Both heads blind: attitudes are missing. The used head blind: the other one stands in.
+    subroutine test_star_gaps(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+
+        call fault_free(good, error)
+        bad = good
+        call lose_stars(bad, 0, 20.0_dp, 22.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 20 s to 22 s', 'left out'])
+        bad = good
+        call lose_stars(bad, 0, 20.0_dp, 30.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 20 s to 30 s', 'left out'])
+        bad = good
+        call lose_stars(bad, 0, -1.0_dp, 10.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'star camera', 'from 0 s to 10 s', 'left out'])
+        bad = good
+        call lose_stars(bad, 1, 20.0_dp, 22.0_dp)
+        call survived(error, bad, NEARLY, &
+                      [character(W) :: 'head 2 stands in for head 1 from 20.5 s to 21.5 s'])
+        bad = good
+        call lose_stars(bad, 1, 20.0_dp, 30.0_dp)
+        call survived(error, bad, NEARLY, &
+                      [character(W) :: 'head 2 stands in for head 1 from 20.5 s to 29.5 s'])
+    end subroutine test_star_gaps
+
+    !> The used head fails for the second half, or altogether.
+    subroutine test_one_head(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        type(calibration_solution_t) :: alone, named
+        type(error_t), allocatable :: failure
+
+        call fault_free(good, error)
+        bad = good
+        call lose_stars(bad, 1, 30.0_dp, 61.0_dp)
+        call survived(error, bad, NEARLY, &
+                      [character(W) :: 'head 2 stands in for head 1 from 31 s to 60 s'])
+        bad = good
+        call lose_stars(bad, 1, -1.0_dp, 61.0_dp)
+        call survived(error, bad, NEARLY, &
+                      [character(W) :: 'head 2 stands in for head 1 from 0.5 s to 60 s'])
+        if (allocated(error)) return
+        ! the same as if the setup had named the other head
+        call estimate_offset('assest-fde', bad, alone, failure)
+        good%setup%camera = 2
+        call estimate_offset('assest-fde', good, named, failure)
+        call check(error, maxval(abs(alone%offset - named%offset)) + &
+                   maxval(abs(alone%covariance - named%covariance)), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, size(named%warnings), 0)
+    end subroutine test_one_head
+
+    !> A third of the attitude is missing: in front-3 the accelerometer's noise governs the sigmas.
+    subroutine test_both_heads(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+
+        call fault_free(observations, error)
+        call lose_stars(observations, 0, 20.0_dp, 40.0_dp)
+        call survived(error, observations, 1.3_dp, &
+                      [character(W) :: 'star camera', 'from 20 s to 40 s', 'left out'])
+        call lose_stars(observations, 0, 0.7_dp, 61.0_dp)
+        call refused(error, observations, [character(W) :: 'star camera', 'too few samples'])
+    end subroutine test_both_heads
+
+    subroutine test_magnetometer_lost(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+
+        call fault_free(good, error)
+        bad = good
+        call lose_magnetometer(bad, 20.0_dp)
+        call check(error, size(bad%magnetometer_time), 19)
+        ! the offset of the model is the magnetometer's bias of 50, -30, 25 nT and some noise
+        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '40 epochs', '21 s to 60 s', &
+                      'igrf95', 'nT from 19 samples'])
+        call lose_magnetometer(bad, 2.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '59 epochs', 'igrf95'])
+        call lose_magnetometer(bad, 0.0_dp)
+        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf95'])
+        bad%setup%field_model = 'igrf14'
+        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf14'])
+    end subroutine test_magnetometer_lost
+
+    !> A gap of 7 s, and samples that are not at whole seconds.
+    subroutine test_magnetometer_gap(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: bad
+        integer, allocatable :: kept(:)
+        integer :: i
+
+        call fault_free(bad, error)
+        kept = [(i, i=1, 25), (i, i=32, 55)]
+        bad%magnetometer_time = bad%magnetometer_time(kept)
+        bad%field = bad%field(:, kept)
+        call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '10 epochs', '26 s to 60 s', &
+                      'nT from 49 samples'])
+    end subroutine test_magnetometer_gap
+
+    !> No orbit, no model, or an orbit or attitude that does not reach.
+    subroutine test_no_remedy(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+
+        call fault_free(good, error)
+        bad = good
+        call lose_orbit(bad)
+        call lose_magnetometer(bad, 20.0_dp)
+        call refused(error, bad, [character(W) :: 'magnetometer: no samples near 20', 'orbit', 'model'])
+        call lose_magnetometer(bad, 0.0_dp)
+        call refused(error, bad, [character(W) :: 'magnetometer', 'fewer than two', 'no orbit'])
+        bad = good
+        call lose_magnetometer(bad, 20.0_dp)
+        bad%setup%field_model = 'none'
+        call refused(error, bad, [character(W) :: 'magnetometer', 'names no geomagnetic field model'])
+        bad%setup%field_model = 'igrf95'
+        bad%orbit_time = bad%orbit_time(:31)
+        bad%orbit_position = bad%orbit_position(:, :31)
+        call refused(error, bad, [character(W) :: 'magnetometer', 'orbit: no positions around 31 s'])
+        bad = good
+        call lose_magnetometer(bad, 20.0_dp)
+        bad%setup%epoch = utc_plus(bad%setup%epoch, 20*365.25_dp*86400)
+        call refused(error, bad, [character(W) :: 'magnetometer', 'igrf95', '1985 to 2000', 'igrf14'])
+        bad = good
+        call lose_magnetometer(bad, 20.0_dp)
+        call lose_stars(bad, 0, 15.0_dp, 50.0_dp)
+        call refused(error, bad, [character(W) :: 'magnetometer', 'star camera: no attitude near 21 s'])
+        bad = good
+        bad%orbit_position(2, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(error, bad, [character(W) :: 'orbit', '16 s', 'NaN'])
+    end subroutine test_no_remedy
+
+    !> The completed series against the true field: without noise, with an attitude sample at each
+    !> epoch, only the orbit is interpolated, here between positions 20 s apart: 0.1 m, 0.002 nT. The
+    !> constant offset carries the magnetometer's bias over (the attitude turns by 4 deg in the arc, so
+    !> a field of the same bias is a constant in body axes).
+    subroutine test_model_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: BIAS(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp]
+        type(observation_set_t) :: clean, bad
+        type(star_attitude_t) :: stars
+        type(string_t), allocatable :: warnings(:)
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: times(:), field(:, :)
+        integer :: i
+
+        call fault_free(clean, error)
+        if (allocated(error)) return
+        call observe_without_noise(reference%simulator, density_wave_t(), clean)
+        allocate (warnings(0))
+        bad = clean
+        bad%orbit_time = clean%orbit_time(1::20)
+        bad%orbit_position = clean%orbit_position(:, 1::20)
+        call take_star_attitude(bad, stars, warnings)
+        call check(error, size(warnings), 0)
+        if (allocated(error)) return
+        call lose_magnetometer(bad, 20.0_dp)
+        call complete_field(bad, stars, times, field, warnings, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(times), 59)      ! 20 s is left to interpolation
+        if (allocated(error)) return
+        call check(error, maxval(abs(field - clean%field(:, nint(times)))), 0.0_dp, thr=1e-11_dp)
+        if (allocated(error)) return
+        call lose_magnetometer(bad, 0.0_dp)
+        call complete_field(bad, stars, times, field, warnings, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(times - [(i, i=1, 60)])), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(field + spread(BIAS, 2, 60) - clean%field)), 0.0_dp, thr=1e-11_dp)
+    end subroutine test_model_field
+
+    !> The error that a simulation puts on the model: constant in an arc, the same again for a run, and
+    !> of the deviation asked for (chi-square, 99.9 % limits).
+    subroutine test_model_error(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RUNS = 40
+        real(dp), parameter :: SIGMA = 150e-9_dp
+        type(observation_set_t) :: good, exact, model, again
+        type(error_t), allocatable :: failure
+        real(dp) :: offset(3), squares, limits(2)
+        integer :: run
+
+        call fault_free(good, error)
+        if (allocated(error)) return
+        squares = 0
+        do run = 1, RUNS
+            exact = good
+            call replace_magnetometer_by_model(reference%simulator, SEED, run, 0.0_dp, exact, failure)
+            model = good
+            if (.not. allocated(failure)) &
+                call replace_magnetometer_by_model(reference%simulator, SEED, run, SIGMA, model, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            offset = model%field(:, 1) - exact%field(:, 1)
+            call check(error, maxval(abs(model%field - exact%field - spread(offset, 2, 60))), 0.0_dp, &
+                       thr=1e-18_dp)
+            if (allocated(error)) return
+            squares = squares + sum((offset/SIGMA)**2)
+        end do
+        limits = chi_square_limits(3*RUNS)
+        call check(error, squares > limits(1) .and. squares < limits(2), 'not of the deviation')
+        if (allocated(error)) return
+        again = good
+        call replace_magnetometer_by_model(reference%simulator, SEED, RUNS, SIGMA, again, failure)
+        call check(error, maxval(abs(again%field - model%field)), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(exact%field - good%field)), 0.0_dp, thr=100e-9_dp)
+    end subroutine test_model_error
+
+    !> Every tenth sample lost: the sigmas grow by about sqrt(10/9).
+    subroutine test_missing_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        integer, allocatable :: kept(:)
+        integer :: i
+
+        call fault_free(observations, error)
+        kept = pack([(i, i=1, 600)], [(mod(i*i + i/7, 10) /= 1, i=1, 600)])
+        observations%accelerometer_time = observations%accelerometer_time(kept)
+        observations%acceleration = observations%acceleration(:, kept)
+        call check(error, size(kept) > 450 .and. size(kept) < 560, 'another share is missing')
+        call survived(error, observations, NEARLY*sqrt(600.0_dp/size(kept)), &
+                      [character(W) :: 'accelerometer', 'of 600 samples are missing'])
+    end subroutine test_missing_samples
+
+    !> A sample that is not a number is refused, in memory as in files: it has to be left out.
+    subroutine test_nan(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: nan
+
+        call fault_free(good, error)
+        nan = ieee_value(1.0_dp, ieee_quiet_nan)
+        bad = good
+        bad%acceleration(2, 17) = nan
+        call refused(error, bad, [character(W) :: 'accelerometer', 'at 1.7 s', 'NaN', 'leave it out'])
+        bad = good
+        bad%quaternion(3, 4) = nan
+        call refused(error, bad, [character(W) :: 'star camera 2', 'at 1 s', 'NaN'])
+        bad = good
+        bad%field(1, 60) = nan
+        call refused(error, bad, [character(W) :: 'magnetometer', 'at 60 s', 'NaN'])
+        bad = good
+        bad%accelerometer_time(3) = nan
+        call refused(error, bad, [character(W) :: 'accelerometer', 'time tag 3', 'NaN'])
+    end subroutine test_nan
+
+    !> The estimate is the same to the last bit.
+    subroutine test_repeated(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: bad
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer, allocatable :: twice(:)
+        integer :: i
+
+        call fault_free(bad, error)
+        if (allocated(error)) return
+        twice = [(i, i=1, 100), (i, i=100, 100), (i, i=100, 600)]
+        bad%accelerometer_time = bad%accelerometer_time(twice)
+        bad%acceleration = bad%acceleration(:, twice)
+        twice = [1, (i, i=1, 60)]
+        bad%magnetometer_time = bad%magnetometer_time(twice)
+        bad%field = bad%field(:, twice)
+        twice = [(i, i=1, 80), 79, 80, (i, i=81, 240)]
+        bad%star_camera_time = bad%star_camera_time(twice)
+        bad%star_camera_head = bad%star_camera_head(twice)
+        bad%quaternion = bad%quaternion(:, twice)
+        twice = [(i, i=1, 61), 61]
+        bad%orbit_time = bad%orbit_time(twice)
+        bad%orbit_position = bad%orbit_position(:, twice)
+        call estimate_offset('assest-fde', bad, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(solution%offset - reference%solution(1)%offset)), 0.0_dp)
+        if (allocated(error)) return
+        call warned(error, solution%warnings, [character(W) :: 'accelerometer: repeated', ': 2,', 'at 10 s'])
+        if (.not. allocated(error)) &
+            call warned(error, solution%warnings, [character(W) :: 'magnetometer: repeated', ': 1,', 'at 1 s'])
+        if (.not. allocated(error)) &
+            call warned(error, solution%warnings, [character(W) :: 'star camera: repeated', ': 2,', 'at 20 s'])
+        if (.not. allocated(error)) &
+            call warned(error, solution%warnings, [character(W) :: 'orbit: repeated', ': 1,', 'at 60 s'])
+    end subroutine test_repeated
+
+    !> Two samples of one time that differ.
+    subroutine test_contradictory(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+
+        call fault_free(good, error)
+        bad = good
+        bad%accelerometer_time(100) = bad%accelerometer_time(99)
+        call refused(error, bad, [character(W) :: 'accelerometer', '9.9 s follows 9.9 s', 'another value'])
+        bad = good
+        bad%star_camera_time(9) = bad%star_camera_time(7)
+        call refused(error, bad, [character(W) :: 'star camera 1', '2 s follows 2 s', 'another value'])
+        bad = good
+        bad%star_camera_time(10) = bad%star_camera_time(8)
+        call refused(error, bad, [character(W) :: 'star camera 2', '2 s follows 2 s', 'another value'])
+        bad = good
+        bad%magnetometer_time(2) = 1
+        call refused(error, bad, [character(W) :: 'magnetometer', '1 s follows 1 s', 'another value'])
+    end subroutine test_contradictory
+
+    subroutine test_time_goes_back(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+
+        call fault_free(good, error)
+        bad = good
+        bad%accelerometer_time(300:) = bad%accelerometer_time(300:) - 1
+        call refused(error, bad, [character(W) :: 'accelerometer', 'must increase', '29 s follows 29.9 s'])
+        bad = good
+        bad%star_camera_time(122:) = bad%star_camera_time(122:) - 10
+        call refused(error, bad, [character(W) :: 'star camera', 'must increase', 's follows 30'])
+        bad = good
+        bad%magnetometer_time(30:) = bad%magnetometer_time(30:) - 1.5_dp
+        call refused(error, bad, [character(W) :: 'magnetometer', 'must increase', '28.5 s follows 29 s'])
+        bad = good
+        bad%orbit_time(30:) = bad%orbit_time(30:) - 1.5_dp
+        call refused(error, bad, [character(W) :: 'orbit', 'must increase', '27.5 s follows 28 s'])
+    end subroutine test_time_goes_back
+
+    !> Observations of a satellite whose rods had `share` of the moment that the setup names.
+    subroutine rods_differ(name, share, observations, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: share
+        type(observation_set_t), intent(out) :: observations
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(torque_rods_t) :: stated
+        type(error_t), allocatable :: failure
+
+        call report_case(name, case, failure)
+        stated = case%setup%rods
+        case%setup%rods%activations%amplitude = share*stated%activations%amplitude
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        observations%setup%rods = stated
+    end subroutine rods_differ
+
+    !> The rods did not fire, or with the wrong sign: the star camera shows it.
+    subroutine test_silent_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(7), parameter :: CASES(3) = ['front-1', 'front-2', 'front-3']
+        type(observation_set_t) :: observations
+        integer :: i
+
+        do i = 1, size(CASES)
+            call rods_differ(CASES(i), 0.0_dp, observations, error)
+            call refused(error, observations, [character(W) :: 'did the rods fire'])
+            if (allocated(error)) return
+        end do
+        call rods_differ('front-3', -1.0_dp, observations, error)
+        call refused(error, observations, [character(W) :: 'did the rods fire'])
+    end subroutine test_silent_rods
+
+    !> Four fifths of the moment: a warning that names the factor.
+    subroutine test_weak_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call rods_differ('front-2', 0.8_dp, observations, error)
+        if (allocated(error)) return
+        call estimate_offset('assest-rde', observations, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call warned(error, solution%warnings, [character(W) :: 'the rods were 0.8', 'off by as much'])
+    end subroutine test_weak_rods
+
+    !> Without rods the steady turn leaves d and the bias apart by nothing.
+    subroutine test_rods_off(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(rod_activation_t) :: none(0)
+        type(error_t), allocatable :: failure
+
+        call rods_differ('front-3', 0.0_dp, observations, error)
+        call new_torque_rods(observations%setup%rods, none, failure)
+        call refused(error, observations, [character(W) :: 'normal matrix is singular', &
+                                           'not determined by the observations', 'd_x', 'd_z', 'beta_x'])
+    end subroutine test_rods_off
+
+    subroutine test_stuck_axis(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+        integer :: axis
+
+        call fault_free(good, error)
+        do axis = 1, 3
+            bad = good
+            bad%acceleration(axis, :) = 2e-6_dp
+            call refused(error, bad, [character(W) :: 'accelerometer', 'axis '//AXES(axis), &
+                                      'does not measure'])
+        end do
+    end subroutine test_stuck_axis
+
+    !> A field of view of a tenth of a degree.
+    subroutine test_too_few_stars(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case(CASE_NAME, case, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        case%star_camera%field_of_view = 0.1_dp*DEGREE
+        call new_simulator(case, simulator, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])
+    end subroutine test_too_few_stars
+end module test_faults
