@@ -3,7 +3,7 @@ module gracecg_simulation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: EARTH_GM, TWO_PI
     use gracecg_error, only: error_t, fail, add_context, number_text
-    use gracecg_text, only: string_t, integer_text
+    use gracecg_text, only: integer_text
     use gracecg_quaternion, only: quaternion_product
     use gracecg_time, only: time_tag
     use gracecg_random, only: random_stream_t, new_stream
@@ -14,20 +14,17 @@ module gracecg_simulation
     use gracecg_star_catalogue, only: star_catalogue_t
     use gracecg_star_camera, only: star_frame_t, N_HEADS
     use gracecg_observation_set, only: observation_set_t
-    use gracecg_star_attitude, only: star_attitude_t, take_star_attitude
-    use gracecg_field_fallback, only: complete_field
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
-    public :: lose_magnetometer, replace_magnetometer_by_model
+    public :: lose_magnetometer
     public :: propagate_case, disturbance_at
 
     !> Streams of random numbers of one run
     integer, parameter :: STREAM_ACCELEROMETER = 1, STREAM_MAGNETOMETER = 2, STREAM_DENSITY = 3
     integer, parameter :: STREAM_STAR_CAMERA = 4    !! Head 1; head 2 follows
-    integer, parameter :: STREAM_FIELD_MODEL = STREAM_STAR_CAMERA + N_HEADS
 
     real(dp), parameter :: ORBIT_INTERVAL = 1       !! Of the positions in an observation set, s
 
@@ -266,35 +263,6 @@ contains
         observations%magnetometer_time = observations%magnetometer_time(:kept)
         observations%field = observations%field(:, :kept)
     end subroutine lose_magnetometer
-
-    !> The observation set of an operator who has lost the magnetometer, CSR-TM-00-01 section 6.4: the
-    !> samples are those of the field model with the star camera's attitude, in error by an offset that
-    !> is drawn anew for every run, normal with standard deviation sigma along each body axis, and
-    !> constant over the arc. (The report assumes a deviation of 150 nT along each axis and does not
-    !> say how it is drawn.) The operator does not know the offset, so it is put into the samples.
-    subroutine replace_magnetometer_by_model(self, seed, run, sigma, observations, error)
-        type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run
-        real(dp), intent(in) :: sigma               !! T
-        type(observation_set_t), intent(inout) :: observations
-        type(error_t), allocatable, intent(out) :: error
-
-        type(random_stream_t) :: stream
-        type(star_attitude_t) :: stars
-        type(string_t), allocatable :: warnings(:)
-        real(dp), allocatable :: times(:), field(:, :)
-        real(dp) :: draws(3)
-
-        allocate (warnings(0))
-        call lose_magnetometer(observations, 0.0_dp)
-        call take_star_attitude(observations, stars, warnings)
-        call complete_field(observations, stars, times, field, warnings, error)
-        if (allocated(error)) return
-        stream = run_stream(self, seed, run, STREAM_FIELD_MODEL)
-        call stream%normals(draws)
-        observations%magnetometer_time = times
-        observations%field = field + spread(sigma*draws, 2, size(times))
-    end subroutine replace_magnetometer_by_model
 
     !> Epochs, heads and the operator's knowledge; no values yet.
     subroutine lay_out(self, observations, only_used_head)

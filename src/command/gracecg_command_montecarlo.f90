@@ -74,6 +74,7 @@ contains
             call do_case(plan, i, campaign, console, error)
             if (allocated(error)) return
         end do
+        call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
         call console%line('')
         call show_campaign(campaign, console)
         if (plan%table_file /= '') call write_table(plan%table_file, campaign, COMMAND, error)
@@ -140,15 +141,14 @@ contains
         if (.not. allocated(error)) call add_case(campaign, i, case, error)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (allocated(error)) return
-        if (i == 1) call show_heading(plan, console)
-        call show_one_calibration(simulator, plan, console, error)
-        if (allocated(error)) return
         do a = 1, size(plan%algorithms)
             call console%progress('montecarlo: '//trim(case%setup%name)//', '//plan%algorithms(a)%text// &
                                   ', '//integer_text(size(shard_runs(campaign)))//' runs')
             call run_entry(campaign, a, i, simulator, plan%threads, error)
             if (allocated(error)) return
         end do
+        if (i == 1) call show_heading(plan, console)
+        call show_one_calibration(simulator, plan, campaign%entries(1, i)%predicted, console, error)
     end subroutine do_case
 
     subroutine show_heading(plan, console)
@@ -157,14 +157,15 @@ contains
 
         call console%line('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated '// &
                           'calibration: '//plan%algorithms(1)%text//', run 1, seed '//integer_text(plan%seed))
-        call console%line('case          d_x true  estimate  sigma     d_y true  estimate  sigma     '// &
-                          'd_z true  estimate  sigma')
+        call console%line('case          d_x true  estimate  error*    d_y true  estimate  error*    '// &
+                          'd_z true  estimate  error*')
     end subroutine show_heading
 
     !> The first run of a case, as an operator would see it.
-    subroutine show_one_calibration(simulator, plan, console, error)
+    subroutine show_one_calibration(simulator, plan, predicted, console, error)
         type(simulator_t), intent(in) :: simulator
         type(plan_t), intent(in) :: plan
+        real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -175,11 +176,11 @@ contains
 
         call observe(simulator, plan%seed, 1, observations, error)
         if (allocated(error)) return
-        call estimate_offset(plan%algorithms(1)%text, observations, solution, error)
+        call estimate_offset(plan%algorithms(1)%text, observations, solution, error, with_covariance=.false.)
         if (allocated(error)) return
         write (row, '(a, t13, 3(f10.4, f10.4, f8.4, :, 2x))') trim(simulator%case%setup%name), &
             (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
-             sqrt(solution%covariance(i, i))/MILLIMETRE, i=1, 3)
+             predicted(i), i=1, 3)
         call console%line(trim(row))
     end subroutine show_one_calibration
 end module gracecg_command_montecarlo

@@ -42,14 +42,6 @@ module gracecg_lapack
             real(dp), intent(out) :: rcond, work(*)
             integer, intent(out) :: iwork(*), info
         end subroutine dpocon
-
-        subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
-            import :: dp
-            character(1), intent(in) :: uplo, trans
-            integer, intent(in) :: n, k, lda, ldc
-            real(dp), intent(in) :: alpha, a(lda, *), beta
-            real(dp), intent(inout) :: c(ldc, *)
-        end subroutine dsyrk
     end interface
 
 contains
@@ -77,21 +69,25 @@ contains
     !> Normal matrix A^T A and right-hand side A^T b of a weighted least-squares problem whose rows
     !> have already been multiplied by the square roots of their weights.
     !>
-    !> The rows are the columns of `rows` (one observation a column, contiguous in memory).
-    subroutine normal_equations(rows, observed, normal, rhs)
+    !> The rows are the columns of `rows` (one observation a column, contiguous in memory). Not by
+    !> dsyrk: a threaded BLAS would start threads of its own inside those of a Monte Carlo.
+    pure subroutine normal_equations(rows, observed, normal, rhs)
         real(dp), contiguous, intent(in) :: rows(:, :)  !! n parameters x m observations
         real(dp), intent(in) :: observed(:)             !! m
         real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
         real(dp), intent(out) :: rhs(:)                 !! n
 
-        integer :: n, i
+        integer :: n, i, k
 
         n = size(rows, 1)
-        call dsyrk('U', 'N', n, size(rows, 2), 1.0_dp, rows, n, 0.0_dp, normal, n)
-        do i = 2, n
-            normal(i, 1:i - 1) = normal(1:i - 1, i)
+        normal = 0
+        rhs = 0
+        do k = 1, size(rows, 2)
+            do i = 1, n
+                normal(:, i) = normal(:, i) + rows(:, k)*rows(i, k)
+            end do
+            rhs = rhs + rows(:, k)*observed(k)
         end do
-        rhs = matmul(rows, observed)
     end subroutine normal_equations
 
     !> Solves the normal equations N x = b by Cholesky's factorisation, after scaling N to a unit

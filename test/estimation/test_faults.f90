@@ -21,7 +21,7 @@ module test_faults
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
-        lose_magnetometer, replace_magnetometer_by_model
+        lose_magnetometer
     use gracecg_monte_carlo, only: prediction_t, predict_errors
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: check_fails, check_passes
@@ -58,7 +58,6 @@ contains
                     new_unittest('magnetometer-gap', test_magnetometer_gap), &
                     new_unittest('magnetometer-lost-without-remedy', test_no_remedy), &
                     new_unittest('model-field-is-right', test_model_field), &
-                    new_unittest('model-error-in-the-simulation', test_model_error), &
                     new_unittest('accelerometer-samples-missing', test_missing_samples), &
                     new_unittest('not-a-number', test_nan), &
                     new_unittest('repeated-samples', test_repeated), &
@@ -381,44 +380,6 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(field + spread(BIAS, 2, 60) - clean%field)), 0.0_dp, thr=1e-11_dp)
     end subroutine test_model_field
-
-    !> The error that a simulation puts on the model: constant in an arc, the same again for a run, and
-    !> of the deviation asked for (chi-square, 99.9 % limits).
-    subroutine test_model_error(error)
-        type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: RUNS = 40
-        real(dp), parameter :: SIGMA = 150e-9_dp
-        type(observation_set_t) :: good, exact, model, again
-        type(error_t), allocatable :: failure
-        real(dp) :: offset(3), squares, limits(2)
-        integer :: run
-
-        call fault_free(good, error)
-        if (allocated(error)) return
-        squares = 0
-        do run = 1, RUNS
-            exact = good
-            call replace_magnetometer_by_model(reference%simulator, SEED, run, 0.0_dp, exact, failure)
-            model = good
-            if (.not. allocated(failure)) &
-                call replace_magnetometer_by_model(reference%simulator, SEED, run, SIGMA, model, failure)
-            call check_passes(error, message_of(failure))
-            if (allocated(error)) return
-            offset = model%field(:, 1) - exact%field(:, 1)
-            call check(error, maxval(abs(model%field - exact%field - spread(offset, 2, 60))), 0.0_dp, &
-                       thr=1e-18_dp)
-            if (allocated(error)) return
-            squares = squares + sum((offset/SIGMA)**2)
-        end do
-        limits = chi_square_limits(3*RUNS)
-        call check(error, squares > limits(1) .and. squares < limits(2), 'not of the deviation')
-        if (allocated(error)) return
-        again = good
-        call replace_magnetometer_by_model(reference%simulator, SEED, RUNS, SIGMA, again, failure)
-        call check(error, maxval(abs(again%field - model%field)), 0.0_dp)
-        if (allocated(error)) return
-        call check(error, maxval(abs(exact%field - good%field)), 0.0_dp, thr=100e-9_dp)
-    end subroutine test_model_error
 
     !> Every tenth sample lost: the sigmas grow by about sqrt(10/9).
     subroutine test_missing_samples(error)
