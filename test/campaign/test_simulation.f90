@@ -5,7 +5,7 @@ module test_simulation
     use gracecg_error, only: error_t, message_of
     use gracecg_vectors, only: cross
     use gracecg_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
-    use gracecg_statistics, only: chi_square_limits, Z_999
+    use statistics, only: chi_square_limits, Z_999
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_equations_of_motion, only: OMEGA, POSITION, ATTITUDE
     use gracecg_observation_set, only: observation_set_t

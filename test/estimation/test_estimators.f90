@@ -10,7 +10,7 @@ module test_estimators
         rotation_angle_between
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_statistics, only: chi_square_limits
+    use statistics, only: chi_square_limits
     use gracecg_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
     use gracecg_observation_set, only: observation_set_t
     use gracecg_preprocessing, only: fitting_data_t, preprocess

@@ -9,7 +9,7 @@ module test_faults
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t, message_of
     use gracecg_text, only: string_t
-    use gracecg_statistics, only: chi_square_limits
+    use statistics, only: chi_square_limits
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_time, only: utc_plus
     use gracecg_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t

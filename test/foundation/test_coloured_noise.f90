@@ -6,7 +6,7 @@ module test_coloured_noise
     use gracecg_error, only: error_t, message_of
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED
-    use gracecg_statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -2,7 +2,7 @@
 module test_random
     use gracecg_kinds, only: dp, i8
     use gracecg_random, only: random_stream_t, new_stream, philox_4x32
-    use gracecg_statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

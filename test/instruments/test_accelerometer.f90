@@ -10,7 +10,7 @@ module test_accelerometer
     use gracecg_coloured_noise, only: coloured_noise_t
     use gracecg_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration, &
         WARNING_LENGTH
-    use gracecg_statistics, only: Z_999, mean, correlation
+    use statistics, only: Z_999, mean, correlation
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -5,7 +5,7 @@ module test_magnetometer
     use gracecg_error, only: error_t, message_of
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_magnetometer, only: magnetometer_t
-    use gracecg_statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -10,7 +10,7 @@ module test_quest
         quaternion_from_axis_angle, normalised
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_quest, only: quest, q_method
-    use gracecg_statistics, only: Z_999, mean, chi_square_limits
+    use statistics, only: Z_999, mean, chi_square_limits
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -10,7 +10,7 @@ module test_star_camera
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_star_camera, only: star_camera_t, star_frame_t, N_HEADS
-    use gracecg_statistics, only: Z_999, chi_square_limits, ljung_box
+    use statistics, only: Z_999, chi_square_limits, ljung_box
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

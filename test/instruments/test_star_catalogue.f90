@@ -6,7 +6,7 @@ module test_star_catalogue
     use gracecg_quaternion, only: rotation_matrix, normalised
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_statistics, only: Z_999, mean, variance
+    use statistics, only: Z_999, mean, variance
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -2,8 +2,8 @@
 !>
 !> Limits are for a confidence of 99.9 %: what follows the hypothesis exceeds them with a
 !> probability of 0.001.
-module gracecg_statistics
-    use gracecg_kinds, only: dp
+module statistics
+    use, intrinsic :: iso_fortran_env, only: dp => real64
     implicit none
     private
     public :: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
@@ -62,4 +62,4 @@ contains
         end do
         statistic = statistic*n*(n + 2.0_dp)
     end function ljung_box
-end module gracecg_statistics
+end module statistics
