@@ -112,17 +112,19 @@ contains
         type(campaign_t), intent(in) :: campaign
         character(COMMENT_LENGTH), allocatable :: comments(:)
 
-        integer :: a, i
+        integer :: a, i, n
 
-        allocate (comments(0))
+        allocate (comments(size(campaign%cases)*(1 + size(campaign%algorithms))))
+        n = 0
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
-                comments = [comments, comment('case '//trim(case%name)//' checksum '// &
-                                              integer_text(case%checksum)//' offset_mm', case%offset)]
+                n = n + 1
+                comments(n) = comment('case '//trim(case%name)//' checksum '// &
+                                      integer_text(case%checksum)//' offset_mm', case%offset)
                 do a = 1, size(campaign%algorithms)
-                    comments = [comments, comment('predicted '//trim(case%name)//' '// &
-                                                  trim(campaign%algorithms(a)), &
-                                                  campaign%entries(a, i)%predicted)]
+                    n = n + 1
+                    comments(n) = comment('predicted '//trim(case%name)//' '// &
+                                          trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
                 end do
             end associate
         end do
