@@ -10,13 +10,13 @@
 !>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
 module gracecg_campaign_files
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, fail
+    use gracecg_error, only: error_t
     use gracecg_version, only: VERSION
-    use gracecg_text, only: string_t, append, integer_text, join, padded, parse_integer, parse_real, &
+    use gracecg_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
         real_text, split, split_words
     use gracecg_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_csv, only: csv_writer_t
-    use gracecg_campaign, only: campaign_t, campaign_case_t, campaign_entry_t, AXES
+    use gracecg_campaign, only: campaign_t, campaign_case_t, AXES
     implicit none
     private
     public :: write_table, write_runs, read_runs
