@@ -10,13 +10,13 @@
 !>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
 module gracecg_campaign_files
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, fail
+    use gracecg_error, only: error_t
     use gracecg_version, only: VERSION
-    use gracecg_text, only: string_t, append, integer_text, join, padded, parse_integer, parse_real, &
+    use gracecg_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
         real_text, split, split_words
     use gracecg_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_csv, only: csv_writer_t
-    use gracecg_campaign, only: campaign_t, campaign_case_t, campaign_entry_t, AXES
+    use gracecg_campaign, only: campaign_t, campaign_case_t, AXES
     implicit none
     private
     public :: write_table, write_runs, read_runs
@@ -112,17 +112,19 @@ contains
         type(campaign_t), intent(in) :: campaign
         character(COMMENT_LENGTH), allocatable :: comments(:)
 
-        integer :: a, i
+        integer :: a, i, n
 
-        allocate (comments(0))
+        allocate (comments(size(campaign%cases)*(1 + size(campaign%algorithms))))
+        n = 0
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
-                comments = [comments, comment('case '//trim(case%name)//' checksum '// &
-                                              integer_text(case%checksum)//' offset_mm', case%offset)]
+                n = n + 1
+                comments(n) = comment('case '//trim(case%name)//' checksum '// &
+                                      integer_text(case%checksum)//' offset_mm', case%offset)
                 do a = 1, size(campaign%algorithms)
-                    comments = [comments, comment('predicted '//trim(case%name)//' '// &
-                                                  trim(campaign%algorithms(a)), &
-                                                  campaign%entries(a, i)%predicted)]
+                    n = n + 1
+                    comments(n) = comment('predicted '//trim(case%name)//' '// &
+                                          trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
                 end do
             end associate
         end do
