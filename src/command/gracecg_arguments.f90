@@ -401,7 +401,7 @@ contains
         if (present(choices)) call choose(name, choices, value, error)
     end subroutine get_text
 
-    !> A list of texts, separated by commas in one value; with `choices`, each one of these.
+    !> A list of different texts, separated by commas in one value; with `choices`, each one of these.
     subroutine get_list(self, name, value, error, default, choices)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
@@ -411,7 +411,7 @@ contains
         character(*), intent(in), optional :: choices(:)
 
         type(string_t), allocatable :: given(:)
-        integer :: i
+        integer :: i, k
 
         allocate (value(0))
         call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
@@ -428,6 +428,11 @@ contains
                 call choose(name, choices, value(i)%text, error)
             end if
             if (allocated(error)) return
+            do k = 1, i - 1
+                if (value(k)%text /= value(i)%text) cycle
+                call fail(error, 'option '//name//': "'//value(i)%text//'" is twice in the list')
+                return
+            end do
         end do
     end subroutine get_list
 

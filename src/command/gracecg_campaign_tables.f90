@@ -1,24 +1,42 @@
 !> What montecarlo and merge print of a campaign: the layout of Tables 6.1 and 6.2 of CSR-TM-00-01.
 module gracecg_campaign_tables
     use gracecg_kinds, only: dp
+    use gracecg_error, only: error_t, fail
     use gracecg_text, only: integer_text
     use gracecg_campaign, only: campaign_t, verdict_t, campaign_verdict, AXES
+    use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
     private
-    public :: show_campaign, percent, REPORT_RUNS
+    public :: show_campaign, read_campaign_files, wide, percent, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
+    integer, parameter :: NAME_WIDTH = 10           !! Of the column of the cases, for short names
 
 contains
+
+    !> The files for the results, --out and --runs-out; empty where there shall be none.
+    subroutine read_campaign_files(arguments, table_file, runs_file, misuse)
+        type(arguments_t), intent(in) :: arguments
+        character(:), allocatable, intent(out) :: table_file, runs_file
+        type(error_t), allocatable, intent(out) :: misuse
+
+        call arguments%get('--out', table_file, misuse, default='')
+        if (.not. allocated(misuse)) call arguments%get('--runs-out', runs_file, misuse, default='')
+        if (allocated(misuse)) return
+        if (table_file /= '' .and. table_file == runs_file) then
+            call fail(misuse, 'options --out and --runs-out name the same file, '//table_file)
+        end if
+    end subroutine read_campaign_files
 
     !> RMS by case and axis; a row of ours, one of the report and one of theory; then the verdict.
     subroutine show_campaign(campaign, console)
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
 
+        character(:), allocatable :: label
         character(160) :: row
-        integer :: a, i, axis, n, runs
+        integer :: a, i, axis, n, runs, width
 
         n = size(campaign%algorithms)
         runs = size(campaign%entries(1, 1)%run)
@@ -26,20 +44,22 @@ contains
                           integer_text(REPORT_RUNS)//' in CSR-TM-00-01 (Tables 6.1 and 6.2), and theory')
         if (n > 1) call console%line('(here all algorithms work on the same observations; in the report '// &
                                      'each had its own)')
-        write (row, '(a, t27, *(a12))') 'case      axis', (trim(campaign%algorithms(a)), a=1, n)
-        call console%line(trim(row))
+        width = max(NAME_WIDTH, maxval(len_trim(campaign%cases%name)) + 2)
+        write (row, '(a, t17, *(a12))') 'axis', (trim(campaign%algorithms(a)), a=1, n)
+        call console%line(wide('case', width)//trim(row))
         do i = 1, size(campaign%cases)
             associate (entries => campaign%entries(:, i))
                 do axis = 1, 3
-                    write (row, '(a, t11, a, t16, a, t27, *(f12.5))') trim(campaign%cases(i)%name), &
-                        AXES(axis), 'here', entries%statistics%rms(axis)
-                    call console%line(trim(row))
+                    label = wide(trim(campaign%cases(i)%name), width)
+                    write (row, '(a, t6, a, t17, *(f12.5))') AXES(axis), 'here', entries%statistics%rms(axis)
+                    call console%line(label//trim(row))
+                    label = wide('', width)
                     if (any(entries%published(axis) > 0)) then
-                        write (row, '(t16, a, t27, *(f12.5))') 'report', entries%published(axis)
-                        call console%line(trim(row))
+                        write (row, '(t6, a, t17, *(f12.5))') 'report', entries%published(axis)
+                        call console%line(label//trim(row))
                     end if
-                    write (row, '(t16, a, t27, *(f12.5))') 'theory', entries%predicted(axis)
-                    call console%line(trim(row))
+                    write (row, '(t6, a, t17, *(f12.5))') 'theory', entries%predicted(axis)
+                    call console%line(label//trim(row))
                 end do
             end associate
         end do
@@ -67,6 +87,15 @@ contains
             call console%message('warning: '//integer_text(verdict%not_converged)//' runs did not converge')
         end if
     end subroutine show_verdict
+
+    !> A text with blanks behind it to a width; a longer one as it is.
+    pure function wide(text, width) result(padded)
+        character(*), intent(in) :: text
+        integer, intent(in) :: width
+        character(:), allocatable :: padded
+
+        padded = text//repeat(' ', max(0, width - len(text)))
+    end function wide
 
     function percent(part) result(text)
         real(dp), intent(in) :: part

@@ -13,6 +13,7 @@ module gracecg_command_errors
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_error_sources, only: new_switched_simulator, study_switches, STUDY_NAMES
+    use gracecg_file, only: check_writable
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -64,7 +65,8 @@ contains
         if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
         if (allocated(misuse)) return
 
-        call find_case(case_name, case, error)
+        call check_writable(path, error)
+        if (.not. allocated(error)) call find_case(case_name, case, error)
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')

@@ -5,7 +5,7 @@ module gracecg_command_merge
     use gracecg_campaign, only: campaign_t
     use gracecg_campaign_files, only: read_runs, write_table, write_runs
     use gracecg_campaign_merge, only: merge_campaigns
-    use gracecg_campaign_tables, only: show_campaign
+    use gracecg_campaign_tables, only: show_campaign, read_campaign_files
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -45,8 +45,7 @@ contains
         character(:), allocatable :: table_file, runs_file
         integer :: i, missing
 
-        call arguments%get('--out', table_file, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--runs-out', runs_file, misuse, default='')
+        call read_campaign_files(arguments, table_file, runs_file, misuse)
         if (allocated(misuse)) return
 
         allocate (parts(arguments%positional_count()), names(arguments%positional_count()))

@@ -5,6 +5,7 @@ module gracecg_command_montecarlo
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail
     use gracecg_text, only: string_t, integer_text, join, padded, parse_integer
+    use gracecg_file, only: check_writable
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
@@ -14,7 +15,7 @@ module gracecg_command_montecarlo
     use gracecg_simulation, only: simulator_t, new_simulator, observe
     use gracecg_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
     use gracecg_campaign_files, only: write_table, write_runs
-    use gracecg_campaign_tables, only: show_campaign, REPORT_RUNS
+    use gracecg_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -68,6 +69,9 @@ contains
 
         call read_plan(arguments, plan, misuse)
         if (allocated(misuse)) return
+        call check_writable(plan%table_file, error)
+        if (.not. allocated(error)) call check_writable(plan%runs_file, error)
+        if (allocated(error)) return
         campaign = new_campaign(padded(plan%algorithms), size(plan%cases), plan%seed, plan%runs, &
                                 plan%shard, plan%shards)
         do i = 1, size(plan%cases)
@@ -99,8 +103,7 @@ contains
         if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
         if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
                                                         default=omp_get_num_procs(), low=1, high=MOST_THREADS)
-        if (.not. allocated(misuse)) call arguments%get('--out', plan%table_file, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--runs-out', plan%runs_file, misuse, default='')
+        if (.not. allocated(misuse)) call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
     end subroutine read_plan
 
     subroutine read_shard(arguments, plan, misuse)
@@ -178,9 +181,9 @@ contains
         if (allocated(error)) return
         call estimate_offset(plan%algorithms(1)%text, observations, solution, error, with_covariance=.false.)
         if (allocated(error)) return
-        write (row, '(a, t13, 3(f10.4, f10.4, f8.4, :, 2x))') trim(simulator%case%setup%name), &
+        write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
             (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
              predicted(i), i=1, 3)
-        call console%line(trim(row))
+        call console%line(wide(trim(simulator%case%setup%name), 12)//trim(row))
     end subroutine show_one_calibration
 end module gracecg_command_montecarlo

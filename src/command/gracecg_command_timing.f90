@@ -4,6 +4,7 @@ module gracecg_command_timing
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t
+    use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text
     use gracecg_time, only: utc_text
@@ -56,6 +57,8 @@ contains
                                                         low=1, high=LONGEST_STEP)
         if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
         if (allocated(misuse)) return
+        call check_writable(path, error)
+        if (allocated(error)) return
 
         call console%progress('timing: '//satellite)
         call report_case(satellite//'-1', case, error)

@@ -2,6 +2,7 @@
 module gracecg_command_trim
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, join, real_text
     use gracecg_csv, only: csv_writer_t
@@ -60,6 +61,8 @@ contains
         if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
         if (.not. allocated(misuse)) call read_settings(arguments, settings, misuse)
         if (allocated(misuse)) return
+        call check_writable(path, error)
+        if (allocated(error)) return
 
         name = 'front-1'
         if (arguments%positional_count() > 0) name = arguments%positional(1)

@@ -12,7 +12,7 @@ module gracecg_assest
     use gracecg_offset_problem, only: offset_problem_t, prepare_offset
     use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
-    use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
+    use gracecg_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
     implicit none
     private
@@ -66,6 +66,9 @@ contains
         if (with_covariance) then
             call propagate_noise(observations%setup, attitude, attitude_batch, offset, offset_batch, &
                                  solution%covariance, error)
+            if (.not. allocated(error)) &
+                call check_accelerations(observations%setup, data, offset_batch%residuals, &
+                                         solution%warnings, error)
             if (.not. allocated(error)) call check_torque(observations%setup, attitude, solution%warnings, error)
         end if
     end subroutine estimate_assest

@@ -11,7 +11,7 @@ module gracecg_combined_estimation
     use gracecg_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, offset_scales
     use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
-    use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
+    use gracecg_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
     implicit none
     private
@@ -65,6 +65,9 @@ contains
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (with_covariance) then
             call propagate_noise(observations%setup, problem, batch, solution%covariance, error)
+            if (.not. allocated(error)) &
+                call check_accelerations(observations%setup, data, batch%residuals(problem%attitude_observations + 1:), &
+                                         solution%warnings, error)
             if (.not. allocated(error)) call check_torque(observations%setup, problem, solution%warnings, error)
         end if
     end subroutine estimate_combined

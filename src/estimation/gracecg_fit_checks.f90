@@ -5,16 +5,25 @@ module gracecg_fit_checks
     use gracecg_text, only: string_t, append
     use gracecg_lapack, only: normal_equations, solve_normal_equations
     use gracecg_quaternion, only: rotation_matrix
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_observation_set, only: calibration_setup_t, HEADS
     use gracecg_preprocessing, only: fitting_data_t
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     implicit none
     private
-    public :: refuse_stuck_axis, check_torque, estimate_torque_factor
+    public :: refuse_stuck_axis, check_accelerations, check_torque, estimate_torque_factor
 
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
     real(dp), parameter :: DOUBTFUL = 0.05_dp, WRONG = 0.5_dp
     real(dp), parameter :: SIGNIFICANT = 4      !! In standard deviations
+    real(dp), parameter :: OUTLYING = 10        !! Of a residual, in RMS of all
+    real(dp), parameter :: MUCH_NOISE = 20
+    !! Of the residuals' RMS, in standard deviations of the accelerometer's noise: air drag that is not
+    !! a straight line makes up to 5 in the cases of CSR-TM-00-01
+    real(dp), parameter :: MISFITTING = 2
+    !! RMS of the attitude's residuals, in standard deviations of the star camera's noise: 0.97 to 1.02
+    !! in the cases of CSR-TM-00-01
 
 contains
 
@@ -23,7 +32,6 @@ contains
         type(fitting_data_t), intent(in) :: data
         type(error_t), allocatable, intent(out) :: error
 
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         integer :: axis
 
         do axis = 1, 3
@@ -36,30 +44,75 @@ contains
         end do
     end subroutine refuse_stuck_axis
 
+    !> Examines the residuals of the accelerometer after the fit. Fails when a single sample is far
+    !> from the fit: a spike pulls the offset without enlarging its sigma. Warns where all residuals are
+    !> much larger than the noise: a wrong unit, many spikes, forces that the fit does not model.
+    subroutine check_accelerations(setup, data, residuals, warnings, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(fitting_data_t), intent(in) :: data
+        real(dp), intent(in) :: residuals(:)        !! x, y, z of each sample in turn, m/s^2
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(coloured_noise_t) :: noise
+        real(dp) :: rms, deviation(1)
+        integer :: axis, worst
+
+        do axis = 1, 3
+            associate (left => residuals(axis::3))
+                rms = norm2(left)/sqrt(real(size(left), dp))
+                worst = maxloc(abs(left), dim=1)
+                if (abs(left(worst)) > OUTLYING*rms) then
+                    call fail(error, 'accelerometer: the sample of axis '//AXES(axis)//' at '// &
+                              number_text(data%accelerometer_epoch(worst)*data%interval)//' s is '// &
+                              number_text(left(worst))//' m/s^2 off the fit, '// &
+                              number_text(abs(left(worst))/rms)//' times the RMS of all residuals; '// &
+                              'if it is a fault, leave the sample out')
+                    return
+                end if
+            end associate
+            noise = coloured_noise(setup%accelerometer_psd_level(axis), setup%accelerometer_psd_corner(axis), &
+                                   setup%accelerometer_psd_sides, setup%accelerometer_interval, error)
+            if (allocated(error)) return
+            deviation = sqrt(noise%autocovariance([0]))
+            if (.not. deviation(1) > 0 .or. rms <= MUCH_NOISE*deviation(1)) cycle
+            call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
+                        number_text(rms)//' m/s^2, '//number_text(rms/deviation(1))//' times the noise '// &
+                        'of the setup: check the unit of the samples; the offset may be wrong')
+        end do
+    end subroutine check_accelerations
+
     !> Compares the magnetic torque m x B of the setup and the magnetometer with the turn that the star
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
-    !> the torque is missing or too much; the offset would be off by as much. Warns of less, and of a
-    !> setup whose rods stay off.
+    !> the torque is missing or too much; the offset would be off by as much. Warns of less, of a setup
+    !> whose rods stay off, and of attitudes that no factor makes fit.
     subroutine check_torque(setup, problem, warnings, error)
         type(calibration_setup_t), intent(in) :: setup
         class(attitude_problem_t), intent(in) :: problem    !! After the fit
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: found
-        real(dp) :: factor, sigma
+        character(:), allocatable :: found, doubt
+        real(dp) :: factor, sigma, misfit
 
         if (.not. any(abs(problem%data%torque) > 0)) then
             call append(warnings, 'the torque rods are off all the time: the offset is hardly observable')
             return
         end if
-        call estimate_torque_factor(setup, problem, factor, sigma, error)
+        call estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
         if (allocated(error)) return
+        doubt = ''
+        if (misfit > MISFITTING) then
+            doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
+                    ' times their noise: faulty samples, or rods that fired otherwise than the setup says'
+            call append(warnings, doubt)
+            doubt = '; '//doubt
+        end if
         if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
         found = 'the satellite turned as if the torque of the rods were '//number_text(factor)// &
             ' (sigma '//number_text(sigma)//') times that of setup and magnetic field'
         if (abs(factor - 1) > WRONG) then
-            call fail(error, found//': did the rods fire as the setup says?')
+            call fail(error, found//': did the rods fire as the setup says?'//doubt)
         else
             call append(warnings, found//'; the offset may be off by as much')
         end if
@@ -72,10 +125,12 @@ contains
     !> from the residuals, but is at least that of the star camera's noise: the variance of the samples
     !> is that of the residuals over the mean of (1-g)^2 + g^2 of the interpolation, and
     !> pseudo-observations between the same samples count as one.
-    subroutine estimate_torque_factor(setup, problem, factor, sigma, error)
+    subroutine estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
         type(calibration_setup_t), intent(in) :: setup
         class(attitude_problem_t), intent(in) :: problem    !! After the fit
         real(dp), intent(out) :: factor, sigma
+        real(dp), intent(out) :: misfit
+        !! RMS of the residuals in standard deviations of the noise; 0 if that is unknown
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: N = 10    ! small angles, angular velocity, constant torque, factor
@@ -89,6 +144,7 @@ contains
 
         factor = 1
         sigma = 0
+        misfit = 0
         call prepare_attitude(setup, problem%data, .true., trial)
         trial%quaternion = problem%quaternion
         trial%angular_velocity = problem%angular_velocity
@@ -112,7 +168,10 @@ contains
                    g => problem%data%attitude_source%fraction, &
                    shared => max(1.0_dp, setup%star_camera_interval/setup%accelerometer_interval))
             variance = sum(left**2)/max(1, m - N)*size(g)/sum((1 - g)**2 + g**2)
-            if (noise_is_known(setup)) variance = max(1.0_dp, variance)
+            if (noise_is_known(setup)) then
+                misfit = sqrt(variance)
+                variance = max(1.0_dp, variance)
+            end if
             sigma = sqrt(covariance(N, N)*shared*variance)
         end associate
 

@@ -11,7 +11,7 @@ module gracecg_file
     use gracecg_text, only: integer_text
     implicit none
     private
-    public :: file_exists, directory_exists, make_directory, remove_file
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable
     public :: text_file_t, read_text_file, text_file_of, output_file_t
 
     type :: text_file_t
@@ -318,6 +318,19 @@ contains
             call fail_in_file(error, self%name, number, message)
         end if
     end subroutine fail_at_line
+
+    !> Fails when a file of that name could not be written: to be asked before long work. An empty name
+    !> stands for no file.
+    subroutine check_writable(path, error)
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+
+        if (path == '') return
+        call file%open(path, error)
+        call file%discard()
+    end subroutine check_writable
 
     !> Begins a file. Fails when it cannot be written in its folder. A path below /dev is written
     !> directly: a device must not be replaced by a file.

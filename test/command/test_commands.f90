@@ -35,6 +35,7 @@ contains
                     new_unittest('cases', test_cases), &
                     new_unittest('case-files', test_case_files), &
                     new_unittest('broken-case-files', test_broken_cases), &
+                    new_unittest('long-case-names', test_long_names), &
                     new_unittest('simulate', test_simulate), &
                     new_unittest('estimate', test_estimate), &
                     new_unittest('no-convergence', test_no_convergence), &
@@ -307,6 +308,26 @@ contains
         if (.not. allocated(error)) call check(error, a%text == b%text, name//' differs')
     end subroutine same_file
 
+    !> The columns of montecarlo give way to a long name.
+    subroutine test_long_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: NAME = 'with-physical-weights'
+        character(:), allocatable :: output
+        integer :: at
+
+        call succeeds(error, 'cases show front-3', output)
+        if (allocated(error)) return
+        at = index(output, 'front-3')
+        call make_file(error, 'case.nml', output(:at - 1)//NAME//output(at + len('front-3'):))
+        if (.not. allocated(error)) &
+            call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
+                          output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'  x    here ') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'    0.3000 ') > 0, output)
+        if (.not. allocated(error)) &
+            call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x    here ') > 0, output)
+    end subroutine test_long_names
+
     !> Case files with one line changed: the message names file, line and key, and nothing is
     !> written.
     subroutine test_broken_cases(error)
@@ -568,6 +589,7 @@ contains
     !> way.
     subroutine test_unwritable(error)
         type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: UNWRITABLE(1) = ['/proc/gracecg: cannot be written']
         character(:), allocatable :: output
 
         call make_file(error, 'a-file', 'text')
@@ -579,6 +601,12 @@ contains
                      [character(W) :: '/proc/gracecg: cannot make this folder'])
         call refused(error, 'verify front-1 --out /proc/gracecg', STATUS_FAILED, &
                      [character(W) :: '/proc/gracecg: cannot make this folder'])
+        call refused(error, 'montecarlo --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'montecarlo --runs 1 --runs-out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'errors --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'magnetometer-loss --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'trim --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'timing --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
         if (.not. allocated(error)) &
             call succeeds(error, 'verify back-2 --out '//FOLDER//'held/setup.nml', output)
         call refused(error, 'simulate front-1 --out '//FOLDER//'held', STATUS_FAILED, &

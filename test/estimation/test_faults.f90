@@ -67,6 +67,10 @@ contains
                     new_unittest('weak-rods', test_weak_rods), &
                     new_unittest('rods-off-in-the-setup', test_rods_off), &
                     new_unittest('stuck-axis', test_stuck_axis), &
+                    new_unittest('spike', test_spike), &
+                    new_unittest('wrong-unit', test_wrong_unit), &
+                    new_unittest('wrong-attitude', test_wrong_attitude), &
+                    new_unittest('wrong-frequency', test_wrong_frequency), &
                     new_unittest('too-few-stars', test_too_few_stars)]
     end subroutine collect_faults
 
@@ -195,6 +199,71 @@ contains
 
         deallocate (observations%orbit_time, observations%orbit_position)
     end subroutine lose_orbit
+
+    !> One accelerometer sample is wrong by more than the satellite can accelerate.
+    subroutine test_spike(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+
+        call fault_free(observations, error)
+        observations%acceleration(2, 101) = observations%acceleration(2, 101) + 1e-6_dp
+        call refused(error, observations, [character(W) :: 'the sample of axis y at 10.1 s is ', 'off the fit'])
+    end subroutine test_spike
+
+    !> Micrometres instead of metres.
+    subroutine test_wrong_unit(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call fault_free(observations, error)
+        if (allocated(error)) return
+        observations%acceleration = 1e6_dp*observations%acceleration
+        call estimate_offset('assest-rde', observations, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call warned(error, solution%warnings, &
+                                                [character(W) :: 'residuals of axis z', 'check the unit'])
+    end subroutine test_wrong_unit
+
+    !> One attitude of another place in the sky: the message tells of the star camera too.
+    subroutine test_wrong_attitude(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        type(calibration_solution_t) :: solution
+
+        call fault_free(observations, error)
+        if (allocated(error)) return
+        observations%quaternion(:, 101) = 0.5_dp
+        call estimate_offset('assest-fde', observations, solution, failure)
+        if (allocated(failure)) then
+            call check_fails(error, failure%message, [character(W) :: 'star camera', 'faulty samples'])
+        else
+            call warned(error, solution%warnings, [character(W) :: 'star camera', 'faulty samples'])
+        end if
+    end subroutine test_wrong_attitude
+
+    !> The rods fire at 0.1 Hz, but the setup of case 1 says 0.2 Hz.
+    subroutine test_wrong_frequency(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        observations%setup%rods%activations%frequency = 2*observations%setup%rods%activations%frequency
+        call estimate_offset('assest-fde', observations, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call warned(error, solution%warnings, &
+                                                [character(W) :: 'star camera are off the fit', 'rods'])
+    end subroutine test_wrong_frequency
 
     subroutine test_no_fault(error)
         type(error_type), allocatable, intent(out) :: error
