@@ -330,6 +330,10 @@ contains
                     [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
         call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', &
                                                           'day 32'])
+        call broken('gravity =', 'gravity = ''file''', [character(W) :: 'broken.nml:', &
+                                                        'gravity_file', 'names no file'])
+        call broken('wind_file =', 'wind_file = ''wind.txt''', &
+                    [character(W) :: 'broken.nml:', 'wind_file', 'a file that is not used'])
         call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', &
                                                         'dtm77'])
 
