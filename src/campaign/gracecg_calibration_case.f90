@@ -267,7 +267,7 @@ contains
         end if
         call settings%end_group()
         call settings%group('radiation', 'Radiation of Sun and Earth')
-        call settings%real_value('solar_irradiance', case%solar_irradiance, 0.0_dp, 1e4_dp, 'W/m^2 at 1 au', &
+        call settings%real_value('solar_irradiance', case%solar_irradiance, 1.0_dp, 1e4_dp, 'W/m^2 at 1 au', &
                                  unit='W/m^2')
         call settings%real_value('reflectivity_sun', case%reflectivity_sun, 0.0_dp, 2.0_dp, &
                                  'eta of the solar radiation pressure')

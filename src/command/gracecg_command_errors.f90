@@ -3,6 +3,7 @@ module gracecg_command_errors
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, join
     use gracecg_csv, only: csv_writer_t
@@ -65,6 +66,7 @@ contains
         if (allocated(misuse)) return
 
         call find_case(case_name, case, error)
+        if (.not. allocated(error)) call check_writable(path, error)
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')

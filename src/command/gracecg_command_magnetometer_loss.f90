@@ -3,6 +3,7 @@ module gracecg_command_magnetometer_loss
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
+    use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, real_text
     use gracecg_csv, only: csv_writer_t
@@ -69,6 +70,8 @@ contains
 
         call read_plan(arguments, plan, misuse)
         if (allocated(misuse)) return
+        call check_writable(plan%path, error)
+        if (allocated(error)) return
         do i = 1, size(NUMBERS)
             call report_case(plan%satellite//'-'//NUMBERS(i), case, error)
             if (.not. allocated(error)) call new_simulator(case, simulator, error)

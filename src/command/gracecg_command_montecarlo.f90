@@ -4,6 +4,7 @@ module gracecg_command_montecarlo
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail
+    use gracecg_file, only: check_writable
     use gracecg_text, only: string_t, integer_text, join, padded, parse_integer
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
@@ -68,6 +69,9 @@ contains
 
         call read_plan(arguments, plan, misuse)
         if (allocated(misuse)) return
+        call check_writable(plan%table_file, error)
+        if (.not. allocated(error)) call check_writable(plan%runs_file, error)
+        if (allocated(error)) return
         campaign = new_campaign(padded(plan%algorithms), size(plan%cases), plan%seed, plan%runs, &
                                 plan%shard, plan%shards)
         do i = 1, size(plan%cases)

@@ -4,6 +4,7 @@ module gracecg_command_timing
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t
+    use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text
     use gracecg_time, only: utc_text
@@ -59,6 +60,7 @@ contains
 
         call console%progress('timing: '//satellite)
         call report_case(satellite//'-1', case, error)
+        if (.not. allocated(error)) call check_writable(path, error)
         if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error)
         if (allocated(error)) return
         call scan_orbit(case, orbit, nint(TIME_OF_CASE), omp_get_num_procs(), of_cases, error)

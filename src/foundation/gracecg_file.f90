@@ -12,7 +12,7 @@ module gracecg_file
     implicit none
     private
     public :: file_exists, directory_exists, make_directory, remove_file
-    public :: text_file_t, read_text_file, text_file_of, output_file_t
+    public :: text_file_t, read_text_file, text_file_of, output_file_t, check_writable
 
     type :: text_file_t
         !! A text and where its lines begin and end
@@ -346,6 +346,19 @@ contains
             call fail(error, self%path//': cannot be written; check the permissions of '// &
                       parent_of(path))
     end subroutine open_output
+
+    !> Fails when a file cannot be written, before the work whose result it shall hold. Leaves nothing;
+    !> an empty path passes.
+    subroutine check_writable(path, error)
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+
+        if (path == '') return
+        call file%open(path, error)
+        call file%discard()
+    end subroutine check_writable
 
     !> Opens the first free one of PATH.part1, PATH.part2, ...: never a file that exists.
     subroutine open_temporary(self)
