@@ -173,13 +173,30 @@ contains
         call settings%text_value('gravity', case%gravity_model, 'geopotential', &
                                  [character(16) :: 'egm96', 'point-mass', 'file'])
         call settings%text_value('gravity_file', case%gravity_file, 'ICGEM .gfc file')
+        call check_file_key(settings, 'gravity', case%gravity_model, case%gravity_file)
         call settings%integer_value('degree', case%gravity_degree, 0, 360, 'of the geopotential')
         call settings%integer_value('order', case%gravity_order, 0, 360, 'of the geopotential')
         call settings%text_value('magnetic_field', case%field_model, 'geomagnetic field', &
                                  [character(16) :: 'igrf95', 'igrf14', 'file'])
         call settings%text_value('magnetic_field_file', case%field_file, 'SHC file')
+        call check_file_key(settings, 'magnetic_field', case%field_model, case%field_file)
         call settings%end_group()
     end subroutine describe_earth
+
+    !> A model from a file needs the file's name, and a name asks for that model: a file that is named
+    !> and not used would go unnoticed.
+    subroutine check_file_key(settings, key, choice, path)
+        class(settings_t), intent(inout) :: settings
+        character(*), intent(in) :: key     !! That chooses the model; key_file names the file
+        character(*), intent(in) :: choice, path
+
+        if (choice == 'file' .and. path == '') then
+            call settings%reject(key//'_file', 'names no file, but '//key//' = ''file''')
+        else if (choice /= 'file' .and. path /= '') then
+            call settings%reject(key//'_file', 'names a file that is not used: write '//key// &
+                                 ' = ''file'' to use it, or leave it empty')
+        end if
+    end subroutine check_file_key
 
     subroutine describe_atmosphere(settings, case)
         class(settings_t), intent(inout) :: settings
@@ -193,6 +210,7 @@ contains
         call settings%text_value('space_weather', case%space_weather, 'solar flux and Kp of the date', &
                                  [character(16) :: 'table', 'given', 'file'])
         call settings%text_value('space_weather_file', case%space_weather_file, 'if file')
+        call check_file_key(settings, 'space_weather', case%space_weather, case%space_weather_file)
         call settings%real_value('f107', case%f107, 50.0_dp, 500.0_dp, 'sfu, of the day before, if given', &
                                  unit='sfu')
         call settings%real_value('f107_mean', case%f107_mean, 50.0_dp, 500.0_dp, 'sfu, 81-day mean, if given', &
@@ -215,6 +233,7 @@ contains
         call settings%text_value('wind', case%wind_model, 'horizontal wind', &
                                  [character(16) :: 'hwm93', 'constant', 'none', 'file'])
         call settings%text_value('wind_file', case%wind_file, 'if file')
+        call check_file_key(settings, 'wind', case%wind_model, case%wind_file)
         call settings%real_value('wind_east', case%wind_east, -2000.0_dp, 2000.0_dp, 'm/s, if constant', &
                                  unit='m/s')
         call settings%real_value('wind_north', case%wind_north, -2000.0_dp, 2000.0_dp, 'm/s, if constant', &
@@ -248,7 +267,7 @@ contains
         end if
         call settings%end_group()
         call settings%group('radiation', 'Radiation of Sun and Earth')
-        call settings%real_value('solar_irradiance', case%solar_irradiance, 0.0_dp, 1e4_dp, 'W/m^2 at 1 au', &
+        call settings%real_value('solar_irradiance', case%solar_irradiance, 1.0_dp, 1e4_dp, 'W/m^2 at 1 au', &
                                  unit='W/m^2')
         call settings%real_value('reflectivity_sun', case%reflectivity_sun, 0.0_dp, 2.0_dp, &
                                  'eta of the solar radiation pressure')

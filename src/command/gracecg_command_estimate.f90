@@ -120,6 +120,16 @@ contains
         sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end function sigmas
 
+    !> A number with five decimals, or with an exponent where they do not fit into the width.
+    pure function fitting_text(value, width) result(text)
+        real(dp), intent(in) :: value
+        integer, intent(in) :: width
+        character(width) :: text
+
+        write (text, '(f'//integer_text(width)//'.5)') value
+        if (index(text, '*') > 0) write (text, '(es'//integer_text(width)//'.2)') value
+    end function fitting_text
+
     subroutine print_text(setup, solution, console)
         type(calibration_setup_t), intent(in) :: setup
         type(calibration_solution_t), intent(in) :: solution
@@ -134,9 +144,8 @@ contains
         call console%line(trim(setup%name)//', '//solution%algorithm// &
                           ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
-            write (line, '(2x, a, f12.5, " mm   sigma", f10.5, " mm")') &
-                AXES(i), MILLIMETRES*solution%offset(i), MILLIMETRES*sigma(i)
-            call console%line(trim(line))
+            call console%line('  '//AXES(i)//fitting_text(MILLIMETRES*solution%offset(i), 12)// &
+                              ' mm   sigma'//fitting_text(MILLIMETRES*sigma(i), 10)//' mm')
         end do
         call console%line('iterations        '//integer_text(solution%iterations)// &
                           trim(merge(' (converged)    ', ' (not converged)', solution%converged)))

@@ -87,7 +87,7 @@ contains
 
     subroutine correct_alone(self, correction)
         class(attitude_problem_t), intent(inout) :: self
-        real(dp), intent(in) :: correction(:)
+        real(dp), intent(inout) :: correction(:)
 
         call self%correct_attitude(correction)
     end subroutine correct_alone
@@ -129,11 +129,15 @@ contains
     end subroutine linearise_attitude
 
     !> X* + x. The nominal quaternion is normalised before the next iteration; in the reduced state the
-    !> quaternion of C(zeta) R(q*) replaces q* ((4-75) and (4-103) print an addition).
+    !> quaternion of C(zeta) R(q*) replaces q* ((4-75) and (4-103) print an addition). In the full
+    !> state the normalisation undoes a part of the correction, and what is left is returned: where
+    !> the torque is not known well, the least-squares quaternion stays shorter than 1, and every
+    !> correction asks for that anew.
     subroutine correct_attitude(self, correction)
         class(attitude_problem_t), intent(inout) :: self
-        real(dp), intent(in) :: correction(:)       !! At least the attitude parameters
+        real(dp), intent(inout) :: correction(:)    !! At least the attitude parameters
 
+        real(dp) :: before(4)
         integer :: n
 
         n = self%attitude_components()
@@ -141,7 +145,9 @@ contains
             self%quaternion = quaternion_of_matrix(matmul(small_rotation(correction(1:3)), &
                                                           rotation_matrix(self%quaternion)))
         else
-            self%quaternion = normalised(self%quaternion + correction(1:4))
+            before = self%quaternion
+            self%quaternion = normalised(before + correction(1:4))
+            correction(1:4) = self%quaternion - before
         end if
         self%angular_velocity = self%angular_velocity + correction(n + 1:n + 3)
     end subroutine correct_attitude

@@ -35,18 +35,19 @@ module gracecg_batch_processor
             type(error_t), allocatable, intent(out) :: error
         end subroutine linearise_interface
 
-        !> Applies the correction to the nominal initial state: X* + x.
+        !> Applies the correction to the nominal initial state: X* + x. A problem whose parameters are
+        !> not independent returns the change that is left of the correction.
         subroutine correct_interface(self, correction)
             import :: batch_problem_t, dp
             class(batch_problem_t), intent(inout) :: self
-            real(dp), intent(in) :: correction(:)
+            real(dp), intent(inout) :: correction(:)
         end subroutine correct_interface
     end interface
 
     type :: batch_settings_t
         integer :: most_iterations = 20
         real(dp) :: tolerance = 1e-9_dp
-        !! Converged when every correction is below tolerance times its parameter's scale
+        !! Converged when every change of the state is below tolerance times its parameter's scale
     end type batch_settings_t
 
     type :: batch_solution_t

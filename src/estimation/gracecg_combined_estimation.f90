@@ -123,7 +123,7 @@ contains
 
     subroutine correct_combined(self, correction)
         class(combined_problem_t), intent(inout) :: self
-        real(dp), intent(in) :: correction(:)
+        real(dp), intent(inout) :: correction(:)
 
         call self%correct_attitude(correction)
         self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)

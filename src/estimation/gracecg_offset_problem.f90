@@ -102,7 +102,7 @@ contains
 
     subroutine correct_offset(self, correction)
         class(offset_problem_t), intent(inout) :: self
-        real(dp), intent(in) :: correction(:)
+        real(dp), intent(inout) :: correction(:)
 
         self%state = self%state + correction
     end subroutine correct_offset

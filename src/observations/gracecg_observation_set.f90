@@ -65,6 +65,8 @@ module gracecg_observation_set
 
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
     real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
+    real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
+    real(dp), parameter :: LARGEST_FIELD = 1e-3_dp          !! Fifteen times the Earth's, T
 
 contains
 
@@ -165,7 +167,7 @@ contains
         do head = 1, HEADS
             call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
                                       setup%mounting(:, head), -1.0_dp, 1.0_dp, &
-                                      'quaternion body to camera, scalar last')
+                                      'quaternion body to camera, scalar last', required=.true.)
             call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
                                   setup%mounting(:, head))
         end do
@@ -226,7 +228,8 @@ contains
     end function has_orbit
 
     !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
-    !> two different samples of one time, quaternions that are not unit, an impossible inertia tensor.
+    !> two different samples of one time, values of another unit, quaternions that are not unit, an
+    !> impossible inertia tensor.
     !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit.
     subroutine check_observations(observations, error)
         type(observation_set_t), intent(in) :: observations
@@ -303,6 +306,9 @@ contains
         end if
         call check_series('accelerometer', observations%accelerometer_time, &
                           observations%acceleration, error)
+        if (.not. allocated(error)) &
+            call check_magnitude('accelerometer', observations%accelerometer_time, &
+                                 observations%acceleration, LARGEST_ACCELERATION, 'm/s^2', error)
     end subroutine check_accelerometer
 
     subroutine check_magnetometer(observations, error)
@@ -315,7 +321,29 @@ contains
             return
         end if
         call check_series('magnetometer', observations%magnetometer_time, observations%field, error)
+        if (.not. allocated(error)) &
+            call check_magnitude('magnetometer', observations%magnetometer_time, observations%field, &
+                                 LARGEST_FIELD, 'T', error)
     end subroutine check_magnetometer
+
+    !> Refuses a sample that is too large for any satellite: it was written in another unit.
+    subroutine check_magnitude(name, times, values, largest, unit, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: times(:), values(:, :)
+        real(dp), intent(in) :: largest         !! Allowed absolute value of a component
+        character(*), intent(in) :: unit
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k
+
+        do k = 1, size(times)
+            if (all(abs(values(:, k)) <= largest)) cycle
+            call fail(error, name//': the sample at '//number_text(times(k))//' s has a component of '// &
+                      number_text(maxval(abs(values(:, k))))//' '//unit//', more than '// &
+                      number_text(largest)//' '//unit//'; samples have to be in '//unit)
+            return
+        end do
+    end subroutine check_magnitude
 
     !> Each head is a series of its own. One head may be lost altogether.
     subroutine check_star_camera(observations, error)

@@ -36,6 +36,7 @@ contains
                     new_unittest('case-files', test_case_files), &
                     new_unittest('broken-case-files', test_broken_cases), &
                     new_unittest('long-case-names', test_long_names), &
+                    new_unittest('results-that-cannot-be-written', test_unwritable_results), &
                     new_unittest('simulate', test_simulate), &
                     new_unittest('estimate', test_estimate), &
                     new_unittest('no-convergence', test_no_convergence), &
@@ -328,6 +329,19 @@ contains
             call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x    here ') > 0, output)
     end subroutine test_long_names
 
+    !> Refused before the work is done, so nothing is printed.
+    subroutine test_unwritable_results(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: PATH = 'build/no-such-folder/x.csv'
+        character(*), parameter :: PARTS(2) = [character(W) :: PATH, 'there is no folder']
+
+        call refused(error, 'montecarlo --cases front-3 --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'montecarlo --cases front-3 --runs 1 --runs-out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'errors --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'magnetometer-loss --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'timing --step 600 --out '//PATH, STATUS_FAILED, PARTS)
+    end subroutine test_unwritable_results
+
     !> Case files with one line changed: the message names file, line and key, and nothing is
     !> written.
     subroutine test_broken_cases(error)
@@ -351,6 +365,12 @@ contains
                     [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
         call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', &
                                                           'day 32'])
+        call broken('gravity =', 'gravity = ''file''', [character(W) :: 'broken.nml:', &
+                                                        'gravity_file', 'names no file'])
+        call broken('solar_irradiance =', 'solar_irradiance = 0', [character(W) :: 'broken.nml:', &
+                                                                   'solar_irradiance', '1 to 10000'])
+        call broken('wind_file =', 'wind_file = ''wind.txt''', &
+                    [character(W) :: 'broken.nml:', 'wind_file', 'a file that is not used'])
         call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', &
                                                         'dtm77'])
 

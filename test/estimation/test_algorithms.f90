@@ -34,7 +34,8 @@ contains
                     new_unittest('reduced-transition-against-differences', test_reduced_transition), &
                     new_unittest('full-combined-partials-against-differences', test_full_partials), &
                     new_unittest('reduced-combined-partials-against-differences', test_reduced_partials), &
-                    new_unittest('all-agree-on-the-reports-cases', test_agreement)]
+                    new_unittest('all-agree-on-the-reports-cases', test_agreement), &
+                    new_unittest('all-converge-on-a-long-arc', test_long_arc)]
     end subroutine collect_algorithms
 
     !> Turns about x, y, z one after the other: (4-62) for the sequence 3-2-1. For small angles
@@ -226,6 +227,32 @@ contains
             problem%quaternion(parameter) = problem%quaternion(parameter) + amount
         end if
     end subroutine change_state
+
+    !> In five minutes the torque that the operator does not know turns the satellite so far that the
+    !> full state's quaternion, left to least squares, would be shorter than 1.
+    subroutine test_long_arc(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: a
+
+        call report_case('front-1', case, failure)
+        case%setup%duration = 300
+        case%setup%rods%activations%stop = 300
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
+        do a = 1, size(ESTIMATOR_NAMES)
+            if (.not. allocated(failure)) &
+                call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, solution%converged, ESTIMATOR_NAMES(a))
+            if (allocated(error)) return
+        end do
+    end subroutine test_long_arc
 
     !> With the report's weights the star camera alone decides on the attitude, so all four give the
     !> same offset.

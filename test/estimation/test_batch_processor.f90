@@ -68,7 +68,7 @@ contains
 
     subroutine correct_decay(self, correction)
         class(decay_t), intent(inout) :: self
-        real(dp), intent(in) :: correction(:)
+        real(dp), intent(inout) :: correction(:)
 
         self%a = self%a + correction(1)
         self%b = self%b + correction(2)

@@ -210,7 +210,8 @@ contains
         call refused(error, observations, [character(W) :: 'the sample of axis y at 10.1 s is ', 'off the fit'])
     end subroutine test_spike
 
-    !> Micrometres instead of metres.
+    !> Millimetres instead of metres: not beyond what an accelerometer could deliver, but far above its
+    !> noise.
     subroutine test_wrong_unit(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -219,7 +220,7 @@ contains
 
         call fault_free(observations, error)
         if (allocated(error)) return
-        observations%acceleration = 1e6_dp*observations%acceleration
+        observations%acceleration = 1e3_dp*observations%acceleration
         call estimate_offset('assest-rde', observations, solution, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call warned(error, solution%warnings, &

@@ -389,6 +389,7 @@ contains
                     [character(W) :: 'setup.nml', 'guess_quaternion', 'unit length'])
         call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', &
                     [character(W) :: 'setup.nml', 'mounting_2', 'not a unit quaternion'])
+        call broken('mounting_1 =', '', [character(W) :: 'setup.nml', 'mounting_1', 'is missing'])
         call broken('epoch =', '    epoch = ''1989-02-30''', [character(W) :: 'setup.nml', &
                 'epoch', 'day 30'])
         call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', &

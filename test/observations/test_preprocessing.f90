@@ -409,6 +409,14 @@ contains
         call refused(bad, [character(W) :: 'magnetometer', 'infinite'], error)
         if (allocated(error)) return
         bad = good
+        bad%field = 1e9_dp*bad%field
+        call refused(bad, [character(W) :: 'magnetometer', 'have to be in T'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%acceleration(2, 17) = 1e300_dp
+        call refused(bad, [character(W) :: 'accelerometer', 'have to be in m/s^2'], error)
+        if (allocated(error)) return
+        bad = good
         bad%quaternion(1, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
         call refused(bad, [character(W) :: 'star camera', 'NaN'], error)
         if (allocated(error)) return
