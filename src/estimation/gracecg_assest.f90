@@ -9,11 +9,12 @@ module gracecg_assest
     use gracecg_attitude_fit, only: fitted_rotation_t
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_offset_model, only: offset_rate_partials
-    use gracecg_offset_problem, only: offset_problem_t, prepare_offset
+    use gracecg_offset_problem, only: offset_problem_t, prepare_offset, OFFSET_PARAMETERS, OFFSET_NAMES
     use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
+    use gracecg_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
     implicit none
     private
     public :: estimate_assest
@@ -24,13 +25,14 @@ contains
     !>
     !> Fails when the observations are refused or a normal matrix is singular, and, with the
     !> covariance, when the satellite did not turn as the torque rods should have made it.
-    subroutine estimate_assest(observations, reduced, solution, error, with_covariance)
+    subroutine estimate_assest(observations, reduced, solution, error, with_covariance, record)
         type(observation_set_t), intent(in) :: observations
         logical, intent(in) :: reduced          !! RDE instead of FDE
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_covariance
         !! Compute solution%covariance and check the torque; it costs as much as the estimate itself
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
 
         type(attitude_problem_t) :: attitude
         type(offset_problem_t) :: offset
@@ -65,17 +67,20 @@ contains
         call store_offset(offset%state, offset_batch%residuals, solution)
         if (with_covariance) then
             call propagate_noise(observations%setup, attitude, attitude_batch, offset, offset_batch, &
-                                 solution%covariance, error)
+                                 solution%covariance, error, record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%setup, data, offset_batch%residuals, &
                                          solution%warnings, error)
-            if (.not. allocated(error)) call check_torque(observations%setup, attitude, solution%warnings, error)
+            if (.not. allocated(error)) &
+                call check_torque(observations%setup, attitude, solution%warnings, error, record)
+            if (present(record)) call record_accelerations(data, rotation, offset_batch%residuals, record)
         end if
     end subroutine estimate_assest
 
     !> Covariance of the offset under the instruments' noise: that of the accelerometer, with its
-    !> spectrum (3-2), and that of the star camera through the error of omega(t0).
-    subroutine propagate_noise(setup, attitude, attitude_batch, offset, offset_batch, covariance, error)
+    !> spectrum (3-2), and that of the star camera through the error of omega(t0). For the record also
+    !> that of drift, bias and omega(t0).
+    subroutine propagate_noise(setup, attitude, attitude_batch, offset, offset_batch, covariance, error, record)
         type(calibration_setup_t), intent(in) :: setup
         type(attitude_problem_t), intent(in) :: attitude
         type(batch_solution_t), intent(in) :: attitude_batch
@@ -83,24 +88,28 @@ contains
         type(batch_solution_t), intent(in) :: offset_batch
         real(dp), intent(out) :: covariance(3, 3)
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
 
-        real(dp), allocatable :: gain(:, :), rate_gain(:, :)
-        real(dp) :: rate_covariance(3, 3), rate_to_offset(3, 3)
-        integer :: i, k, row, n
+        real(dp), allocatable :: gain(:, :), rate_gain(:, :), whole(:, :), by_axis(:, :, :), from_rate(:, :)
+        real(dp), allocatable :: rate_to_state(:, :)
+        real(dp) :: rate_covariance(3, 3)
+        integer :: i, k, row, n, parameters
 
-        gain = matmul(offset_batch%inverse(1:3, :), offset_batch%gain)
-        call accelerometer_noise_covariance(setup, gain, offset%data%accelerometer_epoch, covariance, error)
+        parameters = merge(OFFSET_PARAMETERS, 3, present(record))
+        gain = matmul(offset_batch%inverse(:parameters, :), offset_batch%gain)
+        allocate (whole(parameters, parameters), by_axis(parameters, parameters, 3))
+        call accelerometer_noise_covariance(setup, gain, offset%data%accelerometer_epoch, whole, error, by_axis)
         if (allocated(error)) return
 
-        rate_to_offset = 0
+        allocate (rate_to_state(parameters, 3), source=0.0_dp)
         associate (rotation => offset%rotation)
             do i = 1, size(offset%data%accelerometer_epoch)
                 k = offset%data%accelerometer_epoch(i)
                 row = 3*(i - 1)
-                rate_to_offset = rate_to_offset - matmul(gain(:, row + 1:row + 3), matmul( &
-                                 offset_rate_partials(rotation%omega(:, k), &
-                                                      attitude%fit%rate_partials(rotation%omega(:, k)), &
-                                                      offset%state(1:3)), rotation%phi_22(:, :, k)))
+                rate_to_state = rate_to_state - matmul(gain(:, row + 1:row + 3), matmul( &
+                                offset_rate_partials(rotation%omega(:, k), &
+                                                     attitude%fit%rate_partials(rotation%omega(:, k)), &
+                                                     offset%state(1:3)), rotation%phi_22(:, :, k)))
             end do
         end associate
         n = attitude%attitude_components()
@@ -108,6 +117,19 @@ contains
         rate_covariance = star_noise_covariance( &
                           attitude%quaternion_gain(rate_gain), attitude%data%attitude_source, &
                           setup%star_camera_sigma, setup%mounting, attitude%data%stars)
-        covariance = covariance + matmul(rate_to_offset, matmul(rate_covariance, transpose(rate_to_offset)))
+        from_rate = matmul(rate_to_state, matmul(rate_covariance, transpose(rate_to_state)))
+        whole = whole + from_rate
+        covariance = whole(:3, :3)
+        if (.not. present(record)) return
+        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
+        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_rate(:3, :3)
+        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
+        allocate (record%covariance(parameters + 3, parameters + 3))
+        associate (p => record%covariance, cross => matmul(rate_to_state, rate_covariance))
+            p(:parameters, :parameters) = whole
+            p(:parameters, parameters + 1:) = cross
+            p(parameters + 1:, :parameters) = transpose(cross)
+            p(parameters + 1:, parameters + 1:) = rate_covariance
+        end associate
     end subroutine propagate_noise
 end module gracecg_assest

@@ -13,6 +13,7 @@ module gracecg_combined_estimation
     use gracecg_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, store_offset
+    use gracecg_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
     implicit none
     private
     public :: estimate_combined, combined_problem_t, prepare_combined
@@ -34,12 +35,13 @@ contains
     !>
     !> Fails when the observations are refused or the normal matrix is singular, and, with the
     !> covariance, when the satellite did not turn as the torque rods should have made it.
-    subroutine estimate_combined(observations, reduced, solution, error, with_covariance)
+    subroutine estimate_combined(observations, reduced, solution, error, with_covariance, record)
         type(observation_set_t), intent(in) :: observations
         logical, intent(in) :: reduced          !! ASCREST instead of ASCFEST
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_covariance  !! Compute solution%covariance and check the torque
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
 
         type(combined_problem_t) :: problem
         type(fitting_data_t) :: data
@@ -64,11 +66,15 @@ contains
         solution%condition = batch%condition
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (with_covariance) then
-            call propagate_noise(observations%setup, problem, batch, solution%covariance, error)
+            call propagate_noise(observations%setup, problem, batch, solution%covariance, error, record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%setup, data, batch%residuals(problem%attitude_observations + 1:), &
                                          solution%warnings, error)
-            if (.not. allocated(error)) call check_torque(observations%setup, problem, solution%warnings, error)
+            if (.not. allocated(error)) &
+                call check_torque(observations%setup, problem, solution%warnings, error, record)
+            if (present(record)) &
+                call record_accelerations(data, problem%rotation, &
+                                          batch%residuals(problem%attitude_observations + 1:), record)
         end if
     end subroutine estimate_combined
 
@@ -129,25 +135,39 @@ contains
         self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)
     end subroutine correct_combined
 
-    !> Covariance of the offset under the noise of accelerometer and star camera.
-    subroutine propagate_noise(setup, problem, batch, covariance, error)
+    !> Covariance of the offset under the noise of accelerometer and star camera; for the record also
+    !> that of drift, bias and omega(t0).
+    subroutine propagate_noise(setup, problem, batch, covariance, error, record)
         type(calibration_setup_t), intent(in) :: setup
         type(combined_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         real(dp), intent(out) :: covariance(3, 3)
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
 
-        real(dp), allocatable :: gain(:, :)
-        integer :: first
+        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :)
+        integer, allocatable :: rows(:)
+        integer :: n, m, i
 
-        first = problem%attitude_parameters() + 1
-        gain = matmul(batch%inverse(first:first + 2, :), batch%gain)
+        n = problem%attitude_components()
+        m = problem%attitude_parameters()
+        rows = [(m + i, i=1, 3)]
+        if (present(record)) rows = [(m + i, i=1, OFFSET_PARAMETERS), (n + i, i=1, 3)]
+        gain = matmul(batch%inverse(rows, :), batch%gain)
+        allocate (whole(size(rows), size(rows)), by_axis(size(rows), size(rows), 3))
         call accelerometer_noise_covariance(setup, gain(:, problem%attitude_observations + 1:), &
-                                            problem%data%accelerometer_epoch, covariance, error)
+                                            problem%data%accelerometer_epoch, whole, error, by_axis)
         if (allocated(error)) return
-        covariance = covariance + star_noise_covariance( &
+        from_stars = star_noise_covariance( &
                      problem%quaternion_gain(gain(:, :problem%attitude_observations)), &
                      problem%data%attitude_source, setup%star_camera_sigma, setup%mounting, &
                      problem%data%stars)
+        whole = whole + from_stars
+        covariance = whole(:3, :3)
+        if (.not. present(record)) return
+        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
+        record%covariance = whole
+        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
+        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
     end subroutine propagate_noise
 end module gracecg_combined_estimation

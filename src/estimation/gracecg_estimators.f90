@@ -5,6 +5,7 @@ module gracecg_estimators
     use gracecg_error, only: error_t
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_fit_record, only: fit_record_t
     implicit none
     private
     public :: estimate_offset, ESTIMATOR_NAMES
@@ -15,12 +16,14 @@ module gracecg_estimators
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
         !> ESTIMATOR_NAMES, and as the estimator does.
-        module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance)
+        module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance, record)
             character(*), intent(in) :: algorithm
             type(observation_set_t), intent(in) :: observations
             type(calibration_solution_t), intent(out) :: solution
             type(error_t), allocatable, intent(out) :: error
             logical, intent(in), optional :: with_covariance    !! Compute the covariance: true when absent
+            type(fit_record_t), intent(out), optional :: record
+            !! For diagnostics: series and covariances of the fit; the covariance is then computed
         end subroutine estimate_offset
     end interface
 end module gracecg_estimators

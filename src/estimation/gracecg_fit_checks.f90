@@ -9,9 +9,11 @@ module gracecg_fit_checks
     use gracecg_observation_set, only: calibration_setup_t, HEADS
     use gracecg_preprocessing, only: fitting_data_t
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_fit_record, only: fit_record_t
     implicit none
     private
     public :: refuse_stuck_axis, check_accelerations, check_torque, estimate_torque_factor
+    public :: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
 
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
@@ -86,11 +88,12 @@ contains
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
     !> the torque is missing or too much; the offset would be off by as much. Warns of less, of a setup
     !> whose rods stay off, and of attitudes that no factor makes fit.
-    subroutine check_torque(setup, problem, warnings, error)
+    subroutine check_torque(setup, problem, warnings, error, record)
         type(calibration_setup_t), intent(in) :: setup
         class(attitude_problem_t), intent(in) :: problem    !! After the fit
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record   !! What was found is put there
 
         character(:), allocatable :: found, doubt
         real(dp) :: factor, sigma, misfit
@@ -101,6 +104,12 @@ contains
         end if
         call estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
         if (allocated(error)) return
+        if (present(record)) then
+            record%torque_checked = .true.
+            record%torque_factor = factor
+            record%torque_sigma = sigma
+            record%attitude_misfit = misfit
+        end if
         doubt = ''
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &

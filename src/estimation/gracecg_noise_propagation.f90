@@ -16,14 +16,16 @@ module gracecg_noise_propagation
 contains
 
     !> Covariance by the accelerometer's noise, each axis with its spectrum (3-2).
-    subroutine accelerometer_noise_covariance(setup, gain, epoch, covariance, error)
+    subroutine accelerometer_noise_covariance(setup, gain, epoch, covariance, error, by_axis)
         type(calibration_setup_t), intent(in) :: setup
         real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x (3 times samples)
         integer, intent(in) :: epoch(:)                 !! Increasing index of each sample
         real(dp), intent(out) :: covariance(:, :)       !! Parameters x parameters
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(out), optional :: by_axis(:, :, :) !! The part of each axis: n x n x 3
 
         type(coloured_noise_t) :: noise
+        real(dp) :: part(size(covariance, 1), size(covariance, 2))
         integer :: axis, lag
 
         covariance = 0
@@ -31,9 +33,11 @@ contains
             noise = coloured_noise(setup%accelerometer_psd_level(axis), setup%accelerometer_psd_corner(axis), &
                                    setup%accelerometer_psd_sides, setup%accelerometer_interval, error)
             if (allocated(error)) return
-            covariance = covariance + stationary_noise_covariance( &
-                         gain(:, axis::3), epoch, &
-                         noise%autocovariance([(lag, lag=0, epoch(size(epoch)) - epoch(1))]))
+            part = stationary_noise_covariance( &
+                   gain(:, axis::3), epoch, &
+                   noise%autocovariance([(lag, lag=0, epoch(size(epoch)) - epoch(1))]))
+            covariance = covariance + part
+            if (present(by_axis)) by_axis(:, :, axis) = part
         end do
     end subroutine accelerometer_noise_covariance
 

@@ -6,7 +6,7 @@ module gracecg_text
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
-    public :: parse_real, parse_integer, real_text, integer_text
+    public :: parse_real, parse_integer, real_text, rounded_text, integer_text
 
     type :: string_t
         !! One text of an array of texts of different lengths
@@ -317,6 +317,21 @@ contains
         call scan_scientific(buffer, mantissa, exponent)
         text = shortest(value, mantissa, exponent)
     end function real_text
+
+    !> A number rounded to so many digits, for people: 0.66439 with three digits is '0.664'.
+    function rounded_text(value, digits) result(text)
+        real(dp), intent(in) :: value
+        integer, intent(in) :: digits       !! 1 to 15
+        character(:), allocatable :: text
+
+        character(32) :: buffer
+        real(dp) :: rounded
+        logical :: ok
+
+        write (buffer, '(es32.'//integer_text(digits - 1)//'e3)') value
+        call parse_real(trim(adjustl(buffer)), rounded, ok)
+        text = real_text(merge(rounded, value, ok))
+    end function rounded_text
 
     !> The first of 15, 16 and 17 digits that reads back as `value`; empty when none does.
     function shortest(value, mantissa, exponent) result(text)
