@@ -6,6 +6,9 @@ module gracecg_command_estimate
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t
     use gracecg_observation_files, only: read_observations
     use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_fit_record, only: fit_record_t
+    use gracecg_file, only: check_writable
+    use gracecg_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t, number_fields
@@ -30,9 +33,12 @@ contains
                                 'the observation set in DIR. The exit status is 1 when the '// &
                                 'estimate does not converge.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
-                                'gracecg estimate run1 --algorithm assest-fde')
+                                'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
+                                  'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
+                                  'into the folder FILE_files')
     end subroutine declare_estimate
 
     function algorithm_help() result(text)
@@ -53,21 +59,35 @@ contains
 
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: solution
-        character(:), allocatable :: algorithm, output_format
+        type(fit_record_t) :: record
+        character(:), allocatable :: algorithm, output_format, page
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) &
             call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        if (.not. allocated(misuse)) call arguments%get('--report', page, misuse, default='')
         if (allocated(misuse)) return
 
-        call read_observations(arguments%positional(1), observations, error)
-        if (.not. allocated(error)) call estimate_offset(algorithm, observations, solution, error)
+        call check_writable(page, error)
+        if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
+        if (allocated(error)) return
+        if (page == '') then
+            call estimate_offset(algorithm, observations, solution, error)
+        else
+            call estimate_offset(algorithm, observations, solution, error, record=record)
+        end if
         if (allocated(error)) return
         call warn(observations%setup, solution, console)
         if (output_format == 'csv') then
             call print_csv(solution, console, error)
         else
             call print_text(observations%setup, solution, console)
+        end if
+        if (.not. allocated(error) .and. page /= '') then
+            call write_calibration_page(page, arguments%positional(1), observations, solution, record, console, &
+                                        error)
+            if (.not. allocated(error) .and. output_format == 'text') &
+                call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
         end if
         if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &

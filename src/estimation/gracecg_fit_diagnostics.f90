@@ -8,6 +8,7 @@ module gracecg_fit_diagnostics
     use gracecg_lapack, only: symmetric_eigen, solve_normal_equations
     use gracecg_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_noise_whitening, only: whitener_t, new_whitener
     use gracecg_observation_set, only: calibration_setup_t
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_fit_record, only: fit_record_t, NOISE_SOURCES
@@ -87,8 +88,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(coloured_noise_t) :: noise(3)
-        type(error_t), allocatable :: no_bound
-        real(dp), allocatable :: density(:)
+        type(whitener_t) :: whitener(3)
+        type(error_t), allocatable :: no_bound, no_whitener
+        real(dp), allocatable :: density(:), band_density(:)
         real(dp) :: total(3, 3), covariance(3, 3), solved(3), condition, all_correlations( &
                     size(record%names), size(record%names))
         logical :: known(3)
@@ -97,8 +99,9 @@ contains
         do axis = 1, 3
             noise(axis) = noise_of_axis(setup, axis, error)
             if (allocated(error)) return
+            call new_whitener(noise(axis), record%epoch, whitener(axis), no_whitener)
+            known(axis) = .not. allocated(no_whitener)
         end do
-        known = setup%accelerometer_psd_level > 0
         call error_ellipsoid(solution%covariance, diagnostics%ellipsoid, error)
         if (allocated(error)) return
         diagnostics%sigma = [(sqrt(max(0.0_dp, solution%covariance(axis, axis))), axis=1, 3)]
@@ -114,11 +117,11 @@ contains
         do axis = 1, 3
             if (known(axis)) then
                 diagnostics%information(:, :, axis) = &
-                    information_by_axis(record%epoch, record%interval, record%partials(axis, :, :), noise(axis))
+                    information_by_axis(record%epoch, record%partials(axis, :, :), whitener(axis))
             else        ! white noise as large as the residuals
                 diagnostics%information(:, :, axis) = &
-                    information_by_axis(record%epoch, record%interval, &
-                                        record%partials(axis, :, :)/max(solution%residual_rms(axis), tiny(1.0_dp)))
+                    information_by_axis(record%epoch, record%partials(axis, :, :)/ &
+                                                      max(solution%residual_rms(axis), tiny(1.0_dp)))
             end if
         end do
         total = sum(diagnostics%information, 3)
@@ -139,14 +142,20 @@ contains
                 d%density(axis, :) = density
                 d%expected_density(axis, :) = noise(axis)%spectrum(d%frequency)
                 if (.not. known(axis)) d%expected_density(axis, :) = 0
-                call band_means(d%frequency, density, BAND, d%band_frequency, density)
-                if (axis == 1) allocate (d%band_density(3, size(density)))
-                d%band_density(axis, :) = density
+                call band_means(d%frequency, density, BAND, d%band_frequency, band_density)
+                if (axis == 1) allocate (d%band_density(3, size(band_density)))
+                d%band_density(axis, :) = band_density
             end associate
-            diagnostics%residuals(axis) = diagnose_residuals(record%epoch, record%interval, &
-                                                             record%residual(axis, :), noise(axis), known(axis))
-            if (known(axis)) call find_peak(diagnostics%frequency, diagnostics%density(axis, :), &
-                                            diagnostics%expected_density(axis, :), diagnostics%residuals(axis))
+            if (known(axis)) then
+                diagnostics%residuals(axis) = diagnose_residuals( &
+                                              record%epoch, record%interval, record%residual(axis, :), &
+                                              noise(axis), whitener(axis))
+                call find_peak(diagnostics%frequency, diagnostics%density(axis, :), &
+                               diagnostics%expected_density(axis, :), diagnostics%residuals(axis))
+            else
+                diagnostics%residuals(axis) = diagnose_residuals( &
+                                              record%epoch, record%interval, record%residual(axis, :), noise(axis))
+            end if
         end do
     end subroutine diagnose
 
@@ -222,47 +231,40 @@ contains
     !> known: H^T R^-1 H less what goes to the straight line L = [1, t],
     !> H^T R^-1 L (L^T R^-1 L)^-1 L^T R^-1 H, with R the covariance of the noise. The noise of the three
     !> axes is independent, so the sum over the axes is the information of the accelerometer.
-    pure function information_by_axis(epoch, interval, partials, noise) result(information)
-        integer, intent(in) :: epoch(:)                 !! Index of each sample
-        real(dp), intent(in) :: interval                !! s
+    pure function information_by_axis(epoch, partials, whitener) result(information)
+        integer, intent(in) :: epoch(:)                 !! Increasing index of each sample
         real(dp), intent(in) :: partials(:, :)          !! da/dd of the axis, (3, samples), 1/s^2
-        type(coloured_noise_t), intent(in), optional :: noise
-        !! Of the axis, not silent; without it the partials are taken over a white noise
+        type(whitener_t), intent(in), optional :: whitener
+        !! Of the axis; without it the partials are taken over a white noise
         real(dp) :: information(3, 3)                   !! 1/m^2
 
-        real(dp) :: series(5, size(epoch)), normal(5, 5), line(2, 2), determinant
-        real(dp) :: middle, length
+        real(dp) :: rows(3, size(epoch)), line(2, size(epoch)), on_line(2, 3)
 
-        length = max(1, epoch(size(epoch)) - epoch(1))*interval
-        middle = (epoch(1) + epoch(size(epoch)))*interval/2
-        series(:3, :) = partials
-        series(4, :) = 1
-        series(5, :) = (epoch*interval - middle)/length
-        if (present(noise)) call noise%whiten(epoch, series)
-        normal = matmul(series, transpose(series))
-        information = normal(:3, :3)
-        determinant = normal(4, 4)*normal(5, 5) - normal(4, 5)**2
-        if (.not. determinant > 0) then
-            information = 0         ! a line through so few samples leaves nothing
-            return
+        rows = partials
+        if (present(whitener)) then
+            call whitener%whiten(rows)
+            line = whitener%line
+        else
+            line(1, :) = 1/sqrt(real(size(epoch), dp))
+            line(2, :) = epoch - sum(real(epoch, dp))/size(epoch)
+            line(2, :) = line(2, :)/max(norm2(line(2, :)), tiny(1.0_dp))
         end if
-        line(1, :) = [normal(5, 5), -normal(4, 5)]/determinant
-        line(2, :) = [-normal(4, 5), normal(4, 4)]/determinant
-        information = information - matmul(normal(:3, 4:5), matmul(line, normal(4:5, :3)))
+        on_line = matmul(line, transpose(rows))
+        information = matmul(rows, transpose(rows)) - matmul(transpose(on_line), on_line)
     end function information_by_axis
 
     !> Size and whiteness of the residuals of one axis. They are first whitened with the noise of the
-    !> setup; three parameters count for each axis (drift, bias, a third of the offset and of its like).
-    pure function diagnose_residuals(epoch, interval, residuals, noise, noise_known) result(diagnosis)
-        integer, intent(in) :: epoch(:)             !! Index of each sample
+    !> setup; three parameters count for each axis (drift, bias, a third of the offset).
+    pure function diagnose_residuals(epoch, interval, residuals, noise, whitener) result(diagnosis)
+        integer, intent(in) :: epoch(:)             !! Increasing index of each sample
         real(dp), intent(in) :: interval            !! s
         real(dp), intent(in) :: residuals(:)        !! m/s^2
         type(coloured_noise_t), intent(in) :: noise
-        logical, intent(in) :: noise_known          !! `noise` is not silent
+        type(whitener_t), intent(in), optional :: whitener  !! Of `noise`; absent: noise not known
         type(residual_diagnosis_t) :: diagnosis
 
         integer, parameter :: PARAMETERS = 3
-        real(dp) :: white(1, size(residuals)), freedom
+        real(dp) :: white(size(residuals)), freedom
         integer :: n, worst, k
 
         n = size(residuals)
@@ -270,18 +272,18 @@ contains
         worst = maxloc(abs(residuals), 1)
         diagnosis%worst = residuals(worst)
         diagnosis%worst_time = epoch(worst)*interval
-        diagnosis%noise_known = noise_known
-        if (.not. noise_known .or. n <= PARAMETERS) return
+        diagnosis%noise_known = present(whitener)
+        if (.not. present(whitener) .or. n <= PARAMETERS) return
         associate (span => epoch(n) - epoch(1) + 1)     ! both sides of the spectrum, without frequency 0
             diagnosis%expected_rms = sqrt(sum([(noise%spectrum(min(k, span - k)/(span*interval)), &
                                                 k=1, span - 1)])/(span*interval))
         end associate
-        white(1, :) = residuals
-        call noise%whiten(epoch, white)
+        white = residuals
+        call whitener%whiten_series(white)
         freedom = n - PARAMETERS
         diagnosis%ratio = norm2(white)/sqrt(freedom)
         diagnosis%ratio_sigma = 1/sqrt(2*freedom)
-        call test_whiteness(white(1, :), diagnosis%autocorrelation, diagnosis%probability)
+        call test_whiteness(white, diagnosis%autocorrelation, diagnosis%probability)
     end function diagnose_residuals
 
     !> Autocorrelations, and the probability that those of white noise are as large: Ljung and Box, with
