@@ -56,6 +56,9 @@ program tester
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
     use test_faults, only: collect_faults
+    use test_spectrum, only: collect_spectrum
+    use test_fit_diagnostics, only: collect_fit_diagnostics
+    use test_calibration_page, only: collect_calibration_page
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -116,7 +119,10 @@ program tester
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
-             new_testsuite('faults', collect_faults)]
+             new_testsuite('faults', collect_faults), &
+             new_testsuite('spectrum', collect_spectrum), &
+             new_testsuite('fit-diagnostics', collect_fit_diagnostics), &
+             new_testsuite('calibration-page', collect_calibration_page)]
 
     fast = .false.
     suite_name = ''

@@ -237,7 +237,7 @@ contains
             if (allocated(error)) return
         end associate
         script = script_head('spectrum', 'Spectrum of the residuals', WIDTH, 860)// &
-            'set multiplot layout 3,1 margins screen 0.185, screen 0.975, screen 0.07, screen 0.935 '// &
+            'set multiplot layout 3,1 margins screen 0.185, screen 0.975, screen 0.07, screen 0.925 '// &
             'spacing screen 0.03'//LF// &
             'set logscale xy'//LF//'set format y "10^{%L}"'//LF//'set format x ""'//LF// &
             'set grid xtics ytics'//LF// &

@@ -125,7 +125,7 @@ contains
                          rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
             else
                 call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//listed(d%sigma > WANTED_ACCURACY)// &
-                         merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1)// &
+                         trim(merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1))// &
                          ' not determined to the wanted '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
             end if
         end associate
@@ -165,7 +165,8 @@ contains
             if (r%ratio > MUCH_NOISE) then
                 call add(verdict, GRADE_BAD, subject, text//': a wrong unit, faulty samples or strong forces '// &
                          'that the fit does not know')
-            else if (chance .and. white .and. .not. r%peak_counts) then
+            else if (chance .and. .not. r%peak_counts) then
+                if (.not. white) text = text//': something small is there besides, such as drag that bends a little'
                 call add(verdict, GRADE_GOOD, subject, text)
             else if (r%ratio < 1 .and. .not. r%peak_counts) then
                 call add(verdict, GRADE_DOUBTFUL, subject, text//': the noise of the setup is not that of '// &

@@ -211,7 +211,7 @@ contains
                                                    'model sun', 'model star-camera']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
-        integer :: i, k, place
+        integer :: i, k
         logical :: in_example
 
         do i = 1, size(COMMANDS)
@@ -223,13 +223,7 @@ contains
             do k = 1, help%line_count()
                 line = trim(adjustl(help%line(k)))
                 if (in_example) then
-                    line = line(len('gracecg ') + 1:)
-                    place = index(line, 'run1')
-                    if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
-                    place = index(line, 'curves')
-                    if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
-                    place = index(line, 'timing.csv')
-                    if (place > 0) line = line(:place - 1)//FOLDER//line(place:)
+                    line = below_folder(line(len('gracecg ') + 1:))
                     call succeeds(error, line, output)
                     if (allocated(error)) return
                 end if
@@ -238,6 +232,24 @@ contains
             call check(error, in_example, trim(COMMANDS(i))//': no example')
         end do
     end subroutine test_examples
+
+    !> The line with its files below the folder of the tests.
+    function below_folder(line) result(moved)
+        character(*), intent(in) :: line
+        character(:), allocatable :: moved
+
+        type(string_t), allocatable :: words(:)
+        integer :: i
+
+        words = split_words(line)
+        moved = ''
+        do i = 1, size(words)
+            if (index(words(i)%text, 'run1') == 1 .or. words(i)%text == 'curves' .or. &
+                words(i)%text == 'timing.csv') words(i)%text = FOLDER//words(i)%text
+            moved = moved//' '//words(i)%text
+        end do
+        moved = moved(2:)
+    end function below_folder
 
     !> The list has the places that CSR-TM-00-01 section 6.1 prints for the front satellite.
     subroutine test_cases(error)

@@ -1,0 +1,470 @@
+!> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
+module test_fit_diagnostics
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: TWO_PI
+    use gracecg_error, only: error_t, message_of
+    use gracecg_text, only: string_t, append
+    use gracecg_vectors, only: inverse_3x3
+    use gracecg_quaternion, only: normalised, rotation_matrix
+    use gracecg_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_noise_whitening, only: whitener_t, new_whitener
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_fit_record, only: fit_record_t
+    use gracecg_fit_diagnostics
+    use gracecg_fit_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case
+    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use statistics, only: Z_999
+    use fixture, only: check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_fit_diagnostics
+
+    real(dp), parameter :: H = 0.1_dp       !! Sampling interval, s
+
+contains
+
+    subroutine collect_fit_diagnostics(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('ellipsoid-of-a-known-covariance', test_ellipsoid), &
+                    new_unittest('projected-ellipses', test_ellipses), &
+                    new_unittest('information-sums-to-the-whole', test_information), &
+                    new_unittest('record-of-every-estimator', test_record), &
+                    new_unittest('known-noise-looks-like-noise', test_known_noise), &
+                    new_unittest('what-is-no-noise-is-seen', test_other_noise), &
+                    new_unittest('noise-not-known', test_unknown_noise), &
+                    new_unittest('good-verdict', test_good), &
+                    new_unittest('doubtful-verdicts', test_doubtful), &
+                    new_unittest('bad-verdict', test_bad)]
+    end subroutine collect_fit_diagnostics
+
+    !> Semi-axes 3, 2, 1 mm along the columns of a rotation.
+    function turned_covariance(axes) result(covariance)
+        real(dp), intent(out) :: axes(3, 3)
+        real(dp) :: covariance(3, 3)
+
+        axes = transpose(rotation_matrix(normalised([0.3_dp, -0.2_dp, 0.5_dp, 0.7_dp])))
+        covariance = 1e-6_dp*matmul(axes*spread([9.0_dp, 4.0_dp, 1.0_dp], 1, 3), transpose(axes))
+    end function turned_covariance
+
+    subroutine test_ellipsoid(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(ellipsoid_t) :: ellipsoid
+        type(error_t), allocatable :: failure
+        real(dp) :: axes(3, 3), covariance(3, 3)
+        integer :: k
+
+        covariance = turned_covariance(axes)
+        call error_ellipsoid(covariance, ellipsoid, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(ellipsoid%semi_axis - 1e-3_dp*[3, 2, 1])), 0.0_dp, thr=1e-15_dp)
+        do k = 1, 3
+            if (allocated(error)) return
+            call check(error, abs(dot_product(ellipsoid%direction(:, k), axes(:, k))), 1.0_dp, thr=1e-12_dp)
+            if (allocated(error)) return
+            associate (v => ellipsoid%direction(:, k))
+                call check(error, v(maxloc(abs(v), 1)) > 0, 'the largest component is not positive')
+            end associate
+        end do
+    end subroutine test_ellipsoid
+
+    !> Points of the curve x^T C^-1 x = s^2, closed, that reach s sigma along both axes.
+    subroutine test_ellipses(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 721
+        real(dp) :: axes(3, 3), covariance(3, 3), points(2, N), block(2, 2), inverse(2, 2)
+        integer :: k
+
+        covariance = turned_covariance(axes)
+        points = projected_ellipse(covariance, 1, 3, ELLIPSE_95, N)
+        block = covariance([1, 3], [1, 3])
+        inverse = reshape([block(2, 2), -block(1, 2), -block(1, 2), block(1, 1)], [2, 2])/ &
+                  (block(1, 1)*block(2, 2) - block(1, 2)**2)
+        do k = 1, N
+            call check(error, dot_product(points(:, k), matmul(inverse, points(:, k))), ELLIPSE_95**2, thr=1e-10_dp)
+            if (allocated(error)) return
+        end do
+        call check(error, norm2(points(:, 1) - points(:, N)), 0.0_dp, thr=1e-15_dp)
+        if (allocated(error)) return
+        call check(error, maxval(points(1, :)), ELLIPSE_95*sqrt(block(1, 1)), thr=1e-7_dp)
+        if (allocated(error)) return
+        call check(error, maxval(points(2, :)), ELLIPSE_95*sqrt(block(2, 2)), thr=1e-7_dp)
+        if (allocated(error)) return
+        call check(error, 1 - exp(-ELLIPSE_95**2/2), 0.95_dp, thr=1e-8_dp)
+    end subroutine test_ellipses
+
+    !> The sum over the axes is the information of the whole: what is left of the normal matrix of d and
+    !> of bias and drift of each axis, with the inverse of the covariance matrix of all samples as
+    !> weight, when bias and drift are eliminated. Some samples are missing.
+    subroutine test_information(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 40
+        real(dp), parameter :: LEVELS(3) = [1e-20_dp, 1e-18_dp, 2e-20_dp], CORNERS(3) = [0.5_dp, 2.0_dp, 0.0_dp]
+        type(coloured_noise_t) :: noise
+        type(whitener_t) :: whitener
+        type(error_t), allocatable :: failure
+        real(dp) :: partials(3, 3, N), total(3, 3), whole(9, 9), inverse(9, 9), solved(9), condition
+        real(dp) :: matrix(N, N), weight(N, N), rows(9, N), unused(N), expected(3, 3)
+        integer :: epoch(N), i, j, axis
+
+        epoch = [(i + i/7 + 3*(i/20), i=1, N)]
+        partials = reshape([(1e-6_dp*(sin(1.7_dp*i) + cos(0.31_dp*i*i)), i=1, 9*N)], [3, 3, N])
+        total = 0
+        whole = 0
+        do axis = 1, 3
+            noise = coloured_noise(LEVELS(axis), CORNERS(axis), TWO_SIDED, H, failure)
+            call new_whitener(noise, epoch, whitener, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            total = total + information_by_axis(epoch, partials(axis, :, :), whitener)
+            do j = 1, N
+                matrix(:, j) = noise%autocovariance(abs(epoch - epoch(j)))
+            end do
+            call solve_normal_equations(matrix, [(0.0_dp, i=1, N)], unused, weight, condition, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            rows = 0
+            rows(:3, :) = partials(axis, :, :)
+            rows(2*axis + 2, :) = 1
+            rows(2*axis + 3, :) = epoch*H
+            whole = whole + matmul(rows, matmul(weight, transpose(rows)))
+        end do
+        call solve_normal_equations(whole, [(0.0_dp, i=1, 9)], solved, inverse, condition, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        expected = inverse_3x3(inverse(:3, :3))
+        call check(error, maxval(abs(total - expected)), 0.0_dp, thr=1e-8_dp*maxval(abs(expected)))
+        if (allocated(error)) return
+        ! white noise of variance 1: the partials without their straight line
+        expected = information_by_axis(epoch, partials(1, :, :))
+        call check(error, maxval(abs(expected - information_by_axis(epoch, partials(1, :, :) + &
+                                                                    spread(1e-6_dp*epoch - 3e-5_dp, 1, 3)))), 0.0_dp, &
+                   thr=1e-8_dp*maxval(abs(expected)))
+    end subroutine test_information
+
+    !> One run of a case of the report.
+    subroutine simulate(name, quiet, observations, error)
+        character(*), intent(in) :: name
+        logical, intent(in) :: quiet        !! Without the density wave and scale factors
+        type(observation_set_t), intent(out) :: observations
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case(name, case, failure)
+        if (quiet) case%density_wave%amplitude = 0
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 1, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine simulate
+
+    !> What every estimator has to put into the record: complete, and in agreement with its solution,
+    !> which is the same as without a record.
+    subroutine test_record(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution, alone
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: diagnostics
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: name
+        integer :: i, n
+
+        call simulate('front-3', .false., observations, error)
+        if (allocated(error)) return
+        n = size(observations%accelerometer_time)
+        do i = 1, size(ESTIMATOR_NAMES)
+            name = trim(ESTIMATOR_NAMES(i))
+            call estimate_offset(name, observations, alone, failure)
+            if (.not. allocated(failure)) &
+                call estimate_offset(name, observations, solution, failure, record=record)
+            if (.not. allocated(failure)) &
+                call diagnose(observations%setup, solution, record, diagnostics, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
+            if (allocated(error)) return
+            call check(error, maxval(abs(solution%covariance - alone%covariance)), 0.0_dp, name, &
+                       thr=1e-12_dp*maxval(abs(alone%covariance)))
+            if (allocated(error)) return
+            call check(error, size(record%epoch) == n .and. all(shape(record%residual) == [3, n]) .and. &
+                       all(shape(record%partials) == [3, 3, n]) .and. &
+                       all(shape(record%angular_acceleration) == [3, n]) .and. &
+                       all(shape(record%covariance) == size(record%names)), name)
+            if (allocated(error)) return
+            call check(error, all(record%names(:3) == [character(12) :: 'd_x', 'd_y', 'd_z']), name)
+            if (allocated(error)) return
+            call check(error, maxval(abs(norm2(record%residual, 2)/sqrt(real(n, dp))/solution%residual_rms - 1)), &
+                       0.0_dp, name, thr=1e-10_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(record%covariance(:3, :3) - solution%covariance)), 0.0_dp, name, &
+                       thr=1e-12_dp*maxval(abs(solution%covariance)))
+            if (allocated(error)) return
+            call check(error, maxval(abs(sum(record%covariance_by_source, 3) - solution%covariance)), 0.0_dp, &
+                       name, thr=1e-10_dp*maxval(abs(solution%covariance)))
+            if (allocated(error)) return
+            call check(error, record%torque_checked .and. abs(record%torque_factor - 1) < &
+                       4*record%torque_sigma, name)
+            if (allocated(error)) return
+            call check_shares(diagnostics, name, error)
+            if (allocated(error)) return
+        end do
+    end subroutine test_record
+
+    !> Shares add up to 1, no sigma is below the bound, and an offset is not felt along its own axis but
+    !> by the centrifugal term.
+    subroutine check_shares(diagnostics, name, error)
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        character(*), intent(in) :: name
+        type(error_type), allocatable, intent(out) :: error
+
+        integer :: i
+
+        call check(error, maxval(abs(sum(diagnostics%source_share, 2) - 1)), 0.0_dp, name, thr=1e-10_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(sum(diagnostics%information_share, 2) - 1)), 0.0_dp, name, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, all(diagnostics%information_share >= 0) .and. &
+                   all([(diagnostics%information_share(i, i), i=1, 3)] < 0.01_dp), name)
+        if (allocated(error)) return
+        call check(error, diagnostics%bound_known .and. all(diagnostics%sigma > 0.999_dp*diagnostics%bound), name)
+        if (allocated(error)) return
+        call check(error, all(abs(diagnostics%parameter_correlation) < 1), name)
+    end subroutine check_shares
+
+    !> Residuals drawn from the setup's own noise: size, whiteness and spectrum as by chance.
+    subroutine test_known_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 600, RUNS = 20
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(whitener_t) :: whitener
+        type(error_t), allocatable :: failure
+        type(residual_diagnosis_t) :: found
+        real(dp) :: x(N), ratios(RUNS), probabilities(RUNS), power
+        integer :: run, i
+
+        noise = coloured_noise(1e-18_dp, 0.1_dp, TWO_SIDED, H, failure)
+        call new_whitener(noise, [(i, i=1, N)], whitener, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        power = 0
+        do run = 1, RUNS
+            stream = new_stream(7, 1, 1, run, 1)
+            call noise%restart()
+            call noise%generate(stream, x)
+            x = x - sum(x)/N
+            found = diagnose_residuals([(i, i=1, N)], H, x, noise, whitener)
+            ratios(run) = found%ratio
+            probabilities(run) = found%probability
+            power = power + found%rms**2/RUNS
+        end do
+        ! the constant that is taken out leaves N - 1 degrees of freedom, of which N - 3 are counted
+        call check(error, maxval(abs(ratios - 1)) < Z_999*1.1_dp*found%ratio_sigma .and. &
+                   abs(sum(ratios)/RUNS - 1) < Z_999*found%ratio_sigma/sqrt(real(RUNS, dp)) + 2.0_dp/N, 'ratio')
+        if (allocated(error)) return
+        call check(error, minval(probabilities) > 1e-4_dp .and. abs(sum(probabilities)/RUNS - 0.5_dp) < &
+                   Z_999/sqrt(12.0_dp*RUNS), 'probabilities are not uniform')
+        if (allocated(error)) return
+        call check(error, sqrt(power)/found%expected_rms, 1.0_dp, 'expected RMS', thr=0.05_dp)
+    end subroutine test_known_noise
+
+    !> Twice the noise, a colour that the setup does not have, and a line of 12 s.
+    subroutine test_other_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 600
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: d
+        type(error_t), allocatable :: failure
+        real(dp) :: ratio
+        integer :: k
+
+        call simulate('front-3', .true., observations, error)
+        if (.not. allocated(error)) call estimate_offset('assest-rde', observations, solution, failure, record=record)
+        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        ! in x the drag bends a little, which its whiteness tells
+        call check(error, .not. any(d%residuals%peak_counts) .and. all(d%residuals(2:)%probability > 1e-3_dp) .and. &
+                   all(abs(d%residuals%ratio - 1) < 4*d%residuals%ratio_sigma), 'noise alone')
+        if (allocated(error)) return
+        ratio = d%residuals(3)%ratio
+
+        record%residual(3, :) = 2*record%residual(3, :)
+        record%residual(2, :) = (record%residual(2, :) + eoshift(record%residual(2, :), 1))/sqrt(2.0_dp)
+        record%residual(1, :) = record%residual(1, :) + 3e-10_dp*[(sin(TWO_PI*k*H/12), k=1, N)]
+        call diagnose(observations%setup, solution, record, d, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, d%residuals(3)%ratio, 2*ratio, thr=1e-10_dp)
+        if (allocated(error)) return
+        call check(error, d%residuals(2)%autocorrelation(1), 0.5_dp, thr=0.15_dp)
+        if (allocated(error)) return
+        call check(error, d%residuals(2)%probability < 1e-6_dp)
+        if (allocated(error)) return
+        call check(error, d%residuals(1)%peak_counts .and. abs(d%residuals(1)%peak_frequency - 1/12.0_dp) < 1e-12_dp)
+        if (allocated(error)) return
+        ! the line's peak over the level: 2/3 of A^2 T/4
+        call check(error, d%residuals(1)%peak_ratio, 2/3.0_dp*(3e-10_dp)**2*60/4/1.06e-20_dp, 'peak', &
+                   thr=25.0_dp)
+    end subroutine test_other_noise
+
+    !> A setup without noise levels: no comparison, but information as with white noise of the residuals'
+    !> size.
+    subroutine test_unknown_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: d
+        type(verdict_t) :: verdict
+        type(error_t), allocatable :: failure
+
+        call simulate('front-3', .true., observations, error)
+        if (allocated(error)) return
+        observations%setup%accelerometer_psd_level = 0
+        observations%setup%star_camera_sigma = 0
+        call estimate_offset('ascrest', observations, solution, failure, record=record)
+        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. any(d%residuals%noise_known) .and. d%bound_known .and. all(d%bound > 5e-6_dp) .and. &
+                   all(d%bound < 5e-5_dp), 'bound')
+        if (allocated(error)) return
+        call check(error, maxval(abs(sum(d%information_share, 2) - 1)), 0.0_dp, thr=1e-12_dp)
+        if (allocated(error)) return
+        verdict = judge(observations%setup, solution, record, d)
+        call check(error, verdict%grade, GRADE_DOUBTFUL)
+        call says(error, verdict, 'Residuals x', 'gives no noise_level')
+        call says(error, verdict, 'Noise of the star camera', 'noise_about_axes')
+    end subroutine test_unknown_noise
+
+    !> A finding on the subject must have the words.
+    subroutine says(error, verdict, subject, words)
+        type(error_type), allocatable, intent(inout) :: error
+        type(verdict_t), intent(in) :: verdict
+        character(*), intent(in) :: subject, words
+
+        integer :: i
+
+        if (allocated(error)) return
+        do i = 1, size(verdict%findings)
+            if (verdict%findings(i)%subject /= subject) cycle
+            if (index(verdict%findings(i)%text, words) > 0) return
+            call test_failed(error, '"'//words//'" is not in: '//verdict%findings(i)%text)
+            return
+        end do
+        call test_failed(error, 'nothing is said of '//subject)
+    end subroutine says
+
+    !> A next step must have the words.
+    subroutine advises(error, verdict, words)
+        type(error_type), allocatable, intent(inout) :: error
+        type(verdict_t), intent(in) :: verdict
+        character(*), intent(in) :: words
+
+        integer :: i
+
+        if (allocated(error)) return
+        do i = 1, size(verdict%next_steps)
+            if (index(verdict%next_steps(i)%text, words) > 0) return
+        end do
+        call test_failed(error, 'not advised: '//words)
+    end subroutine advises
+
+    subroutine judged(name, quiet, verdict, solution, error)
+        character(*), intent(in) :: name
+        logical, intent(in) :: quiet
+        type(verdict_t), intent(out) :: verdict
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: diagnostics
+        type(error_t), allocatable :: failure
+
+        call simulate(name, quiet, observations, error)
+        if (allocated(error)) return
+        call estimate_offset('assest-fde', observations, solution, failure, record=record)
+        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, diagnostics, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) verdict = judge(observations%setup, solution, record, diagnostics)
+    end subroutine judged
+
+    !> Case 3 without the density wave: all good, and trim by the estimate, sign and all.
+    subroutine test_good(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(verdict_t) :: verdict
+        type(calibration_solution_t) :: solution
+
+        call judged('front-3', .true., verdict, solution, error)
+        if (allocated(error)) return
+        call check(error, verdict%grade, GRADE_GOOD, verdict%summary)
+        call says(error, verdict, 'Torque', 'times (sigma')
+        call advises(error, verdict, 'move the centre of mass by +0.')
+        call advises(error, verdict, 'mm along x, +0.')
+        call advises(error, verdict, 'mm along y, -0.')
+        call advises(error, verdict, 'calibrate again')
+    end subroutine test_good
+
+    !> Case 2 hardly shows x; the density wave is in the residuals of x.
+    subroutine test_doubtful(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(verdict_t) :: verdict
+        type(calibration_solution_t) :: solution
+
+        call judged('front-2', .false., verdict, solution, error)
+        if (allocated(error)) return
+        call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
+        call says(error, verdict, 'Accuracy', 'x is not determined')
+        call says(error, verdict, 'Residuals x', '0.0833 Hz')
+        call advises(error, verdict, 'Repeat for x')
+        call advises(error, verdict, 'lower limit')
+        call advises(error, verdict, 'mm along y, -0.')
+        if (allocated(error)) return
+        call check(error, index(verdict%summary, 'y and z are determined to 0.1 mm or better, x is not.'), 1, &
+                   verdict%summary)
+    end subroutine test_doubtful
+
+    !> No convergence, or residuals far above the noise: not to be used, whatever the sigmas say.
+    subroutine test_bad(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(fit_record_t) :: record
+        type(fit_diagnostics_t) :: d
+        type(verdict_t) :: verdict
+        type(error_t), allocatable :: failure
+
+        call simulate('front-3', .true., observations, error)
+        if (.not. allocated(error)) call estimate_offset('ascfest', observations, solution, failure, record=record)
+        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        solution%converged = .false.
+        verdict = judge(observations%setup, solution, record, d)
+        call check(error, verdict%grade, GRADE_BAD)
+        call says(error, verdict, 'Convergence', 'not converged')
+        if (.not. allocated(error)) call check(error, index(verdict%summary, 'Do not use'), 1)
+        if (.not. allocated(error)) call check(error, size(verdict%next_steps), 1)
+        solution%converged = .true.
+        d%residuals(2)%ratio = 21
+        verdict = judge(observations%setup, solution, record, d)
+        if (.not. allocated(error)) call check(error, verdict%grade, GRADE_BAD)
+        call says(error, verdict, 'Residuals y', 'wrong unit')
+    end subroutine test_bad
+end module test_fit_diagnostics
