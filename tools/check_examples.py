@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Runs every example that the program and its documents show, as printed.
+
+    tools/check_examples.py [--program build/bin/gracecg]   status 1 if one fails
+    tools/check_examples.py --self-test                     checks the check, with a stand-in program
+
+Examples are
+- the lines below `example:` in the help of the program and of every command that it lists (a command
+  without an example is a failure);
+- in README.md and docs/user-guide.md, the lines of code blocks (fenced or indented) that begin with
+  `gracecg ` or `build/bin/gracecg `.
+
+The examples of one help, and those of one document, run in their order in an empty folder of their
+own, so each help has to be complete in itself and a document may build on what it has made before.
+
+To keep this short, numbers of runs are made smaller, and nothing else is changed: SUBSTITUTIONS.
+"""
+import argparse
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DOCUMENTS = ("README.md", "docs/user-guide.md")
+PROGRAM = "build/bin/gracecg"
+
+# (what is printed, what is run): the work grows in proportion to the runs, the way through the
+# program is the same.
+SUBSTITUTIONS = (
+    (re.compile(r"--runs (\d{2,})\b"), "--runs 5"),
+)
+LONGEST = 120       # seconds for one example
+
+
+def commands_of(overview):
+    """The names that `gracecg --help` lists, and the lines of its own example."""
+    names, inside = [], False
+    for line in overview.splitlines():
+        if line == "commands:":
+            inside = True
+        elif inside and line.startswith("  "):
+            names.append(re.split(r"  +", line.strip())[0])
+        elif inside:
+            break
+    return names
+
+
+def help_examples(text):
+    """The command lines below `example:`."""
+    lines = text.splitlines()
+    starts = [i for i, line in enumerate(lines) if line.startswith("example:")]
+    if not starts:
+        return []
+    found = []
+    for line in lines[starts[-1] + 1:]:
+        if not line.startswith("  "):
+            break
+        found.append(line.strip())
+    return found
+
+
+def document_examples(text):
+    """(line number, command line) of the code blocks of a Markdown text."""
+    fenced, before = False, ""
+    block = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            fenced = not fenced
+        elif not fenced:
+            indented = line.startswith("    ")
+            block = indented and (block or not before.strip())
+            if line.strip():
+                before = line
+            else:
+                before = ""
+        if (fenced or block) and (command := line.strip()).startswith(("gracecg ", PROGRAM + " ")):
+            yield number, command
+
+
+def as_run(command):
+    for printed, run in SUBSTITUTIONS:
+        command = printed.sub(run, command)
+    return command
+
+
+def failures(where, commands, program):
+    """Runs commands in an empty folder; gives what went wrong with the first that fails."""
+    with tempfile.TemporaryDirectory(prefix="gracecg-examples-") as folder:
+        home = pathlib.Path(folder, PROGRAM)
+        home.parent.mkdir(parents=True)
+        home.symlink_to(program)
+        environment = dict(os.environ, PATH=f"{home.parent}{os.pathsep}{os.environ['PATH']}")
+        for place, command in commands:
+            started = time.monotonic()
+            try:
+                done = subprocess.run(["bash", "-c", as_run(command)], cwd=folder, env=environment,
+                                      stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                      stderr=subprocess.STDOUT, text=True, errors="replace",
+                                      timeout=LONGEST, check=False)
+                status, output = done.returncode, done.stdout
+            except subprocess.TimeoutExpired:
+                status, output = f"none after {LONGEST} s", ""
+            print(f"{time.monotonic() - started:6.1f} s  {command}")
+            if status != 0:
+                yield f"{where}{place}: status {status} of: {as_run(command)}\n{output.rstrip()}"
+                return
+
+
+def help_of(program, words):
+    done = subprocess.run([program, *words, "--help"], stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, check=False)
+    return done.stdout if done.returncode == 0 else ""
+
+
+def check(program, root):
+    """Everything that is wrong with the examples."""
+    overview = help_of(program, [])
+    names = commands_of(overview)
+    if not names:
+        yield f"{program} --help lists no commands"
+        return
+    for name in ["", *names]:
+        title = f"gracecg {name}".strip() + " --help"
+        lines = help_examples(help_of(program, name.split()))
+        print(f"== {title}")
+        if not lines:
+            yield f"{title}: shows no example"
+        elif not all(line.startswith("gracecg ") for line in lines):
+            yield f"{title}: an example is no gracecg command: {lines}"
+        elif name and not any(line.startswith(f"gracecg {name}") for line in lines):
+            yield f"{title}: its example does not use the command"
+        else:
+            yield from failures(title, [("", line) for line in lines], program)
+    for document in DOCUMENTS:
+        examples = list(document_examples((root / document).read_text(encoding="utf-8")))
+        print(f"== {document}")
+        if not examples:
+            yield f"{document}: no example was found"
+        yield from failures(document, [(f":{number}", line) for number, line in examples], program)
+
+
+STAND_IN = """#!/bin/sh
+case "$*" in
+    --help) printf 'usage\\n\\ncommands:\\n  make it     makes it\\n  use         uses it\\n\\n%s' "$OVERVIEW";;
+    'make it --help') printf 'x\\n\\nexample:\\n  gracecg make it > it\\n';;
+    'use --help') printf 'x\\n\\nexample:\\n  gracecg make it > it\\n  gracecg %s it --runs 500\\n' "$VERB";;
+    'make it') echo it;;
+    'use it --runs 5') cat it;;
+    *) echo "unknown: $*"; exit 2;;
+esac
+"""
+DOCUMENT = "Text `gracecg no`:\n\n    {make} > it      # comment\n    $EDITOR it\n\nand\n\n```\n{use} it --runs 2000\n```\n"
+
+
+def self_test():
+    """What the check overlooks or invents, tried with a program that plays gracecg."""
+    good = {"OVERVIEW": "example:\n  gracecg make it\n", "VERB": "use", "make": "gracecg make it",
+            "use": "build/bin/gracecg use"}
+    tried = (({}, None), ({"VERB": "use not"}, "unknown: use not it"),
+             ({"VERB": "lose"}, "does not use the command"), ({"OVERVIEW": ""}, "gracecg --help: shows no example"),
+             ({"make": "gracecg break it"}, "README.md:3"), ({"use": "gracecg lose"}, "README.md:9"),
+             ({"make": "make it", "use": "lose"}, "no example was found"))
+    for change, expected in tried:
+        case = {**good, **change}
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            (root / "docs").mkdir()
+            for document in DOCUMENTS:
+                (root / document).write_text(DOCUMENT.format(**case), encoding="utf-8")
+            program = root / "gracecg"
+            program.write_text(STAND_IN, encoding="utf-8")
+            program.chmod(0o755)
+            os.environ.update(OVERVIEW=case["OVERVIEW"], VERB=case["VERB"])
+            found = list(check(str(program), root))
+        if expected is None and found:
+            yield f"false alarm: {found}"
+        elif expected is not None and not any(expected in text for text in found):
+            yield f"not found: {expected}; found: {found}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Runs every example of the help and the documents.")
+    parser.add_argument("--program", default=str(ROOT / PROGRAM))
+    parser.add_argument("--self-test", action="store_true")
+    arguments = parser.parse_args()
+    program = pathlib.Path(arguments.program).resolve()
+    if not arguments.self_test and not program.is_file():
+        print(f"{program}: no such program; make build")
+        return 1
+    found = list(self_test() if arguments.self_test else check(str(program), ROOT))
+    for text in found:
+        print(f"\nFAILED {text}")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
