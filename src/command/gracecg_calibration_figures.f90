@@ -124,7 +124,7 @@ contains
             real(dp) :: half(2)
             character(:), allocatable :: x, y
 
-            half = 1.15_dp*ELLIPSE_95*max(extent, 1e-9_dp)
+            half = 1.15_dp*ELLIPSE_95*max(extent, 1e-3_dp)
             x = real_text(centre(1))
             y = real_text(centre(2))
             text = 'set xlabel "'//x_label//'"'//LF//'set ylabel "'//y_label//'" offset 1,0'//LF// &

@@ -154,7 +154,9 @@ contains
                 call page%number_cell(fixed(d, 4))
                 call page%number_cell(fixed(s, 4))
                 call page%number_cell(fixed(d - TWO_SIDED_95*s, 3)//' to '//fixed(d + TWO_SIDED_95*s, 3))
-                if (diagnostics%sigma(axis) <= WANTED_ACCURACY) then
+                if (.not. diagnostics%sigma_known) then
+                    call page%verdict_cell(VERDICT_PARTLY, 'not known')
+                else if (diagnostics%sigma(axis) <= WANTED_ACCURACY) then
                     call page%verdict_cell(VERDICT_MET, 'determined')
                 else
                     call page%verdict_cell(VERDICT_PARTLY, 'not determined')

@@ -56,6 +56,7 @@ module gracecg_fit_diagnostics
 
     type :: fit_diagnostics_t
         real(dp) :: sigma(3) = 0                !! Of the offset, m
+        logical :: sigma_known = .false.        !! The setup gives the noise of all accelerometer axes
         real(dp) :: correlation(3, 3) = 0
         type(ellipsoid_t) :: ellipsoid
         real(dp) :: source_share(3, NOISE_SOURCES) = 0
@@ -104,6 +105,7 @@ contains
         end do
         call error_ellipsoid(solution%covariance, diagnostics%ellipsoid, error)
         if (allocated(error)) return
+        diagnostics%sigma_known = all(known)
         diagnostics%sigma = [(sqrt(max(0.0_dp, solution%covariance(axis, axis))), axis=1, 3)]
         diagnostics%correlation = correlation_matrix(solution%covariance)
         all_correlations = correlation_matrix(record%covariance)

@@ -115,6 +115,11 @@ contains
 
         character(:), allocatable :: figures
 
+        if (.not. diagnostics%sigma_known) then
+            call add(verdict, GRADE_DOUBTFUL, 'Accuracy', 'not known: the setup lacks the noise_level of an '// &
+                     'accelerometer axis, so the sigmas leave its noise out')
+            return
+        end if
         associate (d => diagnostics, long => diagnostics%ellipsoid%semi_axis(1))
             figures = 'sigma '//rounded_text(MILLIMETRES*d%sigma(1), 3)//', '// &
                 rounded_text(MILLIMETRES*d%sigma(2), 3)//', '//rounded_text(MILLIMETRES*d%sigma(3), 3)//' mm in x, y, z; '// &
@@ -213,6 +218,8 @@ contains
         determined = diagnostics%sigma <= WANTED_ACCURACY
         if (verdict%grade == GRADE_BAD) then
             text = 'Do not use this offset: see what is marked below.'
+        else if (.not. diagnostics%sigma_known) then
+            text = 'The accuracy is not known, for lack of noise levels in the setup'
         else if (all(determined)) then
             text = 'All three components are determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better'
         else if (any(determined)) then
@@ -241,6 +248,11 @@ contains
         if (verdict%grade == GRADE_BAD) then
             call append(verdict%next_steps, 'Mend what is marked with a cross, or leave the faulty samples out, '// &
                         'and estimate again; if that is not possible, repeat the calibration.')
+            return
+        end if
+        if (.not. diagnostics%sigma_known) then
+            call append(verdict%next_steps, 'Give the noise levels of the instruments in `setup.nml` and estimate '// &
+                        'again: without them nobody can say which component may be trimmed.')
             return
         end if
         determined = diagnostics%sigma <= WANTED_ACCURACY

@@ -348,6 +348,10 @@ contains
         if (allocated(error)) return
         verdict = judge(observations%setup, solution, record, d)
         call check(error, verdict%grade, GRADE_DOUBTFUL)
+        call says(error, verdict, 'Accuracy', 'not known')
+        if (.not. allocated(error)) call check(error, index(verdict%summary, 'The accuracy is not known'), 1)
+        if (.not. allocated(error)) call check(error, size(verdict%next_steps), 1)
+        call advises(error, verdict, 'Give the noise levels')
         call says(error, verdict, 'Residuals x', 'gives no noise_level')
         call says(error, verdict, 'Noise of the star camera', 'noise_about_axes')
     end subroutine test_unknown_noise
