@@ -20,7 +20,7 @@ module gracecg_calibration_case
         check_quaternion
     implicit none
     private
-    public :: calibration_case_t, read_case, case_text
+    public :: calibration_case_t, read_case, case_from_text, case_text
 
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: calibration_case_t
@@ -96,13 +96,32 @@ contains
         type(settings_reader_t) :: reader
 
         call reader%open(path, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) call take_case(reader, case, error)
+    end subroutine read_case
+
+    !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
+    subroutine case_from_text(text, name, case, error)
+        character(*), intent(in) :: text, name
+        type(calibration_case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open_text(text, name, error)
+        if (.not. allocated(error)) call take_case(reader, case, error)
+    end subroutine case_from_text
+
+    subroutine take_case(reader, case, error)
+        type(settings_reader_t), intent(inout) :: reader
+        type(calibration_case_t), intent(inout) :: case
+        type(error_t), allocatable, intent(out) :: error
+
         call describe_case(reader, case)
         call reader%finish(error)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)
-    end subroutine read_case
+    end subroutine take_case
 
     !> The namelist text of a case: what `read_case` reads. Fails when a setting is not finite.
     subroutine case_text(case, text, error)

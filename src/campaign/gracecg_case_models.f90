@@ -95,6 +95,7 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
 
         associate (epoch => case%setup%epoch)
+            dynamics%epoch = epoch
             dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
             dynamics%day_of_year = day_of_year(epoch)

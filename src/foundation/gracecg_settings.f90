@@ -114,6 +114,7 @@ module gracecg_settings
         type(namelist_file_t), private :: file
     contains
         procedure :: open => open_reader    !! Reads the file
+        procedure :: open_text              !! Takes a text in memory
         procedure :: finish => finish_reader
         !! Closes it: fails when something failed, or a key was never asked for
         procedure :: group => read_group
@@ -151,6 +152,15 @@ contains
 
         call self%file%read(path, error)
     end subroutine open_reader
+
+    !> Takes the settings from a text in memory; `name` stands for the file in messages.
+    subroutine open_text(self, text, name, error)
+        class(settings_reader_t), intent(inout) :: self
+        character(*), intent(in) :: text, name
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%file%parse(text, name, error)
+    end subroutine open_text
 
     !> The first failure of the description, or the first key that nobody asked for.
     subroutine finish_reader(self, error)
