@@ -17,7 +17,7 @@
 module gracecg
     ! Numbers, errors
     use gracecg_kinds, only: dp
-    use gracecg_version, only: GRACECG_VERSION => VERSION
+    use gracecg_version, only: LIBRARY_VERSION => VERSION
     use gracecg_error, only: error_t, message_of
     use gracecg_text, only: string_t
     use gracecg_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
@@ -77,7 +77,7 @@ module gracecg
     implicit none
     private
 
-    public :: dp, GRACECG_VERSION, error_t, message_of, string_t
+    public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
     public :: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
     public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between
