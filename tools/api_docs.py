@@ -9,9 +9,10 @@ knows no difference between a public procedure and the loop index inside; here o
 - modules, and their public types, components, type-bound procedures, procedures, interfaces, constants;
 - the arguments of public procedures that are numbers, logicals, texts or procedures.
 
-Not asked for: `self` and `error`, which mean the same everywhere; arguments of a derived type, which
-is documented itself; a type-bound procedure that overrides a documented one. Every other warning of
-FORD (a key it does not know, an entity it cannot find) counts as well.
+Not asked for: `self`, `error` and, in F77, `istat` and `msg`, which mean the same everywhere; arguments
+of a derived type, which is documented itself; those of the C interface, which include/gracecg.h
+documents; a type-bound procedure that overrides a documented one. Every other warning of FORD (a key it
+does not know, an entity it cannot find) counts as well.
 """
 import pathlib
 import sys
@@ -21,7 +22,7 @@ import ford.fortran_project
 import ford.sourceform
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-CONVENTIONS = {"self", "error"}
+CONVENTIONS = {"self", "error", "istat", "msg"}
 DERIVED = {"type", "class"}
 
 
@@ -97,6 +98,8 @@ class Documentation:
         self.look_at_arguments(procedure)
 
     def look_at_arguments(self, procedure):
+        if procedure.bindC:
+            return
         for argument in procedure.args:
             if argument.name.lower() not in CONVENTIONS and \
                     getattr(argument, "vartype", "procedure").lower() not in DERIVED:

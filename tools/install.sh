@@ -80,7 +80,7 @@ build() {
     # fpm does not link a program anew when another of its commands has rebuilt the library since.
     rm -rf build/gfortran_*/app/gracecg "$stage"
     mkdir -p build
-    "$fpm" install --profile release --no-prune --prefix "$stage" >build/install.log 2>&1 || {
+    "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }

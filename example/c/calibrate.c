@@ -30,20 +30,26 @@ static double *numbers(size_t n)
     return array;
 }
 
+static void show(const char *what, const double a[3])
+{
+    printf("%-7s %20.12e %20.12e %20.12e m/s^2, inertial\n", what, a[0], a[1], a[2]);
+}
+
 /* The accelerations on the satellite of a case at its epoch. */
 static void show_accelerations(const gracecg_case *the_case)
 {
     gracecg_error error;
     gracecg_force_model *model = NULL;
     const double seconds = 0.0;
-    double state[13], gravity[3], drag[3];
+    double state[13], gravity[3], drag[3], total[3];
 
     check(gracecg_case_values(the_case, NULL, NULL, NULL, state, NULL, &error), &error);
     check(gracecg_force_model_open(the_case, &model, &error), &error);
     check(gracecg_force_model_evaluate(model, 1, &seconds, state, state + 3, state + 9, gravity, drag,
-                                       NULL, NULL, NULL, &error), &error);
-    printf("gravity %21.13e %21.13e %21.13e m/s^2, inertial\n", gravity[0], gravity[1], gravity[2]);
-    printf("drag    %21.13e %21.13e %21.13e m/s^2, inertial\n", drag[0], drag[1], drag[2]);
+                                       NULL, NULL, total, &error), &error);
+    show("gravity", gravity);
+    show("drag", drag);
+    show("total", total);
     check(gracecg_force_model_free(&model, &error), &error);
 }
 
