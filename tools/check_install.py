@@ -5,7 +5,7 @@
 
 Files, symbols, manual page; the programs of example/ built against the installed copy alone, run, and
 their numbers compared with those of the installed command line; no leak and no invalid access under
-valgrind; two threads at once; `fpm install`. Needs what `tools/setup.sh checks` installs. The last line
+valgrind; two threads at once; `fpm install`; what the README says of linking. Needs what `tools/setup.sh checks` installs. The last line
 is `N passed, N failed`; status 1 on a failure.
 """
 import os
@@ -203,7 +203,7 @@ def check_manual(here):
 
 def check_destdir(work):
     """A package's tree; and `make uninstall` leaves nothing."""
-    tree = work / "package"
+    tree = work / "destdir"
     where = [f"DESTDIR={tree}", "PREFIX=/usr", "LIBDIR=/usr/lib/triplet"]
     make("install", *where)
     pkg_config = {"PKG_CONFIG_PATH": str(tree / "usr/lib/triplet/pkgconfig")}
@@ -351,6 +351,40 @@ def check_examples(checks, here):
         checks.run("it needs no shared libgracecg", check_static, here, static, expected)
 
 
+def check_readme(here):
+    """The command lines of the README's chapter, as they stand there, in a home of its own."""
+    chapter = readme_chapter()
+    lines = re.findall(r"^    ((?:export|gfortran|cc|python3) .*)$", chapter, re.M)
+    if len(lines) < 5:
+        raise Failure(f"command lines not found: {lines}")
+    home = here.work / "home"
+    home.mkdir()
+    (home / ".local").symlink_to(here.prefix)
+    (home / "example").symlink_to(EXAMPLE)
+    run(["bash", "-ec", "\n".join([*lines, "./orbit", "./models", "./calibrate"])], cwd=home, HOME=str(home),
+        PYTHONDONTWRITEBYTECODE="1")
+
+
+def check_fpm_package(here):
+    """The README's fpm package: its manifest and program, as they stand there."""
+    chapter = readme_chapter()
+    manifest, program = (re.search(rf"^```{kind}\n(.*?)^```", chapter, re.M | re.S).group(1)
+                         for kind in ("toml", "fortran"))
+    folder = here.work / "package"
+    (folder / "app").mkdir(parents=True)
+    (here.work / "gracecg").symlink_to(ROOT)
+    (folder / "fpm.toml").write_text(f'name = "mine"\n{manifest}')
+    (folder / "app/main.f90").write_text(program)
+    output = run([run([ROOT / "tools/setup.sh"]).strip(), "run"], cwd=folder)
+    values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
+    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax", "ay", "az")],
+            relative=1e-13)
+
+
+def readme_chapter():
+    return (ROOT / "README.md").read_text().split("## Using it as a library")[1].split("\n## ")[0]
+
+
 def check_threads(here, program, expected):
     output = here.output(program)
     if "two threads at once" not in output:
@@ -377,6 +411,8 @@ def check_all(checks, work):
     check_examples(checks, here)
     checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)
     checks.run("fpm install", check_fpm_install, here)
+    checks.run("the README's command lines", check_readme, here)
+    checks.run("the README's fpm package", check_fpm_package, here)
 
 
 def main():
