@@ -1,7 +1,7 @@
 /*
  * The library in two threads at once: each propagates the orbit and attitude of a case, evaluates its
  * force model along the arc, and estimates offsets, with models that both share. The numbers must be
- * those of one thread after the other, to the last bit.
+ * those of one thread after the other, to the last bit, and so must the messages of wrong calls.
  *
  *     cc threads.c $(pkg-config --cflags --libs gracecg) -pthread -o threads
  */
@@ -13,6 +13,7 @@
 
 #define STEPS 600           /* of 0.1 s: the calibration */
 #define RUNS 3              /* estimates a thread */
+#define MISTAKES 5000       /* wrong calls a thread, with a message each */
 #define TURNS 4             /* how often it is tried */
 
 /* Models that all threads use. */
@@ -26,6 +27,8 @@ typedef struct work {
     double state[STEPS + 1][13];            /* m, m/s, rad/s, quaternion */
     double acceleration[STEPS + 1][3];      /* m/s^2, inertial */
     double offset[RUNS][3];                 /* m */
+    char message[GRACECG_MESSAGE_SIZE];     /* of a wrong call */
+    int other_messages;                     /* how often the same wrong call got another one */
     gracecg_error error;                    /* status GRACECG_OK when all went well */
 } work;
 
@@ -41,6 +44,23 @@ static gracecg_status estimate(const work *mine, int32_t run, double offset[3], 
         memcpy(offset, solution.offset, sizeof solution.offset);
     gracecg_observations_free(&observations, NULL);
     return status;
+}
+
+/* Asks for a degree that does not exist, again and again: the message is always the same. */
+static void make_mistakes(work *mine)
+{
+    gracecg_gravity *gravity = NULL;
+    gracecg_error error;
+    int k;
+
+    mine->other_messages = 0;
+    for (k = 0; k < MISTAKES; ++k) {
+        gracecg_gravity_open("egm96", mine->seed == 1 ? 99 : 1234567, 0, &gravity, &error);
+        if (k == 0)
+            strcpy(mine->message, error.message);
+        else
+            mine->other_messages += strcmp(mine->message, error.message) != 0;
+    }
 }
 
 static void *run(void *argument)
@@ -62,6 +82,7 @@ static void *run(void *argument)
     }
     for (k = 0; status == GRACECG_OK && k < RUNS; ++k)
         status = estimate(mine, k + 1, mine->offset[k], &mine->error);
+    make_mistakes(mine);
     return NULL;
 }
 
@@ -77,7 +98,8 @@ static int alike(const work *a, const work *b)
 {
     return memcmp(a->state, b->state, sizeof a->state) == 0 &&
            memcmp(a->acceleration, b->acceleration, sizeof a->acceleration) == 0 &&
-           memcmp(a->offset, b->offset, sizeof a->offset) == 0;
+           memcmp(a->offset, b->offset, sizeof a->offset) == 0 && strcmp(a->message, b->message) == 0 &&
+           a->other_messages == b->other_messages;
 }
 
 int main(void)
@@ -94,6 +116,7 @@ int main(void)
         alone[i].seed = together[i].seed = i + 1;
         run(&alone[i]);
         must(alone[i].error.status == GRACECG_OK, alone[i].error.message);
+        must(alone[i].other_messages == 0, "the message of a wrong call changes");
     }
     must(!alike(&alone[0], &alone[1]), "the two threads' work should differ");
 
@@ -105,7 +128,7 @@ int main(void)
             must(pthread_join(thread[i], NULL) == 0, "a thread was lost");
         for (i = 0; i < 2; ++i) {
             must(together[i].error.status == GRACECG_OK, together[i].error.message);
-            must(alike(&alone[i], &together[i]), "two threads at once give other numbers than one");
+            must(alike(&alone[i], &together[i]), "two threads at once give other results than one");
         }
     }
     printf("two threads at once, %d times: the numbers of one\n", TURNS);

@@ -146,10 +146,18 @@ contains
                   'free space of '//parent_of(path))
     end subroutine make_directory
 
-    !> The folder in which a file or folder stands.
-    pure function parent_of(path) result(parent)
+    !> The path without slashes at its end, but / itself.
+    pure function without_slashes(path) result(shorter)
         character(*), intent(in) :: path
-        character(:), allocatable :: parent
+        character(max(1, verify(trim(path), '/', back=.true.))) :: shorter
+
+        shorter = path
+    end function without_slashes
+
+    !> What parent_of gives, with blanks behind it.
+    pure function parent_field(path) result(parent)
+        character(*), intent(in) :: path
+        character(len(path) + 1) :: parent
 
         integer :: last
 
@@ -160,15 +168,15 @@ contains
         else
             parent = without_slashes(parent(:last))
         end if
-    end function parent_of
+    end function parent_field
 
-    !> The path without slashes at its end, but / itself.
-    pure function without_slashes(path) result(shorter)
+    !> The folder in which a file or folder stands.
+    pure function parent_of(path) result(parent)
         character(*), intent(in) :: path
-        character(:), allocatable :: shorter
+        character(len_trim(parent_field(path))) :: parent
 
-        shorter = path(:max(1, verify(trim(path), '/', back=.true.)))
-    end function without_slashes
+        parent = parent_field(path)
+    end function parent_of
 
     !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
     !> cannot be read.
@@ -295,15 +303,23 @@ contains
         line_count = size(self%first)
     end function line_count
 
+    !> The length of a line; 0 for a number that no line has.
+    pure integer function line_length(self, number) result(length)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number
+
+        length = 0
+        if (number >= 1 .and. number <= self%line_count()) &
+            length = max(0, self%last(number) - self%first(number) + 1)
+    end function line_length
+
     !> Line `number` without its end; empty for a number that no line has.
     pure function line_of_text(self, number) result(line)
         class(text_file_t), intent(in) :: self
         integer, intent(in) :: number       !! Counted from 1
-        character(:), allocatable :: line
+        character(line_length(self, number)) :: line
 
-        line = ''
-        if (number >= 1 .and. number <= self%line_count()) &
-            line = self%text(self%first(number):self%last(number))
+        if (len(line) > 0) line = self%text(self%first(number):self%last(number))
     end function line_of_text
 
     !> A failure at a line of the text; shows the line if there is one of that number.
