@@ -146,7 +146,7 @@ contains
         integer(c_int) :: status
         real(dp) :: seconds, angle, back(3)
 
-        status = gracecg_utc_parse(c_string('1988-12-31T23:59:59'), before, failure)
+        status = gracecg_utc_parse(c_string('1989-12-31T23:59:59'), before, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
         status = gracecg_utc_add(before, 2.0_dp, after, failure)    ! over a leap second
