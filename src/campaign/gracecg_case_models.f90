@@ -77,6 +77,7 @@ contains
         end do
     end function operator_setup
 
+    !> The catalogue of stars: that of the case's file, or the embedded one. Fails as `read_star_catalogue`.
     subroutine case_star_catalogue(case, catalogue, error)
         type(calibration_case_t), intent(in) :: case
         type(star_catalogue_t), intent(out) :: catalogue

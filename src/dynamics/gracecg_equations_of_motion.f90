@@ -28,9 +28,12 @@ module gracecg_equations_of_motion
     public :: satellite_dynamics_t, loads_t, accelerations_t
     public :: STATE_SIZE, POSITION, VELOCITY, OMEGA, ATTITUDE
 
+    !> Components of the state: position (m), velocity (m/s), both inertial; angular velocity (body axes,
+    !> rad/s); attitude quaternion (inertial to body, scalar last)
     integer, parameter :: STATE_SIZE = 13
     !> Places of the parts in the state, as index vectors
     integer, parameter :: POSITION(3) = [1, 2, 3], VELOCITY(3) = [4, 5, 6], OMEGA(3) = [7, 8, 9]
+    !> Place of the attitude quaternion in the state, as an index vector
     integer, parameter :: ATTITUDE(4) = [10, 11, 12, 13]
 
     !> One satellite with its models. Every effect can be left out. Its procedures neither change it
@@ -44,19 +47,19 @@ module gracecg_equations_of_motion
         real(dp) :: julian_centuries_tt = 0         !! Since J2000, at t = 0
         real(dp) :: earth_radiation_day = 0         !! Days at t = 0 since the epoch of its yearly terms
         ! the models
-        class(gravity_model_t), allocatable :: gravity
-        class(geomagnetic_model_t), allocatable :: field
-        class(density_model_t), allocatable :: atmosphere
-        class(wind_model_t), allocatable :: wind
+        class(gravity_model_t), allocatable :: gravity  !! Of the Earth, in the Earth-fixed frame
+        class(geomagnetic_model_t), allocatable :: field    !! Of the Earth, for the rods
+        class(density_model_t), allocatable :: atmosphere   !! Density and composition of the air
+        class(wind_model_t), allocatable :: wind    !! Relative to the rotating Earth
         real(dp) :: density_scale = 1               !! Factor of the model's density
         type(density_wave_t) :: density_wave        !! Relative to the model's density, before the scale
-        type(earth_radiation_t) :: earth_radiation
+        type(earth_radiation_t) :: earth_radiation  !! Reflected and emitted light of the Earth
         ! the satellite
         real(dp) :: mass = 0                        !! kg
         real(dp) :: inertia(3, 3) = 0               !! J, about the centre of mass, kg m^2
         real(dp) :: inverse_inertia(3, 3) = 0       !! 1/(kg m^2)
-        type(torque_rods_t) :: rods
-        type(satellite_surface_t) :: surface
+        type(torque_rods_t) :: rods                 !! The manoeuvre
+        type(satellite_surface_t) :: surface        !! The plates
         real(dp) :: centre_of_mass(3) = 0           !! In the frame of the surface's plates, m
         real(dp) :: drag_coefficient = 0            !! C_d of (2-6)
         type(wall_t) :: wall                        !! For the aerodynamic torque
@@ -66,14 +69,14 @@ module gracecg_equations_of_motion
         ! what acts
         logical :: with_drag = .true.               !! Drag and aerodynamic torque
         logical :: with_solar_radiation = .true.    !! Pressure and torque
-        logical :: with_earth_radiation = .true.
+        logical :: with_earth_radiation = .true.    !! Pressure
         logical :: with_gravity_gradient = .true.   !! Torque
         logical :: with_rods = .true.               !! Magnetic torque
     contains
-        procedure :: rate
-        procedure :: accelerations
-        procedure :: loads
-        procedure :: angular_acceleration
+        procedure :: rate                   !! dX/dt at a time and state
+        procedure :: accelerations          !! Accelerations alone, for an integrator of one's own
+        procedure :: loads                  !! Forces and torques at a time and state
+        procedure :: angular_acceleration   !! d omega/dt from the torques
     end type satellite_dynamics_t
 
     !> Accelerations of the centre of mass at one instant, inertial axes, m/s^2.
@@ -92,12 +95,12 @@ module gracecg_equations_of_motion
         real(dp) :: srp(3) = 0              !! Solar radiation pressure
         real(dp) :: erp(3) = 0              !! Earth radiation pressure
         real(dp) :: torque_aero(3) = 0      !! Torques about the centre of mass, N m
-        real(dp) :: torque_solar(3) = 0
-        real(dp) :: torque_gravity(3) = 0
-        real(dp) :: torque_magnetic(3) = 0
+        real(dp) :: torque_solar(3) = 0     !! Of sunlight
+        real(dp) :: torque_gravity(3) = 0   !! Of the gravity gradient
+        real(dp) :: torque_magnetic(3) = 0  !! Of the rods in the field
         real(dp) :: field(3) = 0            !! Magnetic flux density, T
         real(dp) :: vertical(3) = 0         !! Unit vector away from the Earth's centre
-        real(dp) :: body_from_inertial(3, 3) = 0
+        real(dp) :: body_from_inertial(3, 3) = 0    !! C: v_body = C v_inertial
     end type loads_t
 
 contains
@@ -105,9 +108,9 @@ contains
     !> dX/dt of (2-31).
     pure subroutine rate(self, t, y, dydt)
         class(satellite_dynamics_t), intent(in) :: self
-        real(dp), intent(in) :: t
-        real(dp), intent(in) :: y(:)
-        real(dp), intent(out) :: dydt(:)
+        real(dp), intent(in) :: t           !! Since the epoch, s
+        real(dp), intent(in) :: y(:)        !! State, STATE_SIZE components
+        real(dp), intent(out) :: dydt(:)    !! Its derivative by time, per s
 
         type(loads_t) :: acting
 

@@ -12,6 +12,7 @@ module gracecg_truth_arc
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
 
+    !> The propagated truth: states and loads at equal intervals from the epoch.
     type :: truth_arc_t
         integer :: steps = 0                        !! n; epochs are k = 0..n
         real(dp) :: interval = 0                    !! s
@@ -35,7 +36,7 @@ contains
         class(satellite_dynamics_t), intent(in) :: dynamics
         real(dp), intent(in) :: initial_state(:)    !! 13
         real(dp), intent(in) :: interval            !! s
-        integer, intent(in) :: steps
+        integer, intent(in) :: steps                !! Number of the intervals
         type(truth_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: tolerance !! Local error per step relative to SCALES

@@ -31,9 +31,9 @@ contains
     !> normalisation; a degree the file does not have; a line that cannot be understood; NaN; a
     !> coefficient given twice or (beyond degree 1) not at all; coefficients that change with time.
     subroutine read_gfc(path, degree, order, model, error)
-        character(*), intent(in) :: path
-        integer, intent(in) :: degree
-        integer, intent(in) :: order
+        character(*), intent(in) :: path    !! Of the .gfc file
+        integer, intent(in) :: degree       !! Up to which it is read
+        integer, intent(in) :: order        !! Up to which it is read
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 

@@ -26,8 +26,8 @@ contains
     !> that are not linear; a line that cannot be understood; NaN; epochs that do not rise; a
     !> coefficient given twice or not at all; a date outside the epochs.
     subroutine read_shc(path, decimal_year, model, error)
-        character(*), intent(in) :: path
-        real(dp), intent(in) :: decimal_year
+        character(*), intent(in) :: path        !! Of the .shc file
+        real(dp), intent(in) :: decimal_year    !! Year with decimals
         type(igrf_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 

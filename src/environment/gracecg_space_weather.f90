@@ -23,7 +23,7 @@ module gracecg_space_weather
         real(dp), allocatable :: f107_mean(:)       !! Mean over 81 days centred on the day, sfu
         real(dp), allocatable :: kp(:, :)           !! (8, day): UT 0-3 h, 3-6 h ... 21-24 h
     contains
-        procedure :: indices_at
+        procedure :: indices_at !! F10.7, its mean and Kp at a time
     end type space_weather_t
 
     integer, parameter :: INTERVALS = 8                 !! of Kp in a day
@@ -120,7 +120,7 @@ contains
     !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
     !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
     subroutine read_space_weather(file, table, error)
-        character(*), intent(in) :: file
+        character(*), intent(in) :: file    !! Path of the table
         type(space_weather_t), intent(out) :: table
         type(error_t), allocatable, intent(out) :: error
 

@@ -21,7 +21,7 @@ contains
     !> Allocates `error` with a message.
     subroutine fail(error, message)
         type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in) :: message
+        character(*), intent(in) :: message !! A sentence for the user
 
         allocate (error)
         error%message = message
@@ -32,7 +32,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in) :: file            !! Path as the user gave it
         integer, intent(in) :: line_number          !! Counted from 1; 0 when no line applies
-        character(*), intent(in) :: message
+        character(*), intent(in) :: message         !! What is wrong there
         character(*), intent(in), optional :: line  !! The offending line
 
         character(:), allocatable :: place
@@ -49,9 +49,9 @@ contains
     subroutine fail_out_of_range(error, name, value, low, high, unit)
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in) :: name            !! Name of the quantity, as the user knows it
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value               !! As it was given
         real(dp), intent(in) :: low, high           !! The allowed range, both ends included
-        character(*), intent(in), optional :: unit
+        character(*), intent(in), optional :: unit  !! Of value and range
 
         character(:), allocatable :: suffix
 
@@ -67,7 +67,7 @@ contains
     !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
     subroutine add_context(error, context)
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in) :: context
+        character(*), intent(in) :: context !! What was being done or read
 
         if (allocated(error)) error%message = context//': '//error%message
     end subroutine add_context
@@ -83,7 +83,7 @@ contains
 
     !> The shortest text that shows a number to about seven digits, without padding.
     function number_text(value) result(text)
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value   !! May be NaN or infinite
         character(:), allocatable :: text
 
         character(32) :: buffer
@@ -121,8 +121,8 @@ contains
     !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
     !> when none is near: for "did you mean".
     function nearest_name(name, known) result(nearest)
-        character(*), intent(in) :: name
-        character(*), intent(in) :: known(:)
+        character(*), intent(in) :: name        !! As it was written
+        character(*), intent(in) :: known(:)    !! Names to compare with
         character(:), allocatable :: nearest
 
         integer :: i, distance, best

@@ -10,7 +10,7 @@ module gracecg_text
 
     type :: string_t
         !! One text of an array of texts of different lengths
-        character(:), allocatable :: text
+        character(:), allocatable :: text   !! Of any length
     end type string_t
 
     !> parse_integer(text, value, ok): the whole text as a decimal integer of kind i4 or i8.
@@ -45,7 +45,7 @@ contains
 
     !> The text with the letters A-Z made small.
     pure function lower_case(text) result(lower)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! In any case
         character(len(text)) :: lower
 
         integer :: i
@@ -61,8 +61,8 @@ contains
 
     !> The pieces between the delimiters, as they stand: always one more than there are delimiters.
     pure function split(text, delimiter) result(pieces)
-        character(*), intent(in) :: text
-        character(1), intent(in) :: delimiter
+        character(*), intent(in) :: text        !! Any, blanks included
+        character(1), intent(in) :: delimiter   !! One character
         type(string_t), allocatable :: pieces(:)
 
         integer :: i, n, first
@@ -85,7 +85,7 @@ contains
 
     !> The words between blanks and tabs; none of them is empty.
     pure function split_words(text) result(words)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any
         type(string_t), allocatable :: words(:)
 
         integer :: n, first, last
@@ -124,7 +124,7 @@ contains
     !> Puts one more text at the end.
     pure subroutine append(strings, text)
         type(string_t), allocatable, intent(inout) :: strings(:)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! The one to put there
 
         type(string_t), allocatable :: longer(:)
 
@@ -153,7 +153,7 @@ contains
 
     !> The texts without trailing blanks, one after the other, with `separator` between them.
     pure function join(texts, separator) result(joined)
-        character(*), intent(in) :: texts(:), separator
+        character(*), intent(in) :: texts(:), separator !! The pieces, and what stands between them
         character(:), allocatable :: joined
 
         integer :: i
@@ -169,9 +169,9 @@ contains
     !> empty, anything else than a decimal number, NaN, infinity, a number too large for double
     !> precision.
     subroutine parse_real(text, value, ok)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Blanks around it are allowed
         real(dp), intent(out) :: value  !! 0 when not ok
-        logical, intent(out) :: ok
+        logical, intent(out) :: ok      !! False if it is no number
 
         character(kind=c_char), target :: number(LONGEST_NUMBER + 1)
         type(c_ptr) :: rest
@@ -290,7 +290,7 @@ contains
 
     !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
     function real_text(value) result(text)
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value   !! NaN and infinity have their names
         character(:), allocatable :: text
 
         integer(i8) :: mantissa

@@ -14,11 +14,11 @@ contains
 
     !> A finite number within a range, both ends included.
     subroutine real_from_text(text, value, problem, low, high, unit)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text                        !! As written
         real(dp), intent(out) :: value                          !! 0 when there is a problem
         character(:), allocatable, intent(out) :: problem       !! Not allocated: all is well
-        real(dp), intent(in), optional :: low, high
-        character(*), intent(in), optional :: unit
+        real(dp), intent(in), optional :: low, high             !! Allowed range, in `unit`
+        character(*), intent(in), optional :: unit              !! For the message
 
         logical :: ok
 
@@ -37,10 +37,10 @@ contains
 
     !> An integer within a range, both ends included.
     subroutine integer_from_text(text, value, problem, low, high)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text                        !! As written
         integer, intent(out) :: value                           !! 0 when there is a problem
         character(:), allocatable, intent(out) :: problem       !! Not allocated: all is well
-        integer, intent(in), optional :: low, high
+        integer, intent(in), optional :: low, high              !! Allowed range
 
         logical :: ok
 
@@ -58,7 +58,7 @@ contains
 
     !> .true., .t., true or t, and likewise for false.
     subroutine logical_from_text(text, value, problem)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text                        !! As written
         logical, intent(out) :: value                           !! False when there is a problem
         character(:), allocatable, intent(out) :: problem       !! Not allocated: all is well
 
@@ -75,9 +75,9 @@ contains
 
     !> One of the allowed texts, in whatever case it is given; `value` has the spelling of the list.
     subroutine choice_from_text(text, choices, value, problem)
-        character(*), intent(in) :: text
-        character(*), intent(in) :: choices(:)
-        character(:), allocatable, intent(out) :: value
+        character(*), intent(in) :: text                        !! As written
+        character(*), intent(in) :: choices(:)                  !! What is allowed
+        character(:), allocatable, intent(out) :: value         !! One of `choices`
         character(:), allocatable, intent(out) :: problem       !! Not allocated: all is well
 
         integer :: i
@@ -94,8 +94,8 @@ contains
 
     !> What a real number must be: 'a number from 0 to 10 kg'.
     function allowed_real(low, high, unit) result(text)
-        real(dp), intent(in), optional :: low, high
-        character(*), intent(in), optional :: unit
+        real(dp), intent(in), optional :: low, high !! Allowed range, in `unit`
+        character(*), intent(in), optional :: unit  !! For the message
         character(:), allocatable :: text
 
         text = 'a number'
@@ -116,7 +116,7 @@ contains
 
     !> What an integer must be: 'an integer from 1 to 60'.
     function allowed_integer(low, high) result(text)
-        integer, intent(in), optional :: low, high
+        integer, intent(in), optional :: low, high  !! Allowed range
         character(:), allocatable :: text
 
         text = 'an integer'
@@ -129,8 +129,9 @@ contains
         end if
     end function allowed_integer
 
+    !> What a text must be: 'one of egm96, file'.
     function allowed_choice(choices) result(text)
-        character(*), intent(in) :: choices(:)
+        character(*), intent(in) :: choices(:)  !! What is allowed
         character(:), allocatable :: text
 
         text = 'one of '//join(choices, ', ')
@@ -138,7 +139,7 @@ contains
 
     !> '; did you mean "x"?', or nothing when no known name is near.
     function did_you_mean(name, known) result(text)
-        character(*), intent(in) :: name, known(:)
+        character(*), intent(in) :: name, known(:)  !! As written; names to compare with
         character(:), allocatable :: text
 
         text = nearest_name(lower_case(name), known)

@@ -20,6 +20,7 @@ module gracecg_observation_files
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
     integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
 
@@ -45,7 +46,7 @@ contains
     !> (the folder cannot be made, the disk is full, a value is not finite) none of the files stands,
     !> or those of before still do.
     subroutine write_observations(folder, observations, comments, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder          !! Is made if it is not there
         type(observation_set_t), intent(in) :: observations
         character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
         type(error_t), allocatable, intent(out) :: error
@@ -168,7 +169,7 @@ contains
     !> does not reach from the beginning to the end of the arc. With an orbit the magnetometer need
     !> not: a model stands in.
     subroutine read_observations(folder, observations, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder  !! Where the files are
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
 
