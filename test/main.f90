@@ -55,6 +55,10 @@ program tester
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
     use test_faults, only: collect_faults
+    use test_library, only: collect_library
+    use test_c_interface, only: collect_c_interface
+    use test_f77, only: collect_f77
+    use test_threads, only: collect_threads
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -114,7 +118,11 @@ program tester
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
-             new_testsuite('faults', collect_faults)]
+             new_testsuite('faults', collect_faults), &
+             new_testsuite('library', collect_library), &
+             new_testsuite('c-interface', collect_c_interface), &
+             new_testsuite('f77', collect_f77), &
+             new_testsuite('threads', collect_threads)]
 
     fast = .false.
     suite_name = ''

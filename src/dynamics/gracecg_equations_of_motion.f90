@@ -74,7 +74,7 @@ module gracecg_equations_of_motion
         logical :: with_rods = .true.               !! Magnetic torque
     contains
         procedure :: rate                   !! dX/dt at a time and state
-        procedure :: accelerations          !! Accelerations of the centre of mass
+        procedure :: accelerations          !! Accelerations alone, for an integrator of one's own
         procedure :: loads                  !! Forces and torques at a time and state
         procedure :: angular_acceleration   !! d omega/dt from the torques
     end type satellite_dynamics_t

@@ -225,20 +225,24 @@ contains
         type(c_ptr), intent(in) :: stream
         integer(i8), intent(in) :: expected                     !! Bytes, if known
         character(:), allocatable, intent(out) :: content
-        logical, intent(out) :: failed                          !! Also for more than 2 GB
+        logical, intent(out) :: failed                          !! Also for more than 2 GB, and no memory
 
         integer(i8), parameter :: LARGEST = huge(0) - 1_i8, SMALLEST = 65536
         character(:), allocatable :: larger
         integer(i8) :: used, got
+        integer :: memory
 
-        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content)
+        failed = .true.
+        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content, stat=memory)
+        if (memory /= 0) return
         used = 0
         do
             got = c_fread(content(used + 1:), ONE_BYTE, len(content, c_size_t) - used, stream)
             used = used + got
             if (used < len(content, i8)) exit
             if (used == LARGEST) exit
-            allocate (character(min(LARGEST, 2*used)) :: larger)
+            allocate (character(min(LARGEST, 2*used)) :: larger, stat=memory)
+            if (memory /= 0) return
             larger(:used) = content
             call move_alloc(larger, content)
         end do

@@ -64,6 +64,7 @@ module gracecg_observation_set
         real(dp), allocatable :: orbit_position(:, :)   !! (3, s), inertial J2000, m
     end type observation_set_t
 
+    real(dp), parameter :: MOST_EPOCHS = 1e6_dp             !! Of an arc: a day at ten samples a second
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
     real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
     real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
@@ -290,6 +291,9 @@ contains
                            setup%magnetometer_interval) > 0) then
             call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
                       'magnetometer must be positive')
+        else if (.not. setup%duration <= MOST_EPOCHS*setup%accelerometer_interval) then
+            call fail(error, 'duration = '//number_text(setup%duration)//' s is more than '// &
+                      number_text(MOST_EPOCHS)//' sampling intervals of the accelerometer')
         else if (setup%camera < 1 .or. setup%camera > HEADS) then
             call fail(error, 'star camera: head '//integer_text(setup%camera)//' does not exist')
         else
