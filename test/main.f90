@@ -59,6 +59,10 @@ program tester
     use test_spectrum, only: collect_spectrum
     use test_fit_diagnostics, only: collect_fit_diagnostics
     use test_calibration_page, only: collect_calibration_page
+    use test_library, only: collect_library
+    use test_c_interface, only: collect_c_interface
+    use test_f77, only: collect_f77
+    use test_threads, only: collect_threads
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
@@ -122,7 +126,11 @@ program tester
              new_testsuite('faults', collect_faults), &
              new_testsuite('spectrum', collect_spectrum), &
              new_testsuite('fit-diagnostics', collect_fit_diagnostics), &
-             new_testsuite('calibration-page', collect_calibration_page)]
+             new_testsuite('calibration-page', collect_calibration_page), &
+             new_testsuite('library', collect_library), &
+             new_testsuite('c-interface', collect_c_interface), &
+             new_testsuite('f77', collect_f77), &
+             new_testsuite('threads', collect_threads)]
 
     fast = .false.
     suite_name = ''

@@ -6,6 +6,7 @@
 
 The rules:
 - src/ holds one module or submodule a file, named after the file; a module has a `private` statement.
+  The Fortran 77 entry points alone are procedures outside of modules.
 - A module uses modules of lower floors, or of its own floor without circles.
 - The estimators see observations, never the truth: by no chain of `use` do they reach the dynamics
   or the instruments; of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
@@ -26,6 +27,9 @@ FLOORS = {
     "src/command": 8, "src/interface": 9, "app": 9,
     "src": 8,  # the umbrella module, src/gracecg.f90; the C and F77 interface stands on it
 }
+
+# Callers without modules need procedures outside of them.
+WITHOUT_MODULE = "src/interface/gracecg_f77.f90"
 
 TRUTH = ("dynamics", "instruments")
 
@@ -98,7 +102,10 @@ def check_form(source):
     """One module a file, named after it, private; nothing that a library must not do."""
     if source.floor is None:
         yield 1, "stands on no floor"
-    if source.path.parts[0] == "src":
+    if source.path.as_posix() == WITHOUT_MODULE:
+        if source.module:
+            yield 1, "holds a module; only procedures outside of modules are expected"
+    elif source.path.parts[0] == "src":
         if source.module != [source.path.stem]:
             yield 1, f"holds {', '.join(source.module) or 'no module'}; " \
                      f"one module is expected, {source.path.stem}"
@@ -208,6 +215,7 @@ PLANTED = (
     (("src/campaign/gracecg_a.f90", "call dpotrs(a)"), "gracecg_a.f90:2:", "LAPACK"),
     (("src/campaign/gracecg_a.f90",), "gracecg_a.f90:1:", "private"),
     (("src/attic/gracecg_a.f90",), "gracecg_a.f90:1:", "no floor"),
+    (("src/interface/gracecg_f77.f90",), "gracecg_f77.f90:1:", "outside of modules"),
 )
 
 

@@ -17,9 +17,11 @@ module gracecg_assumption_verification
     public :: verification_t, verify_case, window_check_t, check_windows
     public :: CURVE_NAMES, AXIS_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
+    !> Names of the curves, in the order of their second index in `verification_t`
     character(20), parameter :: CURVE_NAMES(15) = [character(20) :: &
         'drag', 'srp', 'erp', 'non_gravitational', 'a_vel', 'a_gg', 'a_acc', 'a_total', 'torque_aero', &
         'torque_solar', 'torque_gravity', 'torque_magnetic', 'torque_total', 'omega', 'omega_dot']
+    !> Names of the body axes
     character(1), parameter :: AXIS_NAMES(3) = ['x', 'y', 'z']
 
     real(dp), parameter :: WINDOW_TOLERANCE = 0.05_dp
@@ -36,9 +38,9 @@ module gracecg_assumption_verification
 
     !> One curve against its window.
     type :: window_check_t
-        character(4) :: figure
-        character(20) :: quantity
-        character(1) :: axis
+        character(4) :: figure              !! The figure's number: '5.2'
+        character(20) :: quantity           !! Name of the curve, one of CURVE_NAMES
+        character(1) :: axis                !! Body axis: 'x', 'y' or 'z'
         real(dp) :: low, high               !! The printed axis limits
         real(dp) :: least, greatest, mean   !! Of the curve
         real(dp) :: excess                  !! How far the curve leaves the window, of its width

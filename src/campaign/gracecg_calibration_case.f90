@@ -20,10 +20,11 @@ module gracecg_calibration_case
         check_quaternion
     implicit none
     private
-    public :: calibration_case_t, read_case, case_text
+    public :: calibration_case_t, read_case, case_from_text, case_text
 
+    !> A calibration with everything that a simulation must know: one namelist file.
     type :: calibration_case_t
-        type(calibration_setup_t) :: setup
+        type(calibration_setup_t) :: setup          !! What an operator knows of it as well
         character(16) :: satellite = 'front'      !! 'front' or 'back'
         integer :: number = 0                       !! Labels its random numbers: 1..3 in the report
         real(dp) :: offset(3) = 0                   !! d, from COM to proof-mass centre, body axes, m
@@ -42,30 +43,31 @@ module gracecg_calibration_case
         real(dp) :: ut1_minus_utc = 0               !! s, for gmst-1982
         character(16) :: gravity_model = 'egm96'  !! 'egm96', 'point-mass' or 'file'
         character(256) :: gravity_file = ''   !! ICGEM .gfc
-        integer :: gravity_degree = 20, gravity_order = 20
+        integer :: gravity_degree = 20, gravity_order = 20  !! Up to which the sum goes
         character(16) :: field_model = 'igrf95'    !! 'igrf95', 'igrf14' or 'file'
         character(256) :: field_file = ''     !! .shc
         ! atmosphere
         character(16) :: density_model = 'dtm77'  !! 'dtm77', 'exponential' or 'none'
         real(dp) :: density_scale = 1               !! Factor of the model's density
         character(16) :: space_weather = 'table'  !! 'table', 'given' or 'file'
-        character(256) :: space_weather_file = ''
+        character(256) :: space_weather_file = ''   !! Of days, flux and Kp, if 'file'
         real(dp) :: f107 = 150, f107_mean = 150     !! sfu, if given
         real(dp) :: kp = 2                          !! If given
         real(dp) :: reference_density = 4e-12_dp    !! Exponential model, kg/m^3
         real(dp) :: reference_height = 466e3_dp     !! m
         real(dp) :: scale_height = 65e3_dp          !! m
         type(density_wave_t) :: density_wave = density_wave_t(0.003_dp, 12.0_dp, 0.0_dp)
+        !! Relative to the model's density: amplitude, period (s), phase (rad)
         logical :: density_wave_random = .true.     !! The phase is drawn for every run
         character(16) :: wind_model = 'hwm93'     !! 'hwm93', 'constant', 'none' or 'file'
-        character(256) :: wind_file = ''
+        character(256) :: wind_file = ''            !! Of latitudes and local times, if 'file'
         real(dp) :: wind_east = 0, wind_north = 0   !! m/s, if constant
         ! satellite surface
         real(dp) :: length = 3.122_dp, height = 0.720_dp    !! m
         real(dp) :: width_bottom = 1.942_dp, width_top = 0.693_dp   !! m
         real(dp) :: centre_of_mass(3) = 0           !! In the trapezoid's frame, m
-        real(dp) :: drag_coefficient = 2.0_dp
-        type(wall_t) :: wall
+        real(dp) :: drag_coefficient = 2.0_dp       !! C_d of (2-6)
+        type(wall_t) :: wall                        !! For the aerodynamic torque
         real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for the torque of sunlight
         ! radiation
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! At 1 au, W/m^2
@@ -73,12 +75,13 @@ module gracecg_calibration_case
         character(20) :: earth_radiation_constants = 'report'
         !! 'report', 'knocke' or 'constant-emissivity'
         integer :: earth_radiation_rings = 1
+        !! Of segments about the cap below the satellite, 0 to 7
         real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
-        type(accelerometer_t) :: accelerometer
-        type(star_camera_t) :: star_camera
+        type(accelerometer_t) :: accelerometer        !! Noise, scale factors and biases
+        type(star_camera_t) :: star_camera            !! Heads, field of view and noise
         character(256) :: star_catalogue_file = ''    !! Empty: the embedded catalogue
-        type(magnetometer_t) :: magnetometer
+        type(magnetometer_t) :: magnetometer          !! Noise and bias
     end type calibration_case_t
 
 contains
@@ -86,25 +89,44 @@ contains
     !> Reads a case from a namelist file. Fails, with file, line and key, for a key that is not known,
     !> a wrong type, a missing value or a value outside its range.
     subroutine read_case(path, case, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the namelist file
         type(calibration_case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
         type(settings_reader_t) :: reader
 
         call reader%open(path, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) call take_case(reader, case, error)
+    end subroutine read_case
+
+    !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
+    subroutine case_from_text(text, name, case, error)
+        character(*), intent(in) :: text, name
+        type(calibration_case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open_text(text, name, error)
+        if (.not. allocated(error)) call take_case(reader, case, error)
+    end subroutine case_from_text
+
+    subroutine take_case(reader, case, error)
+        type(settings_reader_t), intent(inout) :: reader
+        type(calibration_case_t), intent(inout) :: case
+        type(error_t), allocatable, intent(out) :: error
+
         call describe_case(reader, case)
         call reader%finish(error)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)
-    end subroutine read_case
+    end subroutine take_case
 
     !> The namelist text of a case: what `read_case` reads. Fails when a setting is not finite.
     subroutine case_text(case, text, error)
         type(calibration_case_t), intent(in) :: case
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
         type(settings_writer_t) :: writer

@@ -16,12 +16,13 @@ module gracecg_campaign
     public :: campaign_t, campaign_case_t, campaign_entry_t, verdict_t
     public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs, AXES
 
+    !> Names of the body axes
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
     !> A case of a campaign.
     type :: campaign_case_t
-        character(64) :: name = ''
+        character(64) :: name = ''                  !! Of the case, as in the tables
         real(dp) :: offset(3) = 0                   !! True d, mm
         integer :: checksum = 0                     !! Of all its settings
     end type campaign_case_t
@@ -36,12 +37,13 @@ module gracecg_campaign
         real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
     end type campaign_entry_t
 
+    !> Cases by algorithms, or the part of the runs that one shard has of them.
     type :: campaign_t
-        integer :: seed = 1
+        integer :: seed = 1                         !! Of the random numbers
         integer :: runs = 0                         !! Of the whole: 1 to runs
         integer :: shard = 1, shards = 1            !! This is shard k of n
-        character(16), allocatable :: algorithms(:)
-        type(campaign_case_t), allocatable :: cases(:)
+        character(16), allocatable :: algorithms(:) !! Each one of ESTIMATOR_NAMES
+        type(campaign_case_t), allocatable :: cases(:)  !! The cases, in the order of the tables
         type(campaign_entry_t), allocatable :: entries(:, :)    !! (algorithm, case)
     end type campaign_t
 
@@ -58,9 +60,9 @@ contains
 
     !> An empty campaign.
     function new_campaign(algorithms, cases, seed, runs, shard, shards) result(campaign)
-        character(*), intent(in) :: algorithms(:)
+        character(*), intent(in) :: algorithms(:)   !! Each one of ESTIMATOR_NAMES
         integer, intent(in) :: cases            !! Their number
-        integer, intent(in) :: seed, runs, shard, shards
+        integer, intent(in) :: seed, runs, shard, shards    !! As the components of the same names
         type(campaign_t) :: campaign
 
         campaign%seed = seed
@@ -84,7 +86,7 @@ contains
     !> Makes a case number i of the campaign. Fails when its name is another one's, or has a comma.
     subroutine add_case(campaign, i, case, error)
         type(campaign_t), intent(inout) :: campaign
-        integer, intent(in) :: i
+        integer, intent(in) :: i    !! Its number in the campaign
         type(calibration_case_t), intent(in) :: case
         type(error_t), allocatable, intent(out) :: error
 
@@ -121,9 +123,9 @@ contains
     !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
     subroutine run_entry(campaign, a, i, simulator, threads, error)
         type(campaign_t), intent(inout) :: campaign
-        integer, intent(in) :: a, i
+        integer, intent(in) :: a, i                     !! Numbers of algorithm and case
         type(simulator_t), intent(in) :: simulator      !! Of case i
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads                  !! How many to use
         type(error_t), allocatable, intent(out) :: error
 
         type(prediction_t) :: prediction
@@ -148,7 +150,7 @@ contains
     !> Statistics of an entry whose estimates are there, and its published values.
     subroutine summarise(campaign, a, i)
         type(campaign_t), intent(inout) :: campaign
-        integer, intent(in) :: a, i
+        integer, intent(in) :: a, i !! Numbers of algorithm and case
 
         associate (entry => campaign%entries(a, i), case => campaign%cases(i))
             entry%statistics = statistics_of(entry%offset, case%offset)
@@ -156,6 +158,7 @@ contains
         end associate
     end subroutine summarise
 
+    !> The agreement of all entries: counts over cases, algorithms and axes.
     pure function campaign_verdict(campaign) result(verdict)
         type(campaign_t), intent(in) :: campaign
         type(verdict_t) :: verdict

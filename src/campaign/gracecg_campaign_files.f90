@@ -43,7 +43,7 @@ contains
 
     !> Writes RMS, mean and standard deviation of the errors beside prediction and published values.
     subroutine write_table(path, campaign, command, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
         type(campaign_t), intent(in) :: campaign
         character(*), intent(in) :: command         !! That made the campaign, for the comments
         type(error_t), allocatable, intent(out) :: error
@@ -81,9 +81,9 @@ contains
 
     !> Writes the estimate of every run.
     subroutine write_runs(path, campaign, command, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
         type(campaign_t), intent(in) :: campaign
-        character(*), intent(in) :: command
+        character(*), intent(in) :: command !! The command line, for the file's comments
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
@@ -143,7 +143,7 @@ contains
     !> Fails, naming file and line, when a comment line or a row is not as `write_runs` writes it, or
     !> the file comes from another version.
     subroutine read_runs(path, campaign, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
 

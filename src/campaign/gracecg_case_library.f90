@@ -15,7 +15,7 @@ contains
     !> The case of a name: a built-in one, else the one in the namelist file of that path. Fails
     !> when it is neither, and where `read_case` fails.
     subroutine find_case(name_or_path, case, error)
-        character(*), intent(in) :: name_or_path
+        character(*), intent(in) :: name_or_path    !! 'front-1' ... 'back-3', or a path
         type(calibration_case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 

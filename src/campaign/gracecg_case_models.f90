@@ -77,6 +77,7 @@ contains
         end do
     end function operator_setup
 
+    !> The catalogue of stars: that of the case's file, or the embedded one. Fails as `read_star_catalogue`.
     subroutine case_star_catalogue(case, catalogue, error)
         type(calibration_case_t), intent(in) :: case
         type(star_catalogue_t), intent(out) :: catalogue
@@ -94,6 +95,7 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
 
         associate (epoch => case%setup%epoch)
+            dynamics%epoch = epoch
             dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
             dynamics%day_of_year = day_of_year(epoch)

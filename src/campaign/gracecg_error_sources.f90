@@ -13,8 +13,8 @@ module gracecg_error_sources
     type :: error_switches_t
         logical :: curved_force = .true.
         !! The non-gravitational acceleration is not linear in time, and the density wave acts
-        logical :: accelerometer_noise = .true.
-        logical :: star_camera_noise = .true.
+        logical :: accelerometer_noise = .true.     !! Coloured noise of the accelerometer
+        logical :: star_camera_noise = .true.       !! Noise of stars and catalogue
         logical :: magnetometer_errors = .true.     !! Noise and bias
     end type error_switches_t
 
@@ -26,7 +26,7 @@ contains
 
     !> The switches of one of STUDY_NAMES; everything acts in one of another name.
     pure function study_switches(name) result(switches)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! One of STUDY_NAMES
         type(error_switches_t) :: switches
 
         switches%curved_force = name /= 'linear-ng'

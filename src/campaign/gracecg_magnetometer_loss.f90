@@ -64,9 +64,9 @@ contains
     !> and dynamics, and the estimate's response to the model's error, which is linear, axis by axis.
     subroutine predict_field_model(simulator, algorithm, deviation, rms, error)
         type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
+        character(*), intent(in) :: algorithm       !! One of ESTIMATOR_NAMES
         real(dp), intent(in) :: deviation           !! Of the model's error, T
-        real(dp), intent(out) :: rms(3)
+        real(dp), intent(out) :: rms(3)             !! Body axes, m
         type(error_t), allocatable, intent(out) :: error
 
         type(simulator_t) :: without_bias

@@ -23,7 +23,7 @@ module gracecg_monte_carlo
     !> Statistics of the errors of the offset, mm.
     type :: error_statistics_t
         real(dp) :: rms(3)          !! About the true offset
-        real(dp) :: mean(3)
+        real(dp) :: mean(3)         !! Of estimate minus truth
         real(dp) :: deviation(3)    !! About the mean, of the sample
     end type error_statistics_t
 
@@ -39,6 +39,7 @@ module gracecg_monte_carlo
     type, abstract :: alteration_t
     contains
         procedure(alter_interface), deferred :: alter
+        !! Changes the observations of a run before they are estimated from
     end type alteration_t
 
     abstract interface
@@ -60,10 +61,10 @@ contains
     !> Fails when a run fails: the error is that of the failed run with the lowest number.
     subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error, alteration)
         type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
-        integer, intent(in) :: seed
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed             !! Of the random numbers
         integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads          !! How many to use
         type(monte_carlo_t), intent(out) :: results
         type(error_t), allocatable, intent(out) :: error
         class(alteration_t), intent(in), optional :: alteration     !! Of every observation set
@@ -104,7 +105,7 @@ contains
     !> read back from a file give the same statistics to the last bit.
     pure function statistics_of(offset_mm, true_mm) result(statistics)
         real(dp), intent(in) :: offset_mm(:, :)     !! (3, runs)
-        real(dp), intent(in) :: true_mm(3)
+        real(dp), intent(in) :: true_mm(3)          !! True offset d, body axes, mm
         type(error_statistics_t) :: statistics
 
         real(dp) :: errors(3, size(offset_mm, 2))
@@ -123,7 +124,7 @@ contains
     !> quarter apart give the average over all.
     subroutine predict_errors(simulator, algorithm, prediction, error)
         type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         type(prediction_t), intent(out) :: prediction
         type(error_t), allocatable, intent(out) :: error
 

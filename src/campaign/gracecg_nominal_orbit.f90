@@ -21,13 +21,14 @@ module gracecg_nominal_orbit
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
 
+    !> One revolution from the epoch of a case.
     type :: nominal_orbit_t
         type(satellite_dynamics_t) :: dynamics      !! All models of the case
         real(dp) :: revolution = 0                  !! Duration of one revolution, s
         real(dp), allocatable :: state(:, :)
         !! (13, 0:n), every ORBIT_INTERVAL from the case's epoch; see gracecg_equations_of_motion
     contains
-        procedure :: geodetic_place
+        procedure :: geodetic_place !! Latitude, longitude and height of a sample
     end type nominal_orbit_t
 
     !> The first six of the 13 equations of motion, with the attitude prescribed.
@@ -86,7 +87,7 @@ contains
     !> Where the satellite stands at sample k.
     pure subroutine geodetic_place(self, k, latitude, longitude)
         class(nominal_orbit_t), intent(in) :: self
-        integer, intent(in) :: k
+        integer, intent(in) :: k                !! Number of the sample, from 0
         real(dp), intent(out) :: latitude       !! rad
         real(dp), intent(out) :: longitude      !! Positive east, rad
 

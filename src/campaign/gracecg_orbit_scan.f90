@@ -43,7 +43,7 @@ contains
         type(calibration_case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit      !! Of this case
         integer, intent(in) :: times(:)                 !! Within one revolution, s
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads                  !! How many to use
         type(calibration_place_t), allocatable, intent(out) :: places(:)
         type(error_t), allocatable, intent(out) :: error
 

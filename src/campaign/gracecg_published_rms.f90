@@ -14,7 +14,7 @@ contains
 
     !> RMS of the offset over 15 runs, mm, the misprint mended; 0 where nothing is published.
     pure function published_rms(case, algorithm) result(rms)
-        character(*), intent(in) :: case, algorithm
+        character(*), intent(in) :: case, algorithm !! 'front-1' ... 'back-3'; one of ESTIMATOR_NAMES
         real(dp) :: rms(3)
 
         integer :: row, column

@@ -14,6 +14,7 @@ module gracecg_report_cases
     private
     public :: report_case, REPORT_CASE_NAMES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
 
+    !> Names of the six cases: satellite and number
     character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
                                                        'back-1', 'back-2', 'back-3']
 
@@ -54,7 +55,7 @@ contains
 
     !> One of the report's cases. Fails for a name that is none of REPORT_CASE_NAMES.
     subroutine report_case(name, case, error)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! One of REPORT_CASE_NAMES
         type(calibration_case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 

@@ -30,8 +30,8 @@ module gracecg_simulation
 
     !> All of a case that is the same in every run.
     type :: simulator_t
-        type(calibration_case_t) :: case
-        type(truth_arc_t) :: arc
+        type(calibration_case_t) :: case                    !! What is simulated
+        type(truth_arc_t) :: arc                            !! The truth, propagated once
         type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs, heads)
         real(dp) :: star_camera_sigma(3) = 0
         !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
@@ -167,7 +167,7 @@ contains
         type(calibration_case_t), intent(in) :: case
         type(truth_arc_t), intent(in) :: arc
         type(density_wave_t), intent(in) :: wave    !! On top of what the arc already has
-        integer, intent(in) :: k
+        integer, intent(in) :: k                    !! Number of the epoch, from 0
         type(pmc_acceleration_t) :: acceleration
 
         acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%offset, &
@@ -196,7 +196,7 @@ contains
     !> The density wave of a run: its phase drawn when the case says so, none when the arc has it.
     function drawn_wave(self, seed, run) result(wave)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run
+        integer, intent(in) :: seed, run    !! They name the random numbers
         type(density_wave_t) :: wave
 
         type(random_stream_t) :: stream
@@ -210,7 +210,7 @@ contains
     !> One noisy observation set. The same seed and run give the same numbers, whatever else is done.
     subroutine observe(self, seed, run, observations, error, only_used_head)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run
+        integer, intent(in) :: seed, run                    !! They name the random numbers
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head

@@ -19,6 +19,7 @@ module gracecg_trim
 
     integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
 
+    !> When a trim ends, and how well the masses are moved.
     type :: trim_settings_t
         real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
         integer :: rounds = 10                  !! At most
@@ -30,7 +31,7 @@ module gracecg_trim
     !> One calibration of the trim; body axes, m.
     type :: trim_round_t
         real(dp) :: offset(3)       !! True d
-        real(dp) :: estimate(3)
+        real(dp) :: estimate(3)     !! Of d
         real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
     end type trim_round_t
 
@@ -42,7 +43,7 @@ contains
     !> Fails when the simulation or an estimate fails, or an estimate does not converge.
     subroutine trim_offset(case, algorithm, settings, rounds, error)
         type(calibration_case_t), intent(in) :: case
-        character(*), intent(in) :: algorithm
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         type(trim_settings_t), intent(in) :: settings
         type(trim_round_t), allocatable, intent(out) :: rounds(:)
         type(error_t), allocatable, intent(out) :: error

@@ -34,14 +34,15 @@ module gracecg_arguments
         type(option_t), allocatable, private :: options(:)
         type(string_t), allocatable, private :: words(:)
     contains
-        procedure :: describe
-        procedure :: add_option
-        procedure :: parse
-        procedure :: positional_count
-        procedure :: positional
-        procedure :: has
+        procedure :: describe           !! Begins the declaration
+        procedure :: add_option         !! Declares an option
+        procedure :: parse              !! Takes the words of the command line
+        procedure :: positional_count   !! How many words are no option
+        procedure :: positional         !! One of these words
+        procedure :: has                !! Was an option given?
         generic :: get => get_real, get_reals, get_integer, get_text, get_list
-        procedure :: help_text
+        !! The value or values of an option
+        procedure :: help_text          !! What --help prints
         procedure, private :: get_real
         procedure, private :: get_reals
         procedure, private :: get_integer
@@ -58,7 +59,7 @@ contains
 
     !> The words of the command line, from number `first` on (1 is the first behind the program).
     function process_words(first) result(words)
-        integer, intent(in) :: first
+        integer, intent(in) :: first    !! Number of the first word that is wanted
         type(string_t), allocatable :: words(:)
 
         integer :: i, length
@@ -94,8 +95,8 @@ contains
         class(arguments_t), intent(inout) :: self
         character(*), intent(in) :: name            !! '--out'
         character(*), intent(in) :: placeholder     !! 'DIR'
-        character(*), intent(in) :: help
-        logical, intent(in), optional :: required
+        character(*), intent(in) :: help            !! What it does, for the help
+        logical, intent(in), optional :: required   !! The command cannot do without it
 
         type(option_t), allocatable :: longer(:)
         type(string_t), allocatable :: values(:)
@@ -308,7 +309,7 @@ contains
     !> Was the option given?
     pure logical function has(self, name)
         class(arguments_t), intent(in) :: self
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! '--out'
 
         integer :: position
 
@@ -353,7 +354,7 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, name, size(value), .not. present(default), &
-                     allowed_real(low, high, unit), given, error)
+                     trim(allowed_real(low, high, unit)), given, error)
         do i = 1, size(given)
             call real_from_text(given(i)%text, value(i), problem, low, high, unit)
             if (.not. allocated(problem)) cycle
@@ -375,7 +376,7 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, name, 1, .not. present(default), allowed_integer(low, high), given, &
+        call look_up(self, name, 1, .not. present(default), trim(allowed_integer(low, high)), given, &
                      error)
         if (size(given) == 0) return
         call integer_from_text(given(1)%text, value, problem, low, high)

@@ -18,7 +18,7 @@ contains
     !> The files for the results, --out and --runs-out; empty where there shall be none.
     subroutine read_campaign_files(arguments, table_file, runs_file, misuse)
         type(arguments_t), intent(in) :: arguments
-        character(:), allocatable, intent(out) :: table_file, runs_file
+        character(:), allocatable, intent(out) :: table_file, runs_file !! As given; empty when not
         type(error_t), allocatable, intent(out) :: misuse
 
         call arguments%get('--out', table_file, misuse, default='')
@@ -90,15 +90,16 @@ contains
 
     !> A text with blanks behind it to a width; a longer one as it is.
     pure function wide(text, width) result(padded)
-        character(*), intent(in) :: text
-        integer, intent(in) :: width
+        character(*), intent(in) :: text    !! The text
+        integer, intent(in) :: width        !! In characters
         character(:), allocatable :: padded
 
         padded = text//repeat(' ', max(0, width - len(text)))
     end function wide
 
+    !> A relative number in per cent with one decimal: '3.7 %'.
     function percent(part) result(text)
-        real(dp), intent(in) :: part
+        real(dp), intent(in) :: part    !! Relative: 0.037
         character(:), allocatable :: text
 
         character(12) :: digits

@@ -7,11 +7,12 @@ module gracecg_command
     private
     public :: command_t
 
+    !> A command of the program.
     type :: command_t
         character(20) :: name = ''          !! As typed, with one blank inside: 'model gravity'
         character(70) :: summary = ''       !! For the list of the commands
-        procedure(declare_interface), pointer, nopass :: declare => null()
-        procedure(run_interface), pointer, nopass :: run => null()
+        procedure(declare_interface), pointer, nopass :: declare => null()  !! Its arguments and help
+        procedure(run_interface), pointer, nopass :: run => null()  !! Its work
     end type command_t
 
     abstract interface

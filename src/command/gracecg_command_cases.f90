@@ -21,6 +21,7 @@ module gracecg_command_cases
 
 contains
 
+    !> Arguments and help of `gracecg cases`.
     subroutine declare_cases(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -32,6 +33,7 @@ contains
                                 'gracecg simulate my-case.nml --out run1')
     end subroutine declare_cases
 
+    !> The work of `gracecg cases`.
     subroutine run_cases(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -26,6 +26,7 @@ module gracecg_command_errors
 
 contains
 
+    !> Arguments and help of `gracecg errors`.
     subroutine declare_errors(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -45,6 +46,7 @@ contains
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
     end subroutine declare_errors
 
+    !> The work of `gracecg errors`.
     subroutine run_errors(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

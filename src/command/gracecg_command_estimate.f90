@@ -24,6 +24,7 @@ module gracecg_command_estimate
 
 contains
 
+    !> Arguments and help of `gracecg estimate`.
     subroutine declare_estimate(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -52,6 +53,7 @@ contains
         end do
     end function algorithm_help
 
+    !> The work of `gracecg estimate`.
     subroutine run_estimate(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -105,6 +105,7 @@ contains
         end if
     end subroutine run_command_line
 
+    !> The work of `gracecg command`.
     subroutine run_command(command, words, console, misuse, error)
         type(command_t), intent(in) :: command
         type(string_t), intent(in) :: words(:)

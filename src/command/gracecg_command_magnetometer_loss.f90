@@ -39,6 +39,7 @@ module gracecg_command_magnetometer_loss
 
 contains
 
+    !> Arguments and help of `gracecg magnetometer-loss`.
     subroutine declare_magnetometer_loss(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -57,6 +58,7 @@ contains
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
     end subroutine declare_magnetometer_loss
 
+    !> The work of `gracecg magnetometer-loss`.
     subroutine run_magnetometer_loss(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -17,6 +17,7 @@ module gracecg_command_merge
 
 contains
 
+    !> Arguments and help of `gracecg merge`.
     subroutine declare_merge(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -34,6 +35,7 @@ contains
         call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
     end subroutine declare_merge
 
+    !> The work of `gracecg merge`.
     subroutine run_merge(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -40,6 +40,7 @@ module gracecg_command_model
 
 contains
 
+    !> Arguments and help of `gracecg model gravity`.
     subroutine declare_gravity(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -55,6 +56,7 @@ contains
         call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc) instead of EGM96')
     end subroutine declare_gravity
 
+    !> The work of `gracecg model gravity`.
     subroutine run_gravity(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -86,6 +88,7 @@ contains
         call console%row('ax,ay,az,potential', [acceleration, potential], error)
     end subroutine run_gravity
 
+    !> Arguments and help of `gracecg model field`.
     subroutine declare_field(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -100,6 +103,7 @@ contains
         call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
     end subroutine declare_field
 
+    !> The work of `gracecg model field`.
     subroutine run_field(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -134,6 +138,7 @@ contains
         call console%row('bx,by,bz,b_radial,b_south,b_east', [b, radial, south, east], error)
     end subroutine run_field
 
+    !> Arguments and help of `gracecg model density`.
     subroutine declare_density(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -150,6 +155,7 @@ contains
         call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')
     end subroutine declare_density
 
+    !> The work of `gracecg model density`.
     subroutine run_density(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -215,6 +221,7 @@ contains
         call add_context(error, '--f107, --f107a and --kp are needed')
     end subroutine look_up_space_weather
 
+    !> Arguments and help of `gracecg model wind`.
     subroutine declare_wind(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -227,6 +234,7 @@ contains
         call add_position(arguments)
     end subroutine declare_wind
 
+    !> The work of `gracecg model wind`.
     subroutine run_wind(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -253,6 +261,7 @@ contains
         call console%row('east,north', [east, north], error)
     end subroutine run_wind
 
+    !> Arguments and help of `gracecg model sun`.
     subroutine declare_sun(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -263,6 +272,7 @@ contains
         call add_date(arguments)
     end subroutine declare_sun
 
+    !> The work of `gracecg model sun`.
     subroutine run_sun(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -18,6 +18,7 @@ module gracecg_command_model_star_camera
 
 contains
 
+    !> Arguments and help of `gracecg model star-camera`.
     subroutine declare_star_camera(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -36,6 +37,7 @@ contains
         call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
     end subroutine declare_star_camera
 
+    !> The work of `gracecg model star-camera`.
     subroutine run_star_camera(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

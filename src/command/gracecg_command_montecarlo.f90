@@ -35,6 +35,7 @@ module gracecg_command_montecarlo
 
 contains
 
+    !> Arguments and help of `gracecg montecarlo`.
     subroutine declare_montecarlo(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -58,6 +59,7 @@ contains
         call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
     end subroutine declare_montecarlo
 
+    !> The work of `gracecg montecarlo`.
     subroutine run_montecarlo(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -20,6 +20,7 @@ module gracecg_command_simulate
 
 contains
 
+    !> Arguments and help of `gracecg simulate`.
     subroutine declare_simulate(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -38,6 +39,7 @@ contains
                                   '(default 1)')
     end subroutine declare_simulate
 
+    !> The work of `gracecg simulate`.
     subroutine run_simulate(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

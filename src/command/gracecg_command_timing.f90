@@ -27,6 +27,7 @@ module gracecg_command_timing
 
 contains
 
+    !> Arguments and help of `gracecg timing`.
     subroutine declare_timing(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -41,6 +42,7 @@ contains
         call arguments%add_option('--out', 'FILE', 'CSV file for all places')
     end subroutine declare_timing
 
+    !> The work of `gracecg timing`.
     subroutine run_timing(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

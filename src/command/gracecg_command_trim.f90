@@ -25,6 +25,7 @@ module gracecg_command_trim
 
 contains
 
+    !> Arguments and help of `gracecg trim`.
     subroutine declare_trim(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -47,6 +48,7 @@ contains
         call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
     end subroutine declare_trim
 
+    !> The work of `gracecg trim`.
     subroutine run_trim(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -22,6 +22,7 @@ module gracecg_command_verify
 
 contains
 
+    !> Arguments and help of `gracecg verify`.
     subroutine declare_verify(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -36,6 +37,7 @@ contains
                                   'folder for the curves, verify_CASE.csv; made if it is not there')
     end subroutine declare_verify
 
+    !> The work of `gracecg verify`.
     subroutine run_verify(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

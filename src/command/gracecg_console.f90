@@ -18,11 +18,11 @@ module gracecg_console
         logical, private :: failed = .false.    !! A write on standard output failed
         integer, private :: progress_length = 0 !! Of the progress line that is shown
     contains
-        procedure :: line
-        generic :: row => number_row, field_row
-        procedure :: message
-        procedure :: progress
-        procedure :: finish
+        procedure :: line                       !! Writes a line on standard output
+        generic :: row => number_row, field_row !! Writes a row of CSV: numbers, or texts
+        procedure :: message                    !! Writes a line on standard error
+        procedure :: progress                   !! Shows how far a long work is
+        procedure :: finish                     !! Ends the output; fails when some was lost
         procedure, private :: number_row
         procedure, private :: field_row
         procedure, private :: clear_progress
@@ -99,7 +99,7 @@ contains
 
     !> Numbers as texts that read back exactly.
     function number_fields(values) result(fields)
-        real(dp), intent(in) :: values(:)
+        real(dp), intent(in) :: values(:)   !! In the order of the row
         type(string_t), allocatable :: fields(:)
 
         integer :: i
@@ -113,7 +113,7 @@ contains
     !> Writes a line on standard error.
     subroutine message(self, text)
         class(console_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Without a line end
 
         integer :: status
 
@@ -129,7 +129,7 @@ contains
     !> error is a terminal.
     subroutine progress(self, text)
         class(console_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Without a line end
 
         integer :: status
 

@@ -21,10 +21,10 @@ contains
     !> attitude (inertial to body), angular velocity (rad/s) and acceleration (rad/s^2), magnetic
     !> flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
     subroutine write_truth(path, simulator, wave, comments, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
         type(simulator_t), intent(in) :: simulator
         type(density_wave_t), intent(in) :: wave    !! The density wave of the run
-        character(*), intent(in) :: comments(:)
+        character(*), intent(in) :: comments(:)     !! Lines above the header, without '#'
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file

@@ -1,14 +1,18 @@
 !> A propagated arc: the true orbit and attitude at equal intervals, with everything that acts.
 module gracecg_truth_arc
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, fail, number_text
+    use gracecg_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_runge_kutta, only: rkf78_step, rkf78_integrate
     use gracecg_equations_of_motion, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
     implicit none
     private
-    public :: truth_arc_t, propagate_arc
+    public :: truth_arc_t, propagate_arc, check_state, MAX_STEPS
 
+    integer, parameter :: MAX_STEPS = 1000000
+    !! Of an arc: a day at ten epochs a second; some 0.5 GB
+
+    !> The propagated truth: states and loads at equal intervals from the epoch.
     type :: truth_arc_t
         integer :: steps = 0                        !! n; epochs are k = 0..n
         real(dp) :: interval = 0                    !! s
@@ -26,13 +30,13 @@ contains
     !> Integrates from t = 0 over `steps` intervals, with one Runge-Kutta step an interval, or, when
     !> `tolerance` is given, with step-size control between the epochs.
     !>
-    !> Fails when the satellite hits the ground, leaves the range of its models, or a number is not
-    !> finite.
+    !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
+    !> or a number is not finite.
     subroutine propagate_arc(dynamics, initial_state, interval, steps, arc, error, tolerance)
         class(satellite_dynamics_t), intent(in) :: dynamics
         real(dp), intent(in) :: initial_state(:)    !! 13
         real(dp), intent(in) :: interval            !! s
-        integer, intent(in) :: steps
+        integer, intent(in) :: steps                !! Number of the intervals
         type(truth_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: tolerance !! Local error per step relative to SCALES
@@ -40,9 +44,8 @@ contains
         real(dp) :: t
         integer :: k, taken
 
-        arc%steps = steps
-        arc%interval = interval
-        allocate (arc%state(STATE_SIZE, 0:steps), arc%omega_dot(3, 0:steps), arc%loads(0:steps))
+        call make_room(interval, steps, arc, error)
+        if (allocated(error)) return
         arc%state(:, 0) = initial_state
         do k = 0, steps
             if (k > 0) then
@@ -64,6 +67,27 @@ contains
         end do
     end subroutine propagate_arc
 
+    !> An arc without values yet.
+    subroutine make_room(interval, steps, arc, error)
+        real(dp), intent(in) :: interval            !! s
+        integer, intent(in) :: steps
+        type(truth_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: status
+
+        if (.not. (interval > 0 .and. interval <= huge(interval))) then
+            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
+        else if (steps < 0 .or. steps > MAX_STEPS) then
+            call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
+        end if
+        if (allocated(error)) return
+        arc%steps = steps
+        arc%interval = interval
+        allocate (arc%state(STATE_SIZE, 0:steps), arc%omega_dot(3, 0:steps), arc%loads(0:steps), stat=status)
+        if (status /= 0) call fail(error, 'no memory for an arc of '//number_text(real(steps, dp))//' steps')
+    end subroutine make_room
+
     !> A tenth of the shortest period of the rods, whose torque the error estimate does not see; s.
     pure real(dp) function largest_step(dynamics)
         class(satellite_dynamics_t), intent(in) :: dynamics
@@ -77,9 +101,11 @@ contains
         end associate
     end function largest_step
 
+    !> Fails when a state is not finite, or lies below the ground or below the air's model.
     subroutine check_state(dynamics, t, state, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
-        real(dp), intent(in) :: t, state(:)
+        real(dp), intent(in) :: t           !! s, for the message
+        real(dp), intent(in) :: state(:)    !! 13
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: latitude, longitude, height, lowest

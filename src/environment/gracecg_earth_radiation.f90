@@ -19,6 +19,7 @@ module gracecg_earth_radiation
     public :: MAX_SEGMENTS, MAX_RINGS, EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
 
     integer, parameter :: MAX_SEGMENTS = 169    !! The cap and seven rings of 6, 12 ... 42
+    !> Greatest number of rings
     integer, parameter :: MAX_RINGS = 16
     real(dp), parameter :: EARTH_RADIATION_EPOCH_JD = EPOCH_JD
     !! t0 of eqs. (2-13), (2-14) as a Julian date, UTC
@@ -43,12 +44,12 @@ module gracecg_earth_radiation
         real(dp), private :: azimuth(2, MAX_SEGMENTS) = 0
         !! Cosine and sine of each segment's azimuth, from north towards east
     contains
-        procedure :: irradiance_at
+        procedure :: irradiance_at  !! What the segments send to a place
     end type earth_radiation_t
 
     type :: earth_irradiance_t
         !! What the Earth's segments send to one place; only the first `count` entries count
-        integer :: count
+        integer :: count    !! Number of segments that see the satellite
         real(dp) :: direction(3, MAX_SEGMENTS)
         !! Unit vectors from the segments' centres to the satellite, inertial axes
         real(dp) :: irradiance(MAX_SEGMENTS)    !! On a surface facing the segment, W/m^2
@@ -60,7 +61,7 @@ contains
     !> and the only number with which the Earth radiation curves of CSR-TM-00-01 Figures 5.2 and 5.3
     !> lie in their printed windows; what the 7 of its card `ERADP 1 7` counts is not stated.
     pure function standard_rings(ring_count) result(segments_per_ring)
-        integer, intent(in) :: ring_count
+        integer, intent(in) :: ring_count   !! 0 to MAX_RINGS
         integer :: segments_per_ring(ring_count)
 
         integer :: i

@@ -19,7 +19,7 @@ module gracecg_geomagnetic_field
     type, abstract :: geomagnetic_model_t
         !! Any model of the field; evaluation is undefined at the centre
     contains
-        procedure(evaluate_interface), deferred :: evaluate
+        procedure(evaluate_interface), deferred :: evaluate !! Magnetic flux density at a place
     end type geomagnetic_model_t
 
     abstract interface
@@ -35,8 +35,8 @@ module gracecg_geomagnetic_field
     type, extends(geomagnetic_model_t) :: igrf_t
         !! Spherical harmonics of internal sources at one date, CSR-TM-00-01 eq. (2-26); made by
         !! igrf, read_shc or new_igrf
-        character(:), allocatable :: name
-        integer :: degree = 0
+        character(:), allocatable :: name               !! 'igrf14', or as its file says
+        integer :: degree = 0                           !! Highest of the expansion
         type(harmonic_triple_t), private :: field_sums  !! B_x, B_y, B_z
     contains
         procedure :: evaluate => igrf_evaluate
@@ -53,8 +53,8 @@ contains
     !> 2030.0). Linear between the epochs. Fails on an unknown generation and on a date outside its
     !> range.
     subroutine igrf(generation, decimal_year, model, error)
-        character(*), intent(in) :: generation
-        real(dp), intent(in) :: decimal_year
+        character(*), intent(in) :: generation  !! 'igrf95' or 'igrf14'
+        real(dp), intent(in) :: decimal_year    !! Year with decimals: 1989.0 is 1 January 0 h
         type(igrf_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
@@ -127,10 +127,10 @@ contains
     !> Coefficients at a date, linear between the epochs. Fails when the date is outside them or not
     !> a number.
     subroutine coefficients_at(decimal_year, epochs, tables, list, error)
-        real(dp), intent(in) :: decimal_year
+        real(dp), intent(in) :: decimal_year    !! Year with decimals
         real(dp), intent(in) :: epochs(:)       !! Decimal years, rising
         real(dp), intent(in) :: tables(:, :)    !! One column an epoch
-        real(dp), allocatable, intent(out) :: list(:)
+        real(dp), allocatable, intent(out) :: list(:)   !! At that date, nT
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: share
@@ -158,9 +158,9 @@ contains
     !> Cartesian components. Fails on a degree out of range, on a list of another length, and on
     !> numbers that are not finite.
     subroutine new_igrf(name, radius, degree, list, model, error)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! For output
         real(dp), intent(in) :: radius  !! a, m
-        integer, intent(in) :: degree
+        integer, intent(in) :: degree   !! Highest of the list
         real(dp), intent(in) :: list(:) !! g(1,0), g(1,1), h(1,1), g(2,0), g(2,1), h(2,1), ...; nT
         type(igrf_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
@@ -208,6 +208,7 @@ contains
         real(dp), intent(in) :: position(3)     !! Earth-fixed, any unit
         real(dp), intent(in) :: b(3)            !! Earth-fixed, any unit
         real(dp), intent(out) :: radial, south, east
+        !! Away from the centre, south, east; unit of the vector
 
         real(dp) :: distance, sin_colatitude, cos_colatitude, sin_longitude, cos_longitude, outward
 

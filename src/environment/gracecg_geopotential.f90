@@ -19,9 +19,10 @@ module gracecg_geopotential
     type, abstract :: gravity_model_t
         !! Any gravity field; evaluation is undefined at the centre
     contains
-        procedure(acceleration_interface), deferred :: acceleration
-        procedure(potential_interface), deferred :: potential
+        procedure(acceleration_interface), deferred :: acceleration !! Gradient of the potential
+        procedure(potential_interface), deferred :: potential       !! Positive, zero at infinity
         procedure(gradient_tensor_interface), deferred :: gradient_tensor
+        !! Second derivatives of the potential
     end type gravity_model_t
 
     abstract interface
@@ -61,9 +62,9 @@ module gracecg_geopotential
 
     type, extends(gravity_model_t) :: geopotential_t
         !! Spherical harmonics, CSR-TM-00-01 eq. (2-2); made by egm96, read_gfc or new_geopotential
-        character(:), allocatable :: name
-        integer :: degree = 0
-        integer :: order = 0
+        character(:), allocatable :: name                       !! Of the model, for output
+        integer :: degree = 0                                   !! Up to which the sum goes
+        integer :: order = 0                                    !! Up to which the sum goes, 0..degree
         real(dp) :: mu = 0          !! m^3/s^2
         real(dp) :: radius = 0      !! Reference radius, m
         type(harmonic_triple_t), private :: potential_sum       !! The first of the three is U
@@ -81,8 +82,8 @@ contains
     !> EGM96 (Lemoine et al. 1998, tide-free) with its own mu and radius. Fails when the degree is
     !> not in 0..70 or the order not in 0..degree.
     subroutine egm96(degree, order, model, error)
-        integer, intent(in) :: degree
-        integer, intent(in) :: order
+        integer, intent(in) :: degree   !! 0 to 70
+        integer, intent(in) :: order    !! 0 to the degree
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
@@ -107,13 +108,14 @@ contains
     !> CSR-TM-00-01 eq. (2-2), in which mu/r stands before the sum and the term of degree 0 is the
     !> central one. Fails on a degree or order out of range and on numbers that are not finite.
     subroutine new_geopotential(name, mu, radius, c, s, degree, order, model, error)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! For output
         real(dp), intent(in) :: mu          !! m^3/s^2
         real(dp), intent(in) :: radius      !! R, m
         real(dp), intent(in) :: c(0:, 0:)   !! Fully normalised; (n, m) at least to (degree, order)
         real(dp), intent(in) :: s(0:, 0:)
-        integer, intent(in) :: degree
-        integer, intent(in) :: order
+        !! Likewise; (n, 0) is not used
+        integer, intent(in) :: degree       !! Up to which the sum goes
+        integer, intent(in) :: order        !! Up to which the sum goes
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
@@ -157,7 +159,7 @@ contains
 
     !> Fails unless 0 <= degree <= highest and 0 <= order <= degree.
     subroutine check_degree_and_order(degree, order, highest, error)
-        integer, intent(in) :: degree, order, highest
+        integer, intent(in) :: degree, order, highest   !! As asked for, and the model's own
         type(error_t), allocatable, intent(out) :: error
 
         if (degree < 0 .or. degree > highest) then
@@ -222,8 +224,8 @@ contains
     !> (mu/r^3) (3 u u^T - 1) with the unit vector u of the position.
     pure subroutine point_mass_gradient_tensor(self, position, tensor)
         class(point_mass_gravity_t), intent(in) :: self
-        real(dp), intent(in) :: position(3)
-        real(dp), intent(out) :: tensor(3, 3)
+        real(dp), intent(in) :: position(3)     !! Earth-fixed, m
+        real(dp), intent(out) :: tensor(3, 3)   !! Earth-fixed, 1/s^2
 
         real(dp) :: r_squared, factor
         integer :: i

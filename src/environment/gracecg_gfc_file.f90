@@ -31,9 +31,9 @@ contains
     !> normalisation; a degree the file does not have; a line that cannot be understood; NaN; a
     !> coefficient given twice or (beyond degree 1) not at all; coefficients that change with time.
     subroutine read_gfc(path, degree, order, model, error)
-        character(*), intent(in) :: path
-        integer, intent(in) :: degree
-        integer, intent(in) :: order
+        character(*), intent(in) :: path    !! Of the .gfc file
+        integer, intent(in) :: degree       !! Up to which it is read
+        integer, intent(in) :: order        !! Up to which it is read
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
@@ -156,12 +156,12 @@ contains
         end select
         if (ok) return
         call file%fail_at(i, keyword//' = '//value//' cannot be used; allowed: '// &
-                          allowed(keyword), error)
+                          trim(allowed(keyword)), error)
     end subroutine take_keyword
 
     pure function allowed(keyword) result(values)
         character(*), intent(in) :: keyword
-        character(:), allocatable :: values
+        character(45) :: values     !! Blanks behind it
 
         select case (keyword)
         case ('product_type')

@@ -26,8 +26,8 @@ contains
     !> that are not linear; a line that cannot be understood; NaN; epochs that do not rise; a
     !> coefficient given twice or not at all; a date outside the epochs.
     subroutine read_shc(path, decimal_year, model, error)
-        character(*), intent(in) :: path
-        real(dp), intent(in) :: decimal_year
+        character(*), intent(in) :: path        !! Of the .shc file
+        real(dp), intent(in) :: decimal_year    !! Year with decimals
         type(igrf_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
@@ -127,7 +127,7 @@ contains
         end do
         missing = findloc(given, .false., 1)
         if (missing == 0) return
-        call fail(error, file%text%name//': there is no coefficient '//coefficient_name(missing)// &
+        call fail(error, file%text%name//': there is no coefficient '//trim(coefficient_name(missing))// &
                   '; is the file complete (highest degree '//integer_text(degree)//')?')
     end subroutine read_coefficients
 
@@ -168,7 +168,7 @@ contains
     !> The name of a place in the list of coefficients.
     function coefficient_name(place) result(name)
         integer, intent(in) :: place
-        character(:), allocatable :: name
+        character(30) :: name       !! Blanks behind it
 
         integer :: n, rest
 

@@ -23,7 +23,7 @@ module gracecg_space_weather
         real(dp), allocatable :: f107_mean(:)       !! Mean over 81 days centred on the day, sfu
         real(dp), allocatable :: kp(:, :)           !! (8, day): UT 0-3 h, 3-6 h ... 21-24 h
     contains
-        procedure :: indices_at
+        procedure :: indices_at !! F10.7, its mean and Kp at a time
     end type space_weather_t
 
     integer, parameter :: INTERVALS = 8                 !! of Kp in a day
@@ -59,6 +59,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(utc_t) :: earlier
+        character(:), allocatable :: spans
         integer :: today, yesterday, interval
 
         f107_previous_day = 0
@@ -69,8 +70,9 @@ contains
         today = row_of(self, utc%mjd)
         yesterday = row_of(self, utc%mjd - 1)
         if (today == 0 .or. yesterday == 0) then
+            call write_spans(self%mjd, spans)
             call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
-                      spans_text(self%mjd)//', and the day before is needed too; give f107, '// &
+                      spans//', and the day before is needed too; give f107, '// &
                       'f107_mean and kp, or a table of that time')
             return
         end if
@@ -90,9 +92,9 @@ contains
     end function row_of
 
     !> `1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31`.
-    function spans_text(mjd) result(text)
+    subroutine write_spans(mjd, text)
         integer, intent(in) :: mjd(:)
-        character(:), allocatable :: text
+        character(:), allocatable, intent(out) :: text
 
         integer :: i, first
 
@@ -106,21 +108,20 @@ contains
             text = text//date_text(mjd(first))//' to '//date_text(mjd(i))
             first = i + 1
         end do
-    end function spans_text
+    end subroutine write_spans
 
     function date_text(mjd) result(text)
         integer, intent(in) :: mjd
-        character(:), allocatable :: text
+        character(10) :: text
 
         text = utc_text(utc_t(mjd, 0.0_dp))
-        text = text(:10)
     end function date_text
 
     !> Reads a table of the columns: date (YYYY-MM-DD), F10.7 observed, F10.7 at 1 au, 81-day means
     !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
     !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
     subroutine read_space_weather(file, table, error)
-        character(*), intent(in) :: file
+        character(*), intent(in) :: file    !! Path of the table
         type(space_weather_t), intent(out) :: table
         type(error_t), allocatable, intent(out) :: error
 

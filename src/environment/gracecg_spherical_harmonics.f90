@@ -36,7 +36,7 @@ module gracecg_spherical_harmonics
         !! One step of the recursion for LANES orders m, shape (LANES, 0:6, steps): beta, three
         !! coefficients of Re B_nm, three of Im B_nm
     contains
-        procedure :: evaluate
+        procedure :: evaluate   !! The three values at a place
     end type harmonic_triple_t
 
 contains
@@ -78,7 +78,7 @@ contains
     !> and for m = 0 the first term doubled in place of the second.
     pure subroutine differentiate(f, dx, dy, dz)
         complex(dp), intent(in) :: f(0:, 0:)    !! Of harmonic_function, or of a derivative
-        complex(dp), allocatable, intent(out) :: dx(:, :), dy(:, :), dz(:, :)
+        complex(dp), allocatable, intent(out) :: dx(:, :), dy(:, :), dz(:, :)   !! Likewise
 
         complex(dp) :: term
         integer :: n, m, degree, order
@@ -142,7 +142,7 @@ contains
     pure subroutine evaluate(self, position, values)
         class(harmonic_triple_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
-        real(dp), intent(out) :: values(3)
+        real(dp), intent(out) :: values(3)      !! Of the three functions, in their order
 
         real(dp) :: q(3)
 

@@ -35,8 +35,8 @@ module gracecg_thermosphere
         private
         real(dp) :: valid_from = -huge(1.0_dp)  !! m; no lower end unless a model has one
     contains
-        procedure(evaluate_interface), deferred :: evaluate
-        procedure :: lowest_height
+        procedure(evaluate_interface), deferred :: evaluate !! The air at a point
+        procedure :: lowest_height                          !! Where the model's range begins
     end type density_model_t
 
     abstract interface
@@ -98,7 +98,7 @@ module gracecg_thermosphere
         real(dp) :: period = 12.0_dp        !! s
         real(dp) :: phase = 0.0_dp          !! rad
     contains
-        procedure :: relative_change
+        procedure :: relative_change    !! Of the density, at a time
     end type density_wave_t
 
     ! Constants of the model DTM-77 (Barlier et al. 1978, and the program listed there)
@@ -127,7 +127,7 @@ contains
         lowest_height = self%valid_from
     end function lowest_height
 
-    !> DTM-77: F. Barlier, C. Berger, J. L. Falin, G. Kockarts, G. Thuillier, Ann. Geophys. 34
+    !> DTM-77 of F. Barlier, C. Berger, J. L. Falin, G. Kockarts, G. Thuillier, Ann. Geophys. 34
     !> (1978) 9-24, with its printed coefficients. Fails for indices outside their range and for a
     !> pair of fluxes that do not belong together.
     subroutine new_dtm77(f107, f107_mean, kp, model, error)

@@ -1,4 +1,4 @@
-!> Time: UTC with its leap seconds, Terrestrial Time, and the turning of the Earth.
+!> Time scales: UTC with its leap seconds, Terrestrial Time, and the turning of the Earth.
 !>
 !> A time is a `utc_t`: the day as a modified Julian day number and the seconds of that day, so that
 !> nanoseconds survive. Only `parse_utc` makes one from text, and it refuses what the leap second
@@ -45,7 +45,7 @@ contains
     !> optional Z, or a date alone (its 0 h). Fails on any other form, on a day or time that does
     !> not exist (second 60 exists only in a leap second), and outside 1900-01-01 to 2100-12-31.
     subroutine parse_utc(text, utc, error)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! ISO 8601
         type(utc_t), intent(out) :: utc
         type(error_t), allocatable, intent(out) :: error
 
@@ -158,10 +158,10 @@ contains
                       utc%seconds >= 0 .and. utc%seconds < day_length(utc%mjd)
     end function is_in_range
 
-    !> A time in ISO 8601, with as many decimals as the nearest nanosecond needs.
-    function utc_text(utc) result(text)
+    !> What utc_text gives, with blanks behind it.
+    pure function utc_field(utc) result(text)
         type(utc_t), intent(in) :: utc
-        character(:), allocatable :: text
+        character(64) :: text
 
         integer(i8), parameter :: NANO = 1000000000_i8
         integer(i8) :: nanoseconds
@@ -186,6 +186,14 @@ contains
             year, month, day, minutes/60, mod(minutes, 60), whole - 60*minutes
         write (decimals, '(".", i9.9)') mod(nanoseconds, NANO)
         text = seconds_resolution//decimals(:verify(decimals, '.0', back=.true.))
+    end function utc_field
+
+    !> A time in ISO 8601, with as many decimals as the nearest nanosecond needs.
+    pure function utc_text(utc) result(text)
+        type(utc_t), intent(in) :: utc
+        character(len_trim(utc_field(utc))) :: text
+
+        text = utc_field(utc)
     end function utc_text
 
     !> The time a number of SI seconds later (or, negative, earlier), leap seconds counted. A span
@@ -193,7 +201,7 @@ contains
     !> `check_utc_in_range` refuses.
     elemental type(utc_t) function utc_plus(utc, elapsed_seconds) result(later)
         type(utc_t), intent(in) :: utc
-        real(dp), intent(in) :: elapsed_seconds
+        real(dp), intent(in) :: elapsed_seconds !! May be negative
 
         real(dp) :: seconds
         integer :: days
@@ -232,7 +240,7 @@ contains
     !> interval to the nanosecond, so that the third tenth of a second is 0.3 and no
     !> 0.30000000000000004.
     elemental real(dp) function time_tag(k, interval)
-        integer, intent(in) :: k
+        integer, intent(in) :: k            !! From 0
         real(dp), intent(in) :: interval    !! s
 
         real(dp), parameter :: PER_SECOND = 1e9_dp
@@ -331,7 +339,7 @@ contains
     !> Modified Julian day number of a date of the Gregorian calendar (H. F. Fliegel and T. C. Van
     !> Flandern, Comm. ACM 11 (1968) 657; all divisions are of integers).
     elemental integer function modified_julian_day(year, month, day) result(mjd)
-        integer, intent(in) :: year, month, day
+        integer, intent(in) :: year, month, day !! Month 1 to 12, day 1 to 31
 
         integer, parameter :: JULIAN_DAY_NUMBER_OF_MJD_ZERO = 2400001
         integer :: shift    ! -1 in January and February, which count to the year before
@@ -343,8 +351,8 @@ contains
 
     !> Date of the Gregorian calendar of a modified Julian day (Fliegel and Van Flandern, as above).
     elemental subroutine calendar_date(mjd, year, month, day)
-        integer, intent(in) :: mjd
-        integer, intent(out) :: year, month, day
+        integer, intent(in) :: mjd                  !! Modified Julian day number
+        integer, intent(out) :: year, month, day    !! Month 1 to 12, day 1 to 31
 
         integer :: rest, century, year_of_century, month_from_march
 

@@ -18,7 +18,7 @@ module gracecg_wind
     type, abstract :: wind_model_t
         !! What gives the horizontal wind relative to the rotating Earth
     contains
-        procedure(evaluate_interface), deferred :: evaluate
+        procedure(evaluate_interface), deferred :: evaluate !! Wind at a place and local time
     end type wind_model_t
 
     abstract interface
@@ -124,7 +124,7 @@ contains
     !> `#` begins a comment. The rows go by latitude from -90 to 90 deg and, within each, by local
     !> time from 0 h on, both equally spaced and none left out. Fails with file and line.
     subroutine read_wind(file, wind, error)
-        character(*), intent(in) :: file
+        character(*), intent(in) :: file    !! Path of the table
         type(tabulated_wind_t), intent(out) :: wind
         type(error_t), allocatable, intent(out) :: error
 

@@ -23,11 +23,11 @@ module gracecg_attitude_fit
         real(dp) :: inverse_inertia(3, 3) = 0       !! 1/(kg m^2)
         real(dp), allocatable :: torque(:, :)       !! m x B in body axes at j h/2, (3, 0:2n), N m
     contains
-        procedure :: angular_acceleration
-        procedure :: rate_partials
-        procedure :: fit_rotation
-        procedure :: fit_attitude
-        procedure :: fit_small_angles
+        procedure :: angular_acceleration   !! d omega/dt of (4-4) under the rods' torque
+        procedure :: rate_partials          !! Partials of the angular acceleration
+        procedure :: fit_rotation           !! Integrates attitude and rate with all partials
+        procedure :: fit_attitude           !! The state's integration, quaternion as attitude
+        procedure :: fit_small_angles       !! The same, small angles as attitude
     end type attitude_fit_t
 
     !> Angular velocity along the arc, at k h for k = 0..n.
@@ -98,7 +98,7 @@ contains
 
     !> Gamma = d(dq/dt)/d omega, eqs. (4-13), (4-15).
     pure function kinematic_partials(q) result(gamma)
-        real(dp), intent(in) :: q(4)
+        real(dp), intent(in) :: q(4)    !! Inertial to body, scalar last
         real(dp) :: gamma(4, 3)
 
         gamma(:, 1) = 0.5_dp*[q(4), q(3), -q(2), -q(1)]

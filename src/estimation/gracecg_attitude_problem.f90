@@ -19,10 +19,11 @@ module gracecg_attitude_problem
 
     real(dp), parameter :: TYPICAL_RATE = 1e-3_dp   !! Scale of the angular velocity, rad/s
 
+    !> Attitude and angular velocity at the epoch from the star camera: the first part of ASSEST.
     type, extends(batch_problem_t) :: attitude_problem_t
         logical :: reduced = .false.            !! Reduced instead of full state
-        type(attitude_fit_t) :: fit
-        type(fitting_data_t) :: data
+        type(attitude_fit_t) :: fit             !! The dynamics that is fitted
+        type(fitting_data_t) :: data            !! The observations, preprocessed
         real(dp) :: quaternion(4) = 0           !! q*(t0)
         real(dp) :: angular_velocity(3) = 0     !! omega*(t0), rad/s
         real(dp) :: attitude_weight = 1         !! Of every component of an attitude observation
@@ -30,11 +31,11 @@ module gracecg_attitude_problem
     contains
         procedure :: linearise => linearise_alone
         procedure :: correct => correct_alone
-        procedure :: attitude_components
-        procedure :: attitude_parameters
-        procedure :: linearise_attitude
-        procedure :: correct_attitude
-        procedure :: quaternion_gain
+        procedure :: attitude_components    !! Scalars of one attitude observation: 4 or 3
+        procedure :: attitude_parameters    !! Attitude parameters of the state: 4 or 3
+        procedure :: linearise_attitude     !! Trajectory, partials and residuals of the attitude
+        procedure :: correct_attitude       !! Puts a correction on attitude and rate
+        procedure :: quaternion_gain        !! The estimate's response to the quaternions
     end type attitude_problem_t
 
 contains
@@ -43,7 +44,7 @@ contains
     subroutine prepare_attitude(setup, data, reduced, problem)
         type(calibration_setup_t), intent(in) :: setup
         type(fitting_data_t), intent(in) :: data
-        logical, intent(in) :: reduced
+        logical, intent(in) :: reduced  !! Small angles in place of the quaternion
         class(attitude_problem_t), intent(inout) :: problem
 
         problem%reduced = reduced
@@ -96,7 +97,7 @@ contains
     subroutine linearise_attitude(self, partials, residuals)
         class(attitude_problem_t), intent(inout) :: self
         real(dp), intent(out) :: partials(:, :)     !! At least the attitude parameters x observations
-        real(dp), intent(out) :: residuals(:)
+        real(dp), intent(out) :: residuals(:)       !! Observed minus computed; quaternion components, or rad
 
         type(fitted_attitude_t) :: full
         type(fitted_small_angles_t) :: small
@@ -174,7 +175,7 @@ contains
 
     !> The angles of the sequence 3-2-1 of a rotation matrix, eqs. (4-70), (4-71).
     pure function small_angles(c) result(u)
-        real(dp), intent(in) :: c(3, 3)
+        real(dp), intent(in) :: c(3, 3)             !! A rotation matrix near the identity
         real(dp) :: u(3)                            !! rad
 
         u = [atan2(c(2, 3), c(3, 3)), -asin(max(-1.0_dp, min(1.0_dp, c(1, 3)))), atan2(c(1, 2), c(1, 1))]

@@ -20,7 +20,8 @@ module gracecg_batch_processor
         logical :: linear = .false.             !! The observations are linear in the parameters
     contains
         procedure(linearise_interface), deferred :: linearise
-        procedure(correct_interface), deferred :: correct
+        !! Partials, residuals and weights at the nominal state
+        procedure(correct_interface), deferred :: correct   !! Puts a correction on the nominal state
     end type batch_problem_t
 
     abstract interface
@@ -44,15 +45,17 @@ module gracecg_batch_processor
         end subroutine correct_interface
     end interface
 
+    !> When the iterations end.
     type :: batch_settings_t
-        integer :: most_iterations = 20
+        integer :: most_iterations = 20 !! After that the solution counts as not converged
         real(dp) :: tolerance = 1e-9_dp
         !! Converged when every change of the state is below tolerance times its parameter's scale
     end type batch_settings_t
 
+    !> What the processor knows at its end.
     type :: batch_solution_t
         integer :: iterations = 0                   !! Solutions of the normal equations
-        logical :: converged = .false.
+        logical :: converged = .false.              !! Within the allowed iterations
         real(dp) :: condition = 0                   !! Of the normal matrix with unit diagonal
         real(dp), allocatable :: inverse(:, :)      !! (H^T W H)^-1, parameters x parameters
         real(dp), allocatable :: gain(:, :)         !! W H as rows: parameters x observations

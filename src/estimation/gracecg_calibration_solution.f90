@@ -6,6 +6,7 @@ module gracecg_calibration_solution
     private
     public :: calibration_solution_t, store_offset
 
+    !> Offset and covariance, and what else the fit has found.
     type :: calibration_solution_t
         character(:), allocatable :: algorithm  !! Name as on the command line
         real(dp) :: offset(3) = 0               !! d, from COM to proof-mass centre, body axes, m
@@ -18,7 +19,7 @@ module gracecg_calibration_solution
         real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body
         real(dp) :: angular_velocity(3) = 0     !! At the epoch, rad/s
         integer :: iterations = 0               !! Of the batch processor, in its non-linear part
-        logical :: converged = .false.
+        logical :: converged = .false.          !! Of the batch processor, in its non-linear part
         real(dp) :: condition = 0
         !! Of the normal matrix with unit diagonal: of the offset's in ASSEST, of the whole one in
         !! ASCFEST and ASCREST

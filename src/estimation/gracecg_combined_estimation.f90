@@ -22,7 +22,7 @@ module gracecg_combined_estimation
     !> are those of the attitude, then those of the accelerometer.
     type, extends(attitude_problem_t) :: combined_problem_t
         real(dp) :: offset_state(OFFSET_PARAMETERS) = 0     !! d (m), alpha (m/s^3), beta (m/s^2)
-        real(dp) :: accelerometer_weight(3) = 1
+        real(dp) :: accelerometer_weight(3) = 1             !! Of its axes
         integer :: attitude_observations = 0                !! Scalars of the attitude
     contains
         procedure :: linearise => linearise_combined
@@ -82,7 +82,7 @@ contains
     subroutine prepare_combined(setup, data, reduced, problem)
         type(calibration_setup_t), intent(in) :: setup
         type(fitting_data_t), intent(in) :: data
-        logical, intent(in) :: reduced
+        logical, intent(in) :: reduced  !! ASCREST instead of ASCFEST
         type(combined_problem_t), intent(inout) :: problem
 
         call prepare_attitude(setup, data, reduced, problem)
@@ -98,8 +98,8 @@ contains
     !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).
     subroutine linearise_combined(self, partials, residuals, weights, error)
         class(combined_problem_t), intent(inout) :: self
-        real(dp), contiguous, intent(out) :: partials(:, :)
-        real(dp), intent(out) :: residuals(:), weights(:)
+        real(dp), contiguous, intent(out) :: partials(:, :) !! Parameters x observations
+        real(dp), intent(out) :: residuals(:), weights(:)   !! Observed minus computed; weights
         type(error_t), allocatable, intent(out) :: error
 
         integer :: first_offset, last_attitude, n, i, k, column, axis

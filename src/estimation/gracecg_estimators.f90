@@ -10,6 +10,7 @@ module gracecg_estimators
     private
     public :: estimate_offset, ESTIMATOR_NAMES
 
+    !> The algorithms, as on the command line
     character(10), parameter :: ESTIMATOR_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
                                                       'ascfest', 'ascrest']
 
@@ -17,7 +18,7 @@ module gracecg_estimators
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
         !> ESTIMATOR_NAMES, and as the estimator does.
         module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance, record)
-            character(*), intent(in) :: algorithm
+            character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
             type(observation_set_t), intent(in) :: observations
             type(calibration_solution_t), intent(out) :: solution
             type(error_t), allocatable, intent(out) :: error

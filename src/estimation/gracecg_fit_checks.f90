@@ -137,7 +137,7 @@ contains
     subroutine estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
         type(calibration_setup_t), intent(in) :: setup
         class(attitude_problem_t), intent(in) :: problem    !! After the fit
-        real(dp), intent(out) :: factor, sigma
+        real(dp), intent(out) :: factor, sigma              !! 1: as it should be; standard deviation
         real(dp), intent(out) :: misfit
         !! RMS of the residuals in standard deviations of the noise; 0 if that is unknown
         type(error_t), allocatable, intent(out) :: error

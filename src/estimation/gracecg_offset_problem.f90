@@ -13,13 +13,16 @@ module gracecg_offset_problem
     public :: offset_problem_t, prepare_offset, linearise_accelerations
     public :: OFFSET_PARAMETERS, OFFSET_NAMES, offset_scales
 
+    !> Number of the parameters of the state [d, alpha, beta]
     integer, parameter :: OFFSET_PARAMETERS = 9
+    !> Their names, for messages
     character(12), parameter :: OFFSET_NAMES(OFFSET_PARAMETERS) = [character(12) :: &
         'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z']
 
+    !> Offset, drift and bias from the accelerometer along a known rotation: the second part of ASSEST.
     type, extends(batch_problem_t) :: offset_problem_t
-        type(fitting_data_t) :: data
-        type(fitted_rotation_t) :: rotation
+        type(fitting_data_t) :: data                !! The observations, preprocessed
+        type(fitted_rotation_t) :: rotation         !! The known rotation
         real(dp) :: state(OFFSET_PARAMETERS) = 0    !! d (m), alpha (m/s^3), beta (m/s^2)
         real(dp) :: weight(3) = 1                   !! Of the accelerometer axes
     contains
@@ -29,6 +32,7 @@ module gracecg_offset_problem
 
 contains
 
+    !> Sets up the problem from preprocessed observations and the fitted rotation.
     subroutine prepare_offset(setup, data, rotation, problem)
         type(calibration_setup_t), intent(in) :: setup
         type(fitting_data_t), intent(in) :: data

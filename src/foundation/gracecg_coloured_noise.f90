@@ -57,11 +57,11 @@ module gracecg_coloured_noise
         logical :: has_flicker = .false.
         logical :: started = .false.
     contains
-        procedure :: generate
-        procedure :: restart
-        procedure :: autocovariance
-        procedure :: spectrum
-        procedure :: markov_form
+        procedure :: generate       !! The next samples of the process
+        procedure :: restart        !! Forgets the past: the next sample begins a new record
+        procedure :: autocovariance !! Of the process, by lag
+        procedure :: spectrum       !! Power spectral density of the process
+        procedure :: markov_form    !! The process as a sum of first-order Gauss-Markov processes
     end type coloured_noise_t
 
 contains
@@ -111,7 +111,7 @@ contains
     subroutine generate(self, stream, samples)
         class(coloured_noise_t), intent(inout) :: self
         type(random_stream_t), intent(inout) :: stream
-        real(dp), intent(out) :: samples(:)     !! Unit: square root of level's unit times Hz
+        real(dp), intent(out) :: samples(:)     !! In the square root of (unit of level times Hz)
 
         real(dp) :: draws(0:N_POLES)
         integer :: k

@@ -7,13 +7,17 @@ module gracecg_constants
     implicit none
     private
 
+    !> Circumference over diameter of a circle
     real(dp), parameter, public :: PI = 3.14159265358979323846_dp
+    !> Radians in a full turn
     real(dp), parameter, public :: TWO_PI = 2*PI
     real(dp), parameter, public :: DEGREE = PI/180          !! rad
     real(dp), parameter, public :: ARCSECOND = DEGREE/3600  !! rad
     real(dp), parameter, public :: HOUR_ANGLE = PI/12       !! rad for one hour of right ascension
 
+    !> s
     real(dp), parameter, public :: SECONDS_PER_DAY = 86400.0_dp
+    !> In a Julian century, of time scales counted from J2000
     real(dp), parameter, public :: DAYS_PER_CENTURY = 36525.0_dp
 
     real(dp), parameter, public :: EARTH_GM = 398600.4415e9_dp
@@ -24,6 +28,7 @@ module gracecg_constants
     !! Mean reference radius of the IGRF, m (CSR-TM-00-01 eq. 2-26)
     real(dp), parameter, public :: WGS84_SEMI_MAJOR_AXIS = 6378137.0_dp
     !! m
+    !> f = (a - b)/a, exact by definition
     real(dp), parameter, public :: WGS84_FLATTENING = 1/298.257223563_dp
     real(dp), parameter, public :: EARTH_ROTATION_RATE = 7.292115e-5_dp
     !! Angular velocity of the Earth, rad/s: IERS Conventions (2010), nominal value

@@ -5,7 +5,7 @@ module gracecg_csv
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, fail_in_file
     use gracecg_file, only: text_file_t, read_text_file, output_file_t
-    use gracecg_text, only: string_t, split, join, padded, parse_real, real_text, integer_text
+    use gracecg_text, only: string_t, split, join, padded, parse_real, real_text, real_field, integer_text
     implicit none
     private
     public :: read_csv, csv_writer_t
@@ -21,10 +21,10 @@ module gracecg_csv
         integer :: rows = 0
         type(error_t), allocatable :: failure   !! The first thing that went wrong
     contains
-        procedure :: open => open_csv
-        procedure :: row => write_row
-        procedure :: commit => commit_csv
-        procedure :: discard => discard_csv
+        procedure :: open => open_csv       !! Begins a file with its header
+        procedure :: row => write_row       !! Writes labels and numbers
+        procedure :: commit => commit_csv   !! Ends the file and gives it its name
+        procedure :: discard => discard_csv !! Leaves nothing behind
     end type csv_writer_t
 
 contains
@@ -34,8 +34,8 @@ contains
     !> not a finite number, or there is no row. Lines may end as on Windows; blank lines are allowed
     !> at the end.
     subroutine read_csv(path, expected_columns, table, error, comments)
-        character(*), intent(in) :: path
-        character(*), intent(in) :: expected_columns(:)
+        character(*), intent(in) :: path                                    !! Of the file
+        character(*), intent(in) :: expected_columns(:)                     !! Names in the header
         real(dp), allocatable, intent(out) :: table(:, :)                   !! (row, column)
         type(error_t), allocatable, intent(out) :: error
         type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
@@ -141,7 +141,7 @@ contains
     !> Begins a file with its comment lines and its header.
     subroutine open_csv(self, path, header, comments, error)
         class(csv_writer_t), intent(inout) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path        !! Of the file to write; an existing one is replaced
         character(*), intent(in) :: header      !! Names of the columns, separated by commas
         character(*), intent(in) :: comments(:) !! Lines without the #; may be none
         type(error_t), allocatable, intent(out) :: error
@@ -164,12 +164,11 @@ contains
     !> reads back exactly.
     subroutine write_row(self, values, labels)
         class(csv_writer_t), intent(inout) :: self
-        real(dp), intent(in) :: values(:)
-        character(*), intent(in), optional :: labels(:)
+        real(dp), intent(in) :: values(:)               !! As many as columns are left by the labels
+        character(*), intent(in), optional :: labels(:) !! Of the leading columns
 
         integer, parameter :: WIDTH = 25    !! 17 digits, signs, point, exponent and comma
         character(WIDTH*size(values)) :: line
-        character(:), allocatable :: number
         integer :: i, labelled, length
 
         if (allocated(self%failure)) return
@@ -190,9 +189,9 @@ contains
                           real_text(values(i))//' is not a finite number')
                 return
             end if
-            number = real_text(values(i))//','
-            line(length + 1:length + len(number)) = number
-            length = length + len(number)
+            line(length + 1:length + WIDTH) = real_field(values(i))
+            length = length + len_trim(line(length + 1:length + WIDTH)) + 1
+            line(length:length) = ','
         end do
         if (labelled == 0) then
             call self%file%line(line(:length - 1))

@@ -21,7 +21,7 @@ contains
     !> Allocates `error` with a message.
     subroutine fail(error, message)
         type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in) :: message
+        character(*), intent(in) :: message !! A sentence for the user
 
         allocate (error)
         error%message = message
@@ -32,7 +32,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in) :: file            !! Path as the user gave it
         integer, intent(in) :: line_number          !! Counted from 1; 0 when no line applies
-        character(*), intent(in) :: message
+        character(*), intent(in) :: message         !! What is wrong there
         character(*), intent(in), optional :: line  !! The offending line
 
         character(:), allocatable :: place
@@ -49,9 +49,9 @@ contains
     subroutine fail_out_of_range(error, name, value, low, high, unit)
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in) :: name            !! Name of the quantity, as the user knows it
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value               !! As it was given
         real(dp), intent(in) :: low, high           !! The allowed range, both ends included
-        character(*), intent(in), optional :: unit
+        character(*), intent(in), optional :: unit  !! Of value and range
 
         character(:), allocatable :: suffix
 
@@ -67,29 +67,33 @@ contains
     !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
     subroutine add_context(error, context)
         type(error_t), allocatable, intent(inout) :: error
-        character(*), intent(in) :: context
+        character(*), intent(in) :: context !! What was being done or read
 
         if (allocated(error)) error%message = context//': '//error%message
     end subroutine add_context
 
+    pure integer function message_length(error) result(length)
+        type(error_t), allocatable, intent(in) :: error
+
+        length = 0
+        if (allocated(error)) length = len(error%message)
+    end function message_length
+
     !> The message of an error, or an empty text when there is none.
     pure function message_of(error) result(message)
         type(error_t), allocatable, intent(in) :: error
-        character(:), allocatable :: message
+        character(message_length(error)) :: message
 
-        message = ''
         if (allocated(error)) message = error%message
     end function message_of
 
-    !> The shortest text that shows a number to about seven digits, without padding.
-    function number_text(value) result(text)
+    !> What number_text gives, with blanks behind it.
+    pure function number_field(value) result(buffer)
         real(dp), intent(in) :: value
-        character(:), allocatable :: text
-
         character(32) :: buffer
 
         if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
-            text = integer_text(nint(value))
+            buffer = integer_text(nint(value))
             return
         end if
         if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
@@ -101,11 +105,10 @@ contains
         buffer = adjustl(buffer)
         if (buffer(1:1) == '.') buffer = '0'//buffer(:31)
         if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:31)
-        text = trim(buffer)
 
     contains
 
-        subroutine strip_zeros(digits)
+        pure subroutine strip_zeros(digits)
             character(*), intent(inout) :: digits
             integer :: last
 
@@ -116,14 +119,21 @@ contains
             end do
             if (digits(last:last) == '.') digits(last:last) = ' '
         end subroutine strip_zeros
+    end function number_field
+
+    !> The shortest text that shows a number to about seven digits, without padding.
+    pure function number_text(value) result(text)
+        real(dp), intent(in) :: value   !! May be NaN or infinite
+        character(len_trim(number_field(value))) :: text
+
+        text = number_field(value)
     end function number_text
 
-    !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
-    !> when none is near: for "did you mean".
-    function nearest_name(name, known) result(nearest)
+    !> What nearest_name gives, with blanks behind it.
+    pure function nearest_field(name, known) result(nearest)
         character(*), intent(in) :: name
         character(*), intent(in) :: known(:)
-        character(:), allocatable :: nearest
+        character(len(known)) :: nearest
 
         integer :: i, distance, best
 
@@ -133,9 +143,19 @@ contains
             distance = edit_distance(trim(name), trim(known(i)))
             if (distance <= best) then
                 best = distance - 1
-                nearest = trim(known(i))
+                nearest = known(i)
             end if
         end do
+    end function nearest_field
+
+    !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
+    !> when none is near: for "did you mean".
+    pure function nearest_name(name, known) result(nearest)
+        character(*), intent(in) :: name        !! As it was written
+        character(*), intent(in) :: known(:)    !! Names to compare with
+        character(len_trim(nearest_field(name, known))) :: nearest
+
+        nearest = nearest_field(name, known)
     end function nearest_name
 
     !> Levenshtein distance: insertions, deletions and replacements that turn `a` into `b`.

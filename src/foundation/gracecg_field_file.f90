@@ -12,21 +12,21 @@ module gracecg_field_file
 
     type :: field_file_t
         !! A text and which of its lines hold fields
-        type(text_file_t) :: text
+        type(text_file_t) :: text           !! The whole file
         integer, allocatable :: line(:)     !! Line number of each row
     contains
-        procedure :: row_count
-        procedure :: fields => fields_of_row
-        procedure :: get_fields
-        procedure :: get_real
-        procedure :: fail_at
+        procedure :: row_count                  !! How many lines hold fields
+        procedure :: fields => fields_of_row    !! The fields of a row
+        procedure :: get_fields                 !! The same, of a row that must have so many
+        procedure :: get_real                   !! A number out of a field
+        procedure :: fail_at                    !! A failure at a row
     end type field_file_t
 
 contains
 
     !> Reads a file. Fails when it cannot be read or has no row.
     subroutine read_field_file(path, file, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(field_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
 
@@ -49,7 +49,7 @@ contains
     !> The fields of a row; none for a number that no row has.
     pure function fields_of_row(self, row) result(fields)
         class(field_file_t), intent(in) :: self
-        integer, intent(in) :: row
+        integer, intent(in) :: row  !! Number of the row, from 1
         type(string_t), allocatable :: fields(:)
 
         fields = fields_of_line(self%text, line_of_row(self, row))
@@ -78,8 +78,8 @@ contains
     !> The fields of a row that must have as many as `columns` says.
     subroutine get_fields(self, row, columns, meaning, fields, error)
         class(field_file_t), intent(in) :: self
-        integer, intent(in) :: row
-        integer, intent(in) :: columns
+        integer, intent(in) :: row              !! Number of the row, from 1
+        integer, intent(in) :: columns          !! How many fields it must have
         character(*), intent(in) :: meaning     !! What the columns are, for the message
         type(string_t), allocatable, intent(out) :: fields(:)
         type(error_t), allocatable, intent(out) :: error
@@ -93,13 +93,13 @@ contains
     !> The number in a field of a row: finite and, with limits, within them (both ends included).
     subroutine get_real(self, row, field, name, value, error, low, high, unit)
         class(field_file_t), intent(in) :: self
-        integer, intent(in) :: row
+        integer, intent(in) :: row              !! Number of the row, from 1
         type(string_t), intent(in) :: field
         character(*), intent(in) :: name        !! Of the quantity, for the message
-        real(dp), intent(out) :: value
+        real(dp), intent(out) :: value          !! In the file's unit
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: low, high
-        character(*), intent(in), optional :: unit
+        real(dp), intent(in), optional :: low, high !! Allowed range, in the file's unit
+        character(*), intent(in), optional :: unit  !! Of the range, for the message
 
         character(:), allocatable :: problem
 
@@ -110,8 +110,8 @@ contains
     !> A failure at a row.
     subroutine fail_at(self, row, message, error)
         class(field_file_t), intent(in) :: self
-        integer, intent(in) :: row
-        character(*), intent(in) :: message
+        integer, intent(in) :: row          !! Number of the row, from 1
+        character(*), intent(in) :: message !! What is wrong there
         type(error_t), allocatable, intent(out) :: error
 
         call self%text%fail_at(line_of_row(self, row), message, error)

@@ -19,11 +19,11 @@ module gracecg_file
         character(:), allocatable :: name   !! Path as the user gave it
         character(:), allocatable :: text   !! The whole content
         integer, allocatable :: first(:)    !! Line i is text(first(i):last(i)), without its end
-        integer, allocatable :: last(:)
+        integer, allocatable :: last(:)     !! See `first`
     contains
-        procedure :: line_count
-        procedure :: line => line_of_text
-        procedure :: fail_at => fail_at_line
+        procedure :: line_count                 !! How many lines there are
+        procedure :: line => line_of_text       !! One line without its end
+        procedure :: fail_at => fail_at_line    !! A failure at a line
     end type text_file_t
 
     type :: output_file_t
@@ -35,10 +35,10 @@ module gracecg_file
         type(c_ptr) :: stream = c_null_ptr
         logical :: incomplete = .false.         !! A write failed
     contains
-        procedure :: open => open_output
-        procedure :: line => write_line
-        procedure :: commit => commit_output
-        procedure :: discard => discard_output
+        procedure :: open => open_output        !! Begins the file
+        procedure :: line => write_line         !! Writes a line
+        procedure :: commit => commit_output    !! Ends the file and gives it its name
+        procedure :: discard => discard_output  !! Leaves nothing behind
         final :: finalise_output
     end type output_file_t
 
@@ -99,21 +99,22 @@ contains
 
     !> True for anything that is not a folder.
     logical function file_exists(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of file or folder
 
         inquire (file=trim(path), exist=file_exists)
         if (file_exists) file_exists = .not. directory_exists(path)
     end function file_exists
 
+    !> True for a folder.
     logical function directory_exists(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! With or without a slash at the end
 
         inquire (file=trim(path)//'/.', exist=directory_exists)
     end function directory_exists
 
     !> Removes a file or an empty folder; nothing happens when it is not there.
     subroutine remove_file(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file or empty folder
 
         integer(c_int) :: status
 
@@ -122,7 +123,7 @@ contains
 
     !> Makes a folder, and the folders above it as needed. One that exists is left as it is.
     recursive subroutine make_directory(path, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the folder
         type(error_t), allocatable, intent(out) :: error
 
         integer(c_int) :: status
@@ -145,10 +146,18 @@ contains
                   'free space of '//parent_of(path))
     end subroutine make_directory
 
-    !> The folder in which a file or folder stands.
-    pure function parent_of(path) result(parent)
+    !> The path without slashes at its end, but / itself.
+    pure function without_slashes(path) result(shorter)
         character(*), intent(in) :: path
-        character(:), allocatable :: parent
+        character(max(1, verify(trim(path), '/', back=.true.))) :: shorter
+
+        shorter = path
+    end function without_slashes
+
+    !> What parent_of gives, with blanks behind it.
+    pure function parent_field(path) result(parent)
+        character(*), intent(in) :: path
+        character(len(path) + 1) :: parent
 
         integer :: last
 
@@ -159,20 +168,20 @@ contains
         else
             parent = without_slashes(parent(:last))
         end if
-    end function parent_of
+    end function parent_field
 
-    !> The path without slashes at its end, but / itself.
-    pure function without_slashes(path) result(shorter)
+    !> The folder in which a file or folder stands.
+    pure function parent_of(path) result(parent)
         character(*), intent(in) :: path
-        character(:), allocatable :: shorter
+        character(len_trim(parent_field(path))) :: parent
 
-        shorter = path(:max(1, verify(trim(path), '/', back=.true.)))
-    end function without_slashes
+        parent = parent_field(path)
+    end function parent_of
 
     !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
     !> cannot be read.
     subroutine read_text_file(path, file, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(text_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
 
@@ -216,20 +225,24 @@ contains
         type(c_ptr), intent(in) :: stream
         integer(i8), intent(in) :: expected                     !! Bytes, if known
         character(:), allocatable, intent(out) :: content
-        logical, intent(out) :: failed                          !! Also for more than 2 GB
+        logical, intent(out) :: failed                          !! Also for more than 2 GB, and no memory
 
         integer(i8), parameter :: LARGEST = huge(0) - 1_i8, SMALLEST = 65536
         character(:), allocatable :: larger
         integer(i8) :: used, got
+        integer :: memory
 
-        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content)
+        failed = .true.
+        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content, stat=memory)
+        if (memory /= 0) return
         used = 0
         do
             got = c_fread(content(used + 1:), ONE_BYTE, len(content, c_size_t) - used, stream)
             used = used + got
             if (used < len(content, i8)) exit
             if (used == LARGEST) exit
-            allocate (character(min(LARGEST, 2*used)) :: larger)
+            allocate (character(min(LARGEST, 2*used)) :: larger, stat=memory)
+            if (memory /= 0) return
             larger(:used) = content
             call move_alloc(larger, content)
         end do
@@ -240,7 +253,7 @@ contains
     !> A text in memory as a text file: lines end with LF or CR LF, the last one with or without; a
     !> byte order mark of UTF-8 is dropped.
     function text_file_of(text, name) result(file)
-        character(*), intent(in) :: text, name
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(text_file_t) :: file
 
         integer :: i, n, begin
@@ -294,22 +307,30 @@ contains
         line_count = size(self%first)
     end function line_count
 
+    !> The length of a line; 0 for a number that no line has.
+    pure integer function line_length(self, number) result(length)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number
+
+        length = 0
+        if (number >= 1 .and. number <= self%line_count()) &
+            length = max(0, self%last(number) - self%first(number) + 1)
+    end function line_length
+
     !> Line `number` without its end; empty for a number that no line has.
     pure function line_of_text(self, number) result(line)
         class(text_file_t), intent(in) :: self
         integer, intent(in) :: number       !! Counted from 1
-        character(:), allocatable :: line
+        character(line_length(self, number)) :: line
 
-        line = ''
-        if (number >= 1 .and. number <= self%line_count()) &
-            line = self%text(self%first(number):self%last(number))
+        if (len(line) > 0) line = self%text(self%first(number):self%last(number))
     end function line_of_text
 
     !> A failure at a line of the text; shows the line if there is one of that number.
     subroutine fail_at_line(self, number, message, error)
         class(text_file_t), intent(in) :: self
         integer, intent(in) :: number       !! Counted from 1
-        character(*), intent(in) :: message
+        character(*), intent(in) :: message !! What is wrong there
         type(error_t), allocatable, intent(out) :: error
 
         if (number >= 1 .and. number <= self%line_count()) then
@@ -322,7 +343,7 @@ contains
     !> Fails when a file of that name could not be written: to be asked before long work. An empty name
     !> stands for no file.
     subroutine check_writable(path, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file that will be written
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file
@@ -336,7 +357,7 @@ contains
     !> directly: a device must not be replaced by a file.
     subroutine open_output(self, path, error)
         class(output_file_t), intent(inout) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
         type(error_t), allocatable, intent(out) :: error
 
         call self%discard()

@@ -6,6 +6,6 @@ module gracecg_kinds
     public :: dp, i4, i8
 
     integer, parameter :: dp = real64   !! Every real number of the library
-    integer, parameter :: i4 = int32
-    integer, parameter :: i8 = int64
+    integer, parameter :: i4 = int32    !! Counters and words of 32 bits
+    integer, parameter :: i8 = int64    !! Long counters; bits of the random numbers
 end module gracecg_kinds

@@ -37,20 +37,21 @@ module gracecg_namelist
         type(group_t), allocatable :: groups(:)
         type(known_t), allocatable :: known(:)
     contains
-        procedure :: read => read_namelist
-        procedure :: parse => parse_namelist
-        procedure :: group_count
-        procedure :: has
+        procedure :: read => read_namelist      !! Reads a file
+        procedure :: parse => parse_namelist    !! Reads a text in memory
+        procedure :: group_count                !! How many groups have a name
+        procedure :: has                        !! Does a key stand in the file?
         generic :: get => get_real, get_reals, get_integer, get_logical, get_text
-        procedure :: reject
-        procedure :: check_all_used
+        !! The value or values of a key
+        procedure :: reject                     !! A failure about the value of a key
+        procedure :: check_all_used             !! Fails when a group or key was never asked for
         ! The specific procedures of a generic stay public: when they are private, gfortran 12
         ! refuses to read the module files of two users of this type ("mismatch in components")
-        procedure :: get_real
-        procedure :: get_reals
-        procedure :: get_integer
-        procedure :: get_logical
-        procedure :: get_text
+        procedure :: get_real       !! One real number
+        procedure :: get_reals      !! Several real numbers
+        procedure :: get_integer    !! One integer
+        procedure :: get_logical    !! One logical
+        procedure :: get_text       !! One text
     end type namelist_file_t
 
 contains
@@ -58,7 +59,7 @@ contains
     !> Reads a file. Fails when it cannot be read or breaks the syntax.
     subroutine read_namelist(self, path, error)
         class(namelist_file_t), intent(out) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(error_t), allocatable, intent(out) :: error
 
         call read_text_file(path, self%source, error)
@@ -70,7 +71,7 @@ contains
     !> Reads a text in memory; `name` stands for the file in messages.
     subroutine parse_namelist(self, text, name, error)
         class(namelist_file_t), intent(out) :: self
-        character(*), intent(in) :: text, name
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(error_t), allocatable, intent(out) :: error
 
         self%source = text_file_of(text, name)
@@ -96,7 +97,7 @@ contains
     !> Does the key stand in the file? Asking does not mark it as used.
     logical function has(self, group, key, index)
         class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group, key
+        character(*), intent(in) :: group, key      !! Their names, in whatever case
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         integer :: i
@@ -110,11 +111,11 @@ contains
     !> finite number within the limits (both ends included).
     subroutine get_real(self, group, key, value, error, default, low, high, unit, index)
         class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        real(dp), intent(out) :: value
+        character(*), intent(in) :: group, key      !! Their names, in whatever case
+        real(dp), intent(out) :: value              !! In the file's unit
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: default, low, high
-        character(*), intent(in), optional :: unit
+        real(dp), intent(in), optional :: default, low, high    !! Allowed range, in the file's unit
+        character(*), intent(in), optional :: unit  !! Of the range, for the message
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
@@ -123,7 +124,7 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_real(low, high, unit), 1, &
+        call look_up(self, group, key, index, trim(allowed_real(low, high, unit)), 1, &
                      .not. present(default), entry, found, error)
         if (.not. found) return
         call real_from_value(entry%values(1), value, problem, low, high, unit)
@@ -133,12 +134,12 @@ contains
     !> As many real numbers as `value` has elements, each within the limits.
     subroutine get_reals(self, group, key, value, error, default, low, high, unit, index)
         class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        real(dp), intent(out) :: value(:)
+        character(*), intent(in) :: group, key          !! Their names, in whatever case
+        real(dp), intent(out) :: value(:)               !! In the file's unit
         type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: default(:)    !! As long as `value`
-        real(dp), intent(in), optional :: low, high
-        character(*), intent(in), optional :: unit
+        real(dp), intent(in), optional :: low, high     !! Allowed range of each, in the file's unit
+        character(*), intent(in), optional :: unit      !! Of the range, for the message
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
@@ -149,7 +150,7 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, group, key, index, integer_text(size(value))//' numbers, each '// &
-                     allowed_real(low, high, unit), size(value), .not. present(default), &
+                     trim(allowed_real(low, high, unit)), size(value), .not. present(default), &
                      entry, found, error)
         if (.not. found) return
         do i = 1, size(value)
@@ -170,7 +171,7 @@ contains
 
         if (given%quoted) then
             value = 0
-            problem = 'a text in quotes; it must be '//allowed_real(low, high, unit)
+            problem = 'a text in quotes; it must be '//trim(allowed_real(low, high, unit))
         else
             call real_from_text(given%text, value, problem, low, high, unit)
         end if
@@ -179,10 +180,10 @@ contains
     !> One integer.
     subroutine get_integer(self, group, key, value, error, default, low, high, index)
         class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        integer, intent(out) :: value
+        character(*), intent(in) :: group, key      !! Their names, in whatever case
+        integer, intent(out) :: value               !! As in the file, or the default
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: default, low, high
+        integer, intent(in), optional :: default, low, high !! Allowed range
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
@@ -191,11 +192,11 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_integer(low, high), 1, &
+        call look_up(self, group, key, index, trim(allowed_integer(low, high)), 1, &
                      .not. present(default), entry, found, error)
         if (.not. found) return
         if (entry%values(1)%quoted) then
-            problem = 'a text in quotes; it must be '//allowed_integer(low, high)
+            problem = 'a text in quotes; it must be '//trim(allowed_integer(low, high))
         else
             call integer_from_text(entry%values(1)%text, value, problem, low, high)
         end if
@@ -205,10 +206,10 @@ contains
     !> One logical.
     subroutine get_logical(self, group, key, value, error, default, index)
         class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        logical, intent(out) :: value
+        character(*), intent(in) :: group, key      !! Their names, in whatever case
+        logical, intent(out) :: value               !! As in the file, or the default
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: default
+        logical, intent(in), optional :: default    !! Without it the key is required
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
@@ -232,11 +233,11 @@ contains
     !> spelling.
     subroutine get_text(self, group, key, value, error, default, choices, index)
         class(namelist_file_t), intent(inout) :: self
-        character(*), intent(in) :: group, key
-        character(:), allocatable, intent(out) :: value
+        character(*), intent(in) :: group, key      !! Their names, in whatever case
+        character(:), allocatable, intent(out) :: value !! As in the file, or the default
         type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: default
-        character(*), intent(in), optional :: choices(:)
+        character(*), intent(in), optional :: default   !! Without it the key is required
+        character(*), intent(in), optional :: choices(:)    !! What is allowed; anything when absent
         integer, intent(in), optional :: index      !! Which group of that name; 1 if absent
 
         type(entry_t) :: entry
@@ -332,7 +333,7 @@ contains
     !> key, and shows the line.
     subroutine reject(self, group, key, problem, error, index, item)
         class(namelist_file_t), intent(in) :: self
-        character(*), intent(in) :: group, key
+        character(*), intent(in) :: group, key  !! Their names, in whatever case
         character(*), intent(in) :: problem     !! What is wrong with it, and what is allowed
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: index  !! Which group of that name; 1 if absent

@@ -10,25 +10,25 @@ module gracecg_namelist_syntax
     type :: value_t
         !! One value of a key
         character(:), allocatable :: text   !! As written; without its quotes
-        logical :: quoted = .false.
-        integer :: line = 0
+        logical :: quoted = .false.         !! It stood in quotes: a text
+        integer :: line = 0                 !! Where it stands in the file, from 1
     end type value_t
 
     type :: entry_t
         !! key = values
-        character(:), allocatable :: key
-        integer :: line = 0
-        type(value_t), allocatable :: values(:)
-        logical :: used = .false.
+        character(:), allocatable :: key        !! Name before the equals sign, in lower case
+        integer :: line = 0                     !! Where it stands in the file, from 1
+        type(value_t), allocatable :: values(:) !! In their order
+        logical :: used = .false.               !! Somebody asked for it
     end type entry_t
 
     type :: group_t
         !! &name ... /
-        character(:), allocatable :: name
-        integer :: line = 0
+        character(:), allocatable :: name       !! Behind the ampersand, in lower case
+        integer :: line = 0                     !! Where it begins in the file, from 1
         integer :: index = 0                    !! 1 for the first group of its name
-        type(entry_t), allocatable :: entries(:)
-        logical :: used = .false.
+        type(entry_t), allocatable :: entries(:)    !! Its keys, in their order
+        logical :: used = .false.               !! Somebody asked for it
     end type group_t
 
     integer, parameter :: END_OF_TEXT = 0, GROUP_BEGIN = 1, GROUP_END = 2, WORD = 3, QUOTED = 4, &
@@ -381,17 +381,21 @@ contains
         call source%fail_at(token%line, 'a value is missing after "'//word_text//'"', error)
     end subroutine scan_word
 
+    pure integer function word_length(text, position) result(length)
+        character(*), intent(in) :: text
+        integer, intent(in) :: position
+
+        length = scan(text(position:), SEPARATORS) - 1
+        if (length < 0) length = len(text) - position + 1
+    end function word_length
+
     !> The characters from `position` to the next separator.
     pure function word_at(text, position) result(found)
         character(*), intent(in) :: text
         integer, intent(in) :: position
-        character(:), allocatable :: found
+        character(word_length(text, position)) :: found
 
-        integer :: length
-
-        length = scan(text(position:), SEPARATORS) - 1
-        if (length < 0) length = len(text) - position + 1
-        found = text(position:position + length - 1)
+        found = text(position:)
     end function word_at
 
     subroutine append_values(values, token)

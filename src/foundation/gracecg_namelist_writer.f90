@@ -15,19 +15,20 @@ module gracecg_namelist_writer
         character(:), allocatable :: content
         type(error_t), allocatable :: failure   !! The first thing that cannot be written
     contains
-        procedure :: comment => write_comment
-        procedure :: group => write_group
+        procedure :: comment => write_comment       !! Writes a line of comment
+        procedure :: group => write_group           !! Begins a group
         generic :: entry => write_real, write_reals, write_integer, write_logical, write_text
-        procedure :: end_group => write_end_group
-        procedure :: to_text
-        procedure :: save => save_namelist
+        !! Writes a key with its value or values
+        procedure :: end_group => write_end_group   !! Ends a group
+        procedure :: to_text                        !! What was written so far
+        procedure :: save => save_namelist          !! Saves it as a file
         ! The specific procedures of a generic stay public: when they are private, gfortran 12
         ! refuses to read the module files of two users of this type ("mismatch in components")
-        procedure :: write_real
-        procedure :: write_reals
-        procedure :: write_integer
-        procedure :: write_logical
-        procedure :: write_text
+        procedure :: write_real     !! One real number
+        procedure :: write_reals    !! Several real numbers
+        procedure :: write_integer  !! One integer
+        procedure :: write_logical  !! One logical
+        procedure :: write_text     !! One text
     end type namelist_writer_t
 
     character(*), parameter :: LF = achar(10), CR = achar(13)
@@ -37,7 +38,7 @@ contains
     !> A line of comment.
     subroutine write_comment(self, text)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Without the exclamation mark
 
         call put(self, trim('! '//text))
     end subroutine write_comment
@@ -45,7 +46,7 @@ contains
     !> Begins a group.
     subroutine write_group(self, name)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of the group
 
         call put(self, '&'//name)
     end subroutine write_group
@@ -58,18 +59,18 @@ contains
 
     subroutine write_real(self, key, value, comment)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: key
-        real(dp), intent(in) :: value
-        character(*), intent(in), optional :: comment
+        character(*), intent(in) :: key                 !! Its name
+        real(dp), intent(in) :: value                   !! Finite
+        character(*), intent(in), optional :: comment   !! Behind the value: unit and meaning
 
         call write_reals(self, key, [value], comment)
     end subroutine write_real
 
     subroutine write_reals(self, key, values, comment)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: key
-        real(dp), intent(in) :: values(:)
-        character(*), intent(in), optional :: comment
+        character(*), intent(in) :: key                 !! Its name
+        real(dp), intent(in) :: values(:)               !! Finite
+        character(*), intent(in), optional :: comment   !! Behind the values: unit and meaning
 
         character(:), allocatable :: text
         integer :: i
@@ -86,26 +87,26 @@ contains
 
     subroutine write_integer(self, key, value, comment)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: key
-        integer, intent(in) :: value
-        character(*), intent(in), optional :: comment
+        character(*), intent(in) :: key                 !! Its name
+        integer, intent(in) :: value                    !! As it shall stand
+        character(*), intent(in), optional :: comment   !! Behind the value: meaning
 
         call put_entry(self, key, integer_text(value), comment)
     end subroutine write_integer
 
     subroutine write_logical(self, key, value, comment)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: key
-        logical, intent(in) :: value
-        character(*), intent(in), optional :: comment
+        character(*), intent(in) :: key                 !! Its name
+        logical, intent(in) :: value                    !! As it shall stand
+        character(*), intent(in), optional :: comment   !! Behind the value: meaning
 
         call put_entry(self, key, trim(merge('.true. ', '.false.', value)), comment)
     end subroutine write_logical
 
     subroutine write_text(self, key, value, comment)
         class(namelist_writer_t), intent(inout) :: self
-        character(*), intent(in) :: key, value
-        character(*), intent(in), optional :: comment
+        character(*), intent(in) :: key, value          !! Name and text, of one line
+        character(*), intent(in), optional :: comment   !! Behind the value: meaning
 
         character(:), allocatable :: text
         integer :: i
@@ -155,7 +156,7 @@ contains
     !> written: a number that is not finite, a text of several lines.
     subroutine to_text(self, text, error)
         class(namelist_writer_t), intent(in) :: self
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
         if (allocated(self%failure)) error = self%failure
@@ -166,7 +167,7 @@ contains
     !> Saves what was written; fails as `to_text` does, or when the file cannot be written.
     subroutine save_namelist(self, path, error)
         class(namelist_writer_t), intent(in) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file

@@ -59,7 +59,7 @@ contains
 
     !> The quaternion of the rotation q followed by the rotation p.
     pure function quaternion_product(p, q) result(r)
-        real(dp), intent(in) :: p(4), q(4)
+        real(dp), intent(in) :: p(4), q(4)  !! Of unit length, scalar last
         real(dp) :: r(4)
 
         r(1) = p(4)*q(1) + p(3)*q(2) - p(2)*q(3) + p(1)*q(4)
@@ -70,14 +70,15 @@ contains
 
     !> The inverse of a unit quaternion.
     pure function conjugate_quaternion(q) result(r)
-        real(dp), intent(in) :: q(4)
+        real(dp), intent(in) :: q(4)    !! Of unit length, scalar last
         real(dp) :: r(4)
 
         r = [-q(1), -q(2), -q(3), q(4)]
     end function conjugate_quaternion
 
+    !> A quaternion made one of unit length. A zero quaternion gives NaN.
     pure function normalised(q) result(u)
-        real(dp), intent(in) :: q(4)
+        real(dp), intent(in) :: q(4)    !! Of any length but zero
         real(dp) :: u(4)
 
         u = q/norm2(q)
@@ -96,7 +97,7 @@ contains
 
     !> dq/dt = Omega(omega) q / 2, CSR-TM-00-01 eq. (2-20).
     pure function quaternion_rate(q, omega) result(rate)
-        real(dp), intent(in) :: q(4)
+        real(dp), intent(in) :: q(4)        !! Scalar last
         real(dp), intent(in) :: omega(3)    !! Angular velocity in the body frame, rad/s
         real(dp) :: rate(4)
 

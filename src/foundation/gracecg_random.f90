@@ -43,9 +43,9 @@ module gracecg_random
         logical :: has_spare_uniform = .false.
         logical :: has_spare_normal = .false.
     contains
-        procedure :: uniform
-        procedure :: normal
-        procedure :: normals
+        procedure :: uniform    !! The next number uniform in (0, 1)
+        procedure :: normal     !! The next normal number
+        procedure :: normals    !! Many normal numbers
     end type random_stream_t
 
 contains
@@ -53,10 +53,10 @@ contains
     !> The stream of this name, at its beginning. Every value of every argument is allowed.
     pure function new_stream(seed, case_number, satellite, run, instrument) result(stream)
         integer, intent(in) :: seed         !! The user's choice
-        integer, intent(in) :: case_number
-        integer, intent(in) :: satellite
-        integer, intent(in) :: run
-        integer, intent(in) :: instrument
+        integer, intent(in) :: case_number  !! The case's own number
+        integer, intent(in) :: satellite    !! 1: front, 2: back
+        integer, intent(in) :: run          !! Number of the run
+        integer, intent(in) :: instrument   !! What draws: one number for each source of errors
         type(random_stream_t) :: stream
 
         stream%key = [word(seed), word(run)]
@@ -90,7 +90,7 @@ contains
     !> Fills an array with normally distributed numbers: the same as that many calls of `normal`.
     subroutine normals(self, x)
         class(random_stream_t), intent(inout) :: self
-        real(dp), intent(out) :: x(:)
+        real(dp), intent(out) :: x(:)   !! Mean 0, variance 1
 
         integer :: first, i
 

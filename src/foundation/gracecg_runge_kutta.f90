@@ -14,7 +14,7 @@ module gracecg_runge_kutta
     !> A system of ordinary differential equations dy/dt = f(t, y).
     type, abstract :: ode_system_t
     contains
-        procedure(rate_interface), deferred :: rate
+        procedure(rate_interface), deferred :: rate !! Right-hand side of the equations
     end type ode_system_t
 
     abstract interface
@@ -32,8 +32,8 @@ contains
     !> One step of length h from (t, y).
     pure subroutine rkf78_step(system, t, y, h, y_next, local_error)
         class(ode_system_t), intent(in) :: system
-        real(dp), intent(in) :: t, h
-        real(dp), intent(in) :: y(:)
+        real(dp), intent(in) :: t, h                        !! Where the step begins, and its length
+        real(dp), intent(in) :: y(:)                        !! State at t
         real(dp), intent(out) :: y_next(:)                  !! Order 8
         real(dp), intent(out), optional :: local_error(:)   !! y_next of order 7 minus order 8
 

@@ -16,19 +16,19 @@ module gracecg_settings
 
     !> What a description talks to. After the first failure nothing more is done.
     type, abstract :: settings_t
-        type(error_t), allocatable :: failure
+        type(error_t), allocatable :: failure   !! The first thing that went wrong
         character(:), allocatable, private :: group_name
         integer, private :: group_index = 1
     contains
-        procedure(group_interface), deferred :: group
-        procedure(end_group_interface), deferred :: end_group
-        procedure(count_interface), deferred :: count
-        procedure(real_interface), deferred :: real_value
-        procedure(reals_interface), deferred :: real_values
-        procedure(integer_interface), deferred :: integer_value
-        procedure(logical_interface), deferred :: logical_value
-        procedure(text_interface), deferred :: text_value
-        procedure(reject_interface), deferred :: reject
+        procedure(group_interface), deferred :: group           !! Begins a group
+        procedure(end_group_interface), deferred :: end_group   !! Ends the group
+        procedure(count_interface), deferred :: count           !! How many groups of a name there are
+        procedure(real_interface), deferred :: real_value       !! A number
+        procedure(reals_interface), deferred :: real_values     !! Several numbers
+        procedure(integer_interface), deferred :: integer_value !! An integer
+        procedure(logical_interface), deferred :: logical_value !! A logical
+        procedure(text_interface), deferred :: text_value       !! A text
+        procedure(reject_interface), deferred :: reject         !! Refuses the value of a key
     end type settings_t
 
     abstract interface
@@ -113,8 +113,10 @@ module gracecg_settings
     type, extends(settings_t) :: settings_reader_t
         type(namelist_file_t), private :: file
     contains
-        procedure :: open => open_reader
+        procedure :: open => open_reader    !! Reads the file
+        procedure :: open_text              !! Takes a text in memory
         procedure :: finish => finish_reader
+        !! Closes it: fails when something failed, or a key was never asked for
         procedure :: group => read_group
         procedure :: end_group => read_end_group
         procedure :: count => read_count
@@ -128,7 +130,7 @@ module gracecg_settings
 
     !> Puts settings into a namelist text.
     type, extends(settings_t) :: settings_writer_t
-        type(namelist_writer_t) :: file
+        type(namelist_writer_t) :: file !! Has the text, to be shown or saved
     contains
         procedure :: group => write_group
         procedure :: end_group => write_end_group
@@ -145,11 +147,20 @@ contains
 
     subroutine open_reader(self, path, error)
         class(settings_reader_t), intent(inout) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(error_t), allocatable, intent(out) :: error
 
         call self%file%read(path, error)
     end subroutine open_reader
+
+    !> Takes the settings from a text in memory; `name` stands for the file in messages.
+    subroutine open_text(self, text, name, error)
+        class(settings_reader_t), intent(inout) :: self
+        character(*), intent(in) :: text, name
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%file%parse(text, name, error)
+    end subroutine open_text
 
     !> The first failure of the description, or the first key that nobody asked for.
     subroutine finish_reader(self, error)

@@ -8,7 +8,7 @@ module gracecg_table_rkf78
     implicit none
     private
 
-    integer, parameter, public :: STAGES = 13
+    integer, parameter, public :: STAGES = 13     !! Evaluations of the right-hand side a step
     !> c_i
     real(dp), parameter, public :: NODES(13) = [ &
         0.0_dp, 2.0_dp/27, 1.0_dp/9, 1.0_dp/6, 5.0_dp/12, 1.0_dp/2, 5.0_dp/6, 1.0_dp/6, 2.0_dp/3, &

@@ -1,16 +1,21 @@
 !> Small helpers for text: case, splitting, and numbers to and from text.
+!>
+!> No function of the library returns a text of deferred length (`character(:), allocatable`): gfortran
+!> keeps the length of such a result in static memory where the function is called, so that two threads
+!> that make texts at once cut each other's short. The length is a function of the arguments instead.
 module gracecg_text
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char, c_ptr
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char, c_null_ptr, &
+        c_ptr
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp, i4, i8
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
-    public :: parse_real, parse_integer, real_text, rounded_text, integer_text
+    public :: parse_real, parse_integer, real_text, real_field, rounded_text, integer_text
 
     type :: string_t
         !! One text of an array of texts of different lengths
-        character(:), allocatable :: text
+        character(:), allocatable :: text   !! Of any length
     end type string_t
 
     !> parse_integer(text, value, ok): the whole text as a decimal integer of kind i4 or i8.
@@ -26,6 +31,16 @@ module gracecg_text
     end interface integer_text
 
     interface
+        !> The same, for a text that is one number to its end; `rest` is null.
+        pure function c_value(text, rest) bind(c, name='strtod') result(value)
+            import :: c_char, c_double, c_ptr
+            character(kind=c_char), intent(in) :: text(*)
+            type(c_ptr), intent(in), value :: rest
+            real(c_double) :: value
+        end function c_value
+    end interface
+
+    interface
         !> The C library's conversion: several times quicker than an internal read.
         function c_strtod(text, rest) bind(c, name='strtod') result(value)
             import :: c_char, c_double, c_ptr
@@ -38,6 +53,8 @@ module gracecg_text
     character(*), parameter :: BLANKS = ' '//achar(9)
     integer, parameter :: LONGEST_NUMBER = 128  !! Longer texts are not taken for numbers
     integer, parameter :: MOST_DIGITS = 17      !! Always enough to tell two numbers apart
+    integer, parameter :: LONGEST_REAL = 32     !! Of real_text: sign, 17 digits, zeros, point, exponent
+    integer, parameter :: LONGEST_INTEGER = 20  !! Of integer_text
     integer, parameter :: extended = max(dp, selected_real_kind(18))
     !! A kind with more digits than double precision, where there is one
 
@@ -45,7 +62,7 @@ contains
 
     !> The text with the letters A-Z made small.
     pure function lower_case(text) result(lower)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! In any case
         character(len(text)) :: lower
 
         integer :: i
@@ -61,8 +78,8 @@ contains
 
     !> The pieces between the delimiters, as they stand: always one more than there are delimiters.
     pure function split(text, delimiter) result(pieces)
-        character(*), intent(in) :: text
-        character(1), intent(in) :: delimiter
+        character(*), intent(in) :: text        !! Any, blanks included
+        character(1), intent(in) :: delimiter   !! One character
         type(string_t), allocatable :: pieces(:)
 
         integer :: i, n, first
@@ -85,7 +102,7 @@ contains
 
     !> The words between blanks and tabs; none of them is empty.
     pure function split_words(text) result(words)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any
         type(string_t), allocatable :: words(:)
 
         integer :: n, first, last
@@ -124,7 +141,7 @@ contains
     !> Puts one more text at the end.
     pure subroutine append(strings, text)
         type(string_t), allocatable, intent(inout) :: strings(:)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! The one to put there
 
         type(string_t), allocatable :: longer(:)
 
@@ -134,18 +151,25 @@ contains
         call move_alloc(longer, strings)
     end subroutine append
 
-    !> The texts as one array of equal length, padded with blanks.
-    pure function padded(strings) result(array)
+    !> The length of the longest text.
+    pure integer function longest_of(strings) result(longest)
         type(string_t), intent(in) :: strings(:)
-        character(:), allocatable :: array(:)
 
-        integer :: i, longest
+        integer :: i
 
         longest = 0
         do i = 1, size(strings)
             longest = max(longest, len(strings(i)%text))
         end do
-        allocate (character(longest) :: array(size(strings)))
+    end function longest_of
+
+    !> The texts as one array of equal length, padded with blanks.
+    pure function padded(strings) result(array)
+        type(string_t), intent(in) :: strings(:)
+        character(longest_of(strings)) :: array(size(strings))
+
+        integer :: i
+
         do i = 1, size(strings)
             array(i) = strings(i)%text
         end do
@@ -153,15 +177,19 @@ contains
 
     !> The texts without trailing blanks, one after the other, with `separator` between them.
     pure function join(texts, separator) result(joined)
-        character(*), intent(in) :: texts(:), separator
-        character(:), allocatable :: joined
+        character(*), intent(in) :: texts(:), separator !! The pieces, and what stands between them
+        character(sum(len_trim(texts)) + max(0, size(texts) - 1)*len(separator)) :: joined
 
-        integer :: i
+        integer :: i, last
 
-        joined = ''
+        last = 0
         do i = 1, size(texts)
-            if (i > 1) joined = joined//separator
-            joined = joined//trim(texts(i))
+            if (i > 1) then
+                joined(last + 1:last + len(separator)) = separator
+                last = last + len(separator)
+            end if
+            joined(last + 1:last + len_trim(texts(i))) = texts(i)
+            last = last + len_trim(texts(i))
         end do
     end function join
 
@@ -169,9 +197,9 @@ contains
     !> empty, anything else than a decimal number, NaN, infinity, a number too large for double
     !> precision.
     subroutine parse_real(text, value, ok)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Blanks around it are allowed
         real(dp), intent(out) :: value  !! 0 when not ok
-        logical, intent(out) :: ok
+        logical, intent(out) :: ok      !! False if it is no number
 
         character(kind=c_char), target :: number(LONGEST_NUMBER + 1)
         type(c_ptr) :: rest
@@ -288,21 +316,21 @@ contains
         if (ok) value = int(long, i4)
     end subroutine parse_integer_i4
 
-    !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
-    function real_text(value) result(text)
-        real(dp), intent(in) :: value
-        character(:), allocatable :: text
+    !> What real_text gives, with blanks behind it: quicker, for long tables.
+    pure function real_field(value) result(field)
+        real(dp), intent(in) :: value   !! NaN and infinity have their names
+        character(LONGEST_REAL) :: field
 
         integer(i8) :: mantissa
         integer :: exponent
         character(25) :: buffer
 
         if (abs(value) <= 0) then
-            text = '0'
+            field = '0'
             return
         else if (.not. ieee_is_finite(value)) then
             write (buffer, '(f25.0)') value
-            text = trim(adjustl(buffer))
+            field = adjustl(buffer)
             return
         end if
         ! The digits by arithmetic: several times quicker than a formatted write, and nearly always
@@ -310,50 +338,80 @@ contains
         if (abs(value) > 1e-200_dp .and. abs(value) < 1e200_dp) then
             exponent = floor(log10(abs(value)))
             mantissa = nint(abs(value)*10.0_extended**(MOST_DIGITS - 1 - exponent), i8)
-            text = shortest(value, mantissa, exponent)
-            if (text /= '') return
+            field = shortest(value, mantissa, exponent)
+            if (field /= '') return
         end if
         write (buffer, '(es25.16e3)') abs(value)
         call scan_scientific(buffer, mantissa, exponent)
-        text = shortest(value, mantissa, exponent)
+        field = shortest(value, mantissa, exponent)
+    end function real_field
+
+    !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
+    pure function real_text(value) result(text)
+        real(dp), intent(in) :: value   !! NaN and infinity have their names
+        character(len_trim(real_field(value))) :: text
+
+        text = real_field(value)
     end function real_text
 
-    !> A number rounded to so many digits, for people: 0.66439 with three digits is '0.664'.
-    function rounded_text(value, digits) result(text)
+    !> The number itself, rounded to so many digits.
+    pure real(dp) function rounded(value, digits)
         real(dp), intent(in) :: value
         integer, intent(in) :: digits       !! 1 to 15
-        character(:), allocatable :: text
 
-        character(32) :: buffer
-        real(dp) :: rounded
-        logical :: ok
+        character(32) :: buffer, layout
+        integer :: status
 
-        write (buffer, '(es32.'//integer_text(digits - 1)//'e3)') value
-        call parse_real(trim(adjustl(buffer)), rounded, ok)
-        text = real_text(merge(rounded, value, ok))
+        rounded = value
+        if (.not. ieee_is_finite(value)) return
+        write (layout, '(a, i0, a)') '(es32.', digits - 1, 'e3)'
+        write (buffer, layout) value
+        read (buffer, '(es32.0)', iostat=status) rounded
+        if (status /= 0) rounded = value
+    end function rounded
+
+    !> A number rounded to so many digits, for people: 0.66439 with three digits is '0.664'.
+    pure function rounded_text(value, digits) result(text)
+        real(dp), intent(in) :: value       !! NaN and infinity have their names
+        integer, intent(in) :: digits       !! 1 to 15
+        character(len_trim(real_field(rounded(value, digits)))) :: text
+
+        text = real_field(rounded(value, digits))
     end function rounded_text
 
-    !> The first of 15, 16 and 17 digits that reads back as `value`; empty when none does.
-    function shortest(value, mantissa, exponent) result(text)
+    !> The first of 15, 16 and 17 digits that reads back as `value`; blank when none does.
+    pure function shortest(value, mantissa, exponent) result(field)
         real(dp), intent(in) :: value
         integer(i8), intent(in) :: mantissa     !! The first 17 digits of its absolute value
         integer, intent(in) :: exponent         !! Exponent of the first digit
-        character(:), allocatable :: text
+        character(LONGEST_REAL) :: field
 
         integer(i8) :: unit
         integer :: excess
-        real(dp) :: again
-        logical :: ok
 
         do excess = 2, 0, -1
             unit = 10_i8**excess
-            text = decimal_text(value < 0, (mantissa + unit/2)/unit, &
-                                exponent - MOST_DIGITS + 1 + excess)
-            call parse_real(text, again, ok)
-            if (ok .and. abs(again - value) <= 0) return
+            field = decimal_text(value < 0, (mantissa + unit/2)/unit, &
+                                 exponent - MOST_DIGITS + 1 + excess)
+            if (abs(value_of(field) - value) <= 0) return
         end do
-        text = ''
+        field = ''
     end function shortest
+
+    !> The number that a field of decimal_text is.
+    pure real(dp) function value_of(field) result(value)
+        character(LONGEST_REAL), intent(in) :: field
+
+        integer :: status
+
+        ! A host program may have set a locale with another decimal point.
+        if (c_value('0.5'//c_null_char, c_null_ptr) > 0) then
+            value = c_value(field//c_null_char, c_null_ptr)     ! reads up to the first blank
+        else
+            read (field, *, iostat=status) value
+            if (status /= 0) value = 0
+        end if
+    end function value_of
 
     !> Takes ' 1.2345678901234567E-012' apart: the digits as one integer, and the exponent.
     pure subroutine scan_scientific(buffer, mantissa, exponent)
@@ -379,10 +437,9 @@ contains
         logical, intent(in) :: negative
         integer(i8), intent(in) :: mantissa     !! Positive
         integer, intent(in) :: exponent
-        character(:), allocatable :: text
+        character(LONGEST_REAL) :: text
 
         character(20) :: digits
-        character(1) :: sign
         integer(i8) :: rest
         integer :: first, n, leading
 
@@ -401,7 +458,6 @@ contains
         n = len(digits) - first + 1
         digits = digits(first:)
         leading = leading + n - 1       ! exponent of the first digit
-        sign = merge('-', ' ', negative)
 
         if (leading >= 0 .and. leading < n - 1) then
             text = digits(:leading + 1)//'.'//digits(leading + 2:n)
@@ -414,23 +470,28 @@ contains
         else
             text = digits(:1)//'.'//digits(2:n)//'e'//integer_text(leading)
         end if
-        text = trim(sign)//text
+        if (negative) text = '-'//text(:LONGEST_REAL - 1)
     end function decimal_text
+
+    !> An integer with blanks behind it.
+    pure function integer_field(value) result(field)
+        integer(i8), intent(in) :: value
+        character(LONGEST_INTEGER) :: field
+
+        write (field, '(i0)') value
+    end function integer_field
 
     pure function integer_text_i8(value) result(text)
         integer(i8), intent(in) :: value
-        character(:), allocatable :: text
+        character(len_trim(integer_field(value))) :: text
 
-        character(20) :: buffer
-
-        write (buffer, '(i0)') value
-        text = trim(buffer)
+        text = integer_field(value)
     end function integer_text_i8
 
     pure function integer_text_i4(value) result(text)
         integer(i4), intent(in) :: value
-        character(:), allocatable :: text
+        character(len_trim(integer_field(int(value, i8)))) :: text
 
-        text = integer_text_i8(int(value, i8))
+        text = integer_field(int(value, i8))
     end function integer_text_i4
 end module gracecg_text

@@ -9,7 +9,7 @@ contains
 
     !> Vector product a x b.
     pure function cross(a, b) result(c)
-        real(dp), intent(in) :: a(3), b(3)
+        real(dp), intent(in) :: a(3), b(3)  !! In one frame
         real(dp) :: c(3)
 
         c(1) = a(2)*b(3) - a(3)*b(2)
@@ -20,7 +20,7 @@ contains
     !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16): matmul(cross_matrix(v), w) is
     !> v x w.
     pure function cross_matrix(v) result(m)
-        real(dp), intent(in) :: v(3)
+        real(dp), intent(in) :: v(3)    !! In any frame
         real(dp) :: m(3, 3)
 
         m(:, 1) = [0.0_dp, v(3), -v(2)]
@@ -30,7 +30,7 @@ contains
 
     !> A vector's direction, of length one. A zero vector gives NaN.
     pure function unit(v) result(u)
-        real(dp), intent(in) :: v(3)
+        real(dp), intent(in) :: v(3)    !! Any but zero
         real(dp) :: u(3)
 
         u = v/norm2(v)
@@ -38,7 +38,7 @@ contains
 
     !> The identity matrix of order n.
     pure function identity(n) result(m)
-        integer, intent(in) :: n
+        integer, intent(in) :: n    !! Its order, 0 or more
         real(dp) :: m(n, n)
 
         integer :: i
@@ -65,8 +65,9 @@ contains
         m(:, 3) = [0.0_dp, 0.0_dp, 1.0_dp]
     end function rotation_z
 
+    !> Determinant of a matrix.
     pure real(dp) function determinant_3x3(m) result(d)
-        real(dp), intent(in) :: m(3, 3)
+        real(dp), intent(in) :: m(3, 3) !! Of any unit
 
         d = dot_product(m(:, 1), cross(m(:, 2), m(:, 3)))
     end function determinant_3x3
@@ -74,7 +75,7 @@ contains
     !> Inverse by cofactors: for well-conditioned matrices such as an inertia tensor. Everything
     !> else goes through LAPACK.
     pure function inverse_3x3(m) result(inverse)
-        real(dp), intent(in) :: m(3, 3)
+        real(dp), intent(in) :: m(3, 3) !! Regular
         real(dp) :: inverse(3, 3)
 
         inverse(1, :) = cross(m(:, 2), m(:, 3))

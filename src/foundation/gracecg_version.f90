@@ -3,5 +3,6 @@ module gracecg_version
     implicit none
     private
 
+    !> Of the package, as in fpm.toml
     character(*), parameter, public :: VERSION = '0.1.0'
 end module gracecg_version

@@ -47,10 +47,10 @@ module gracecg_accelerometer
         real(dp) :: sampling_interval = 0.1_dp
         !! s
     contains
-        procedure :: measure
-        procedure :: noise_of_axis
-        procedure :: response
-        procedure :: exceeded_limits
+        procedure :: measure            !! Noisy samples of true accelerations
+        procedure :: noise_of_axis      !! The noise generator of an axis
+        procedure :: response           !! Scale factors and biases put on an acceleration
+        procedure :: exceeded_limits    !! What is beyond its limit of section 3.2.1
     end type accelerometer_t
 
     !> The acceleration of the PMC and its parts, body frame, m/s^2.
@@ -59,7 +59,7 @@ module gracecg_accelerometer
         real(dp) :: velocity(3)         !! By angular velocity: omega x (omega x d), eq. (3-9)
         real(dp) :: acceleration(3)     !! By angular acceleration: d(omega)/dt x d, eq. (3-8)
         real(dp) :: gravity_gradient(3) !! eq. (3-10)
-        real(dp) :: non_gravitational(3)
+        real(dp) :: non_gravitational(3)    !! Of the satellite, as the true one
     end type pmc_acceleration_t
 
 contains

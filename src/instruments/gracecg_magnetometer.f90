@@ -21,7 +21,7 @@ module gracecg_magnetometer
         logical :: quantised = .false.          !! Whether samples are rounded
         real(dp) :: resolution = 25e-9_dp       !! Step of rounded samples, T
     contains
-        procedure :: measure
+        procedure :: measure    !! Noisy samples of a true field
         procedure, private :: check_settings
     end type magnetometer_t
 

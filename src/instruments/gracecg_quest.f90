@@ -59,8 +59,8 @@ contains
     !> The optimal attitude by Davenport's q-method with a general eigenvalue solver. Arguments and
     !> failures as for `quest`.
     subroutine q_method(observed, reference, deviation, q, covariance, loss, error)
-        real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:)
-        real(dp), intent(out) :: q(4), covariance(3, 3), loss
+        real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:)   !! As for `quest`
+        real(dp), intent(out) :: q(4), covariance(3, 3), loss                   !! As for `quest`
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: k(4, 4), values(4), vectors(4, 4)

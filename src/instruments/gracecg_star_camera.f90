@@ -22,6 +22,7 @@ module gracecg_star_camera
     private
     public :: star_camera_t, star_frame_t, N_HEADS
 
+    !> Number of the heads
     integer, parameter :: N_HEADS = 2
 
     !> Performance of the star camera. The values here are those of CSR-TM-00-01 section 5.2.
@@ -39,10 +40,10 @@ module gracecg_star_camera
         real(dp) :: measurement_noise = 3*ARCSECOND
         !! Error of the measured directions, likewise, rad
     contains
-        procedure :: mounting
-        procedure :: noise
-        procedure :: see
-        procedure :: observe
+        procedure :: mounting   !! Rotation from the body to a head
+        procedure :: noise      !! Standard deviation of an observed direction
+        procedure :: see        !! The stars in a head's frame
+        procedure :: observe    !! A noisy attitude from the sky
         procedure, private :: check_settings
     end type star_camera_t
 
@@ -59,8 +60,8 @@ module gracecg_star_camera
         real(dp) :: noise = 0
         !! Standard deviation of a direction along each axis across it, rad
     contains
-        procedure :: measure
-        procedure :: draw
+        procedure :: measure    !! Noisy directions of the stars
+        procedure :: draw       !! A noisy attitude
     end type star_frame_t
 
 contains

@@ -18,7 +18,7 @@ module gracecg_star_catalogue
         real(dp), allocatable :: direction(:, :)    !! Unit vectors, J2000; (3, stars)
         real(dp), allocatable :: magnitude(:)       !! Visual, mag; (stars)
     contains
-        procedure :: visible_stars
+        procedure :: visible_stars  !! Those in a camera's field of view
     end type star_catalogue_t
 
     ! Columns of a catalogue file, counted from 1
@@ -86,7 +86,7 @@ contains
     !> Fails when the file cannot be read, a line has not 12 columns, a number used cannot be read
     !> or is out of range, or no star is taken.
     subroutine read_star_catalogue(path, catalogue, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Path of the catalogue
         type(star_catalogue_t), intent(out) :: catalogue
         type(error_t), allocatable, intent(out) :: error
 

@@ -8,8 +8,8 @@ module gracecg_interpolation
 
     !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
     type :: interpolation_t
-        integer :: first = 1
-        real(dp) :: fraction = 0
+        integer :: first = 1            !! Number of the sample before
+        real(dp) :: fraction = 0        !! Part of the way to the next one
         logical :: supported = .true.   !! False in a gap or far outside of the samples
     end type interpolation_t
 
@@ -66,7 +66,7 @@ contains
 
     !> How many of increasing times are not after t, by bisection.
     pure integer function last_not_after(times, t) result(low)
-        real(dp), intent(in) :: times(:), t
+        real(dp), intent(in) :: times(:), t !! Increasing; both in s
 
         integer :: high, middle
 
@@ -82,6 +82,7 @@ contains
         end do
     end function last_not_after
 
+    !> Interpolates all components of a series.
     pure function interpolated(values, source) result(value)
         real(dp), intent(in) :: values(:, :)    !! (components, samples)
         type(interpolation_t), intent(in) :: source

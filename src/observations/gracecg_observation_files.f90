@@ -16,9 +16,11 @@ module gracecg_observation_files
     implicit none
     private
     public :: write_observations, read_observations, OBSERVATION_FILES
+    public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
     integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
 
@@ -44,7 +46,7 @@ contains
     !> (the folder cannot be made, the disk is full, a value is not finite) none of the files stands,
     !> or those of before still do.
     subroutine write_observations(folder, observations, comments, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder          !! Is made if it is not there
         type(observation_set_t), intent(in) :: observations
         character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
         type(error_t), allocatable, intent(out) :: error
@@ -167,7 +169,7 @@ contains
     !> does not reach from the beginning to the end of the arc. With an orbit the magnetometer need
     !> not: a model stands in.
     subroutine read_observations(folder, observations, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder  !! Where the files are
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
 
@@ -176,7 +178,7 @@ contains
                       ': no such folder; name the folder of an observation set')
             return
         end if
-        call read_setup(folder, observations%setup, error)
+        call read_setup(path_of(folder, SETUP_NAMELIST), observations%setup, error)
         if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
@@ -261,22 +263,59 @@ contains
         observations%quaternion = transpose(series%table(:, 3:6))
     end subroutine read_star_camera
 
-    subroutine read_setup(folder, setup, error)
-        character(*), intent(in) :: folder
+    !> Reads a setup.nml. Fails, with file, line and key, for a key that is not known, a value that is
+    !> missing or not allowed, and for mass properties that no body has.
+    subroutine read_setup(path, setup, error)
+        character(*), intent(in) :: path
         type(calibration_setup_t), intent(out) :: setup
         type(error_t), allocatable, intent(out) :: error
 
         type(settings_reader_t) :: reader
 
-        call reader%open(path_of(folder, SETUP_NAMELIST), error)
-        if (allocated(error)) return
+        call reader%open(path, error)
+        if (.not. allocated(error)) call take_setup(reader, path, setup, error)
+    end subroutine read_setup
+
+    !> A setup from the text of a setup.nml; `name` stands for the file in messages. Fails as
+    !> `read_setup`.
+    subroutine setup_from_text(text, name, setup, error)
+        character(*), intent(in) :: text, name
+        type(calibration_setup_t), intent(out) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open_text(text, name, error)
+        if (.not. allocated(error)) call take_setup(reader, name, setup, error)
+    end subroutine setup_from_text
+
+    subroutine take_setup(reader, name, setup, error)
+        type(settings_reader_t), intent(inout) :: reader
+        character(*), intent(in) :: name
+        type(calibration_setup_t), intent(inout) :: setup
+        type(error_t), allocatable, intent(out) :: error
+
         call describe_setup(reader, setup)
         call reader%finish(error)
         if (allocated(error)) return
         call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia, &
                                                         [0.0_dp, 0.0_dp, 0.0_dp]), error)
-        call add_context(error, path_of(folder, SETUP_NAMELIST))
-    end subroutine read_setup
+        call add_context(error, name)
+    end subroutine take_setup
+
+    !> The text of a setup.nml: what `read_setup` reads. Fails when a setting is not finite.
+    subroutine setup_text(setup, text, error)
+        type(calibration_setup_t), intent(in) :: setup
+        character(:), allocatable, intent(out) :: text
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_writer_t) :: writer
+        type(calibration_setup_t) :: copy
+
+        copy = setup
+        call describe_setup(writer, copy)
+        call writer%file%to_text(text, error)
+    end subroutine setup_text
 
     !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
     !> number may have lost digits.
@@ -406,7 +445,7 @@ contains
     pure function path_of(folder, number) result(path)
         character(*), intent(in) :: folder
         integer, intent(in) :: number       !! Of OBSERVATION_FILES
-        character(:), allocatable :: path
+        character(len_trim(folder) + 1 + len_trim(OBSERVATION_FILES(number))) :: path
 
         path = trim(folder)//'/'//trim(OBSERVATION_FILES(number))
     end function path_of

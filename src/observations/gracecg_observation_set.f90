@@ -18,6 +18,7 @@ module gracecg_observation_set
     public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
+    !> What stands for no field model
     character(*), parameter :: NO_FIELD_MODEL = 'none'
 
     !> What an operator knows of the satellite, the manoeuvre and the instruments.
@@ -29,8 +30,8 @@ module gracecg_observation_set
         real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
         type(torque_rods_t) :: rods                     !! The manoeuvre
         real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
-        real(dp) :: star_camera_interval = 0.5_dp
-        real(dp) :: magnetometer_interval = 1.0_dp
+        real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
+        real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
         integer :: camera = 1                           !! The head whose quaternions are used
         real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
@@ -51,7 +52,7 @@ module gracecg_observation_set
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.
     type :: observation_set_t
-        type(calibration_setup_t) :: setup
+        type(calibration_setup_t) :: setup              !! What else the operator knows
         real(dp), allocatable :: accelerometer_time(:)  !! (n)
         real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
         real(dp), allocatable :: star_camera_time(:)    !! (p)
@@ -63,6 +64,7 @@ module gracecg_observation_set
         real(dp), allocatable :: orbit_position(:, :)   !! (3, s), inertial J2000, m
     end type observation_set_t
 
+    real(dp), parameter :: MOST_EPOCHS = 1e6_dp             !! Of an arc: a day at ten samples a second
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
     real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
     real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
@@ -210,8 +212,8 @@ contains
     !> Refuses a quaternion that is not of unit length.
     subroutine check_quaternion(settings, key, quaternion)
         class(settings_t), intent(inout) :: settings
-        character(*), intent(in) :: key
-        real(dp), intent(in) :: quaternion(4)
+        character(*), intent(in) :: key         !! Name of the key, for the message
+        real(dp), intent(in) :: quaternion(4)   !! Scalar last
 
         if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
             call settings%reject(key, 'is not a unit quaternion: its length is '// &
@@ -289,6 +291,9 @@ contains
                            setup%magnetometer_interval) > 0) then
             call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
                       'magnetometer must be positive')
+        else if (.not. setup%duration <= MOST_EPOCHS*setup%accelerometer_interval) then
+            call fail(error, 'duration = '//number_text(setup%duration)//' s is more than '// &
+                      number_text(MOST_EPOCHS)//' sampling intervals of the accelerometer')
         else if (setup%camera < 1 .or. setup%camera > HEADS) then
             call fail(error, 'star camera: head '//integer_text(setup%camera)//' does not exist')
         else

@@ -11,6 +11,7 @@ module gracecg_star_attitude
     private
     public :: star_attitude_t, take_star_attitude
 
+    !> The attitude as the star camera saw it, ready for interpolation.
     type :: star_attitude_t
         real(dp), allocatable :: time(:)            !! (samples), increasing, s
         integer, allocatable :: head(:)             !! (samples)

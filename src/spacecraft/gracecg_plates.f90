@@ -8,6 +8,7 @@ module gracecg_plates
     private
     public :: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area, MAX_PLATES
 
+    !> Greatest number of plates of a surface
     integer, parameter :: MAX_PLATES = 32
     real(dp), parameter :: UNIT_TOLERANCE = 1e-9_dp     !! Of the length of a normal
     real(dp), parameter :: CLOSURE_TOLERANCE = 1e-6_dp
@@ -24,8 +25,8 @@ module gracecg_plates
 
     type :: satellite_surface_t
         !! A closed convex body; only the first `count` plates exist
-        integer :: count = 0
-        type(plate_t) :: plates(MAX_PLATES)
+        integer :: count = 0                !! Number of the plates
+        type(plate_t) :: plates(MAX_PLATES) !! The first `count` of them
     end type satellite_surface_t
 
 contains

@@ -37,6 +37,7 @@ module gracecg_surface_loads
         real(dp) :: accommodation = 1       !! Energy accommodation coefficient, 0 to 1 (assumed)
     end type wall_t
 
+    !> What acts on the whole surface.
     type :: surface_load_t
         real(dp) :: force(3)        !! Body axes, N
         real(dp) :: torque(3)       !! About the centre of mass, body axes, N m

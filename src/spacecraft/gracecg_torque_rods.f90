@@ -12,6 +12,7 @@ module gracecg_torque_rods
     public :: report_pattern, weakest_components_pattern
     public :: MAX_ACTIVATIONS, MAX_DIPOLE
 
+    !> Greatest number of activations of a manoeuvre
     integer, parameter :: MAX_ACTIVATIONS = 16
     real(dp), parameter :: MAX_DIPOLE = 30.0_dp
     !! Greatest linear dipole moment of a rod, A m^2: CSR-TM-00-01 section 4.1
@@ -28,8 +29,8 @@ module gracecg_torque_rods
 
     type :: torque_rods_t
         !! A manoeuvre; only the first `count` activations exist. Those of one rod add up
-        integer :: count = 0
-        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
+        integer :: count = 0                                    !! Number of the activations
+        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)  !! The first `count` of them
     end type torque_rods_t
 
 contains

@@ -17,7 +17,7 @@ def generate(data):
     assert [row[:2] for row in rows] == [(n, m) for n in range(degree + 1) for m in range(n + 1)]
 
     body = (
-        f"    integer, parameter, public :: EGM96_DEGREE = {degree}\n"
+        f"    integer, parameter, public :: EGM96_DEGREE = {degree}   !! Highest degree and order\n"
         f"    real(dp), parameter, public :: EGM96_GM = {real(head['earth_gravity_constant'])}    !! m^3/s^2\n"
         f"    real(dp), parameter, public :: EGM96_RADIUS = {real(head['radius'])}     !! m\n\n"
     )

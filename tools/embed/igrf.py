@@ -54,8 +54,8 @@ def generate(data):
         return parameter_array(name, [real(value) for value in values], comment=comment)
 
     body = (
-        f"    integer, parameter, public :: IGRF14_DEGREE = {degree}\n"
-        f"    integer, parameter, public :: IGRF95_DEGREE = {degree_95}\n\n"
+        f"    integer, parameter, public :: IGRF14_DEGREE = {degree}  !! Highest degree\n"
+        f"    integer, parameter, public :: IGRF95_DEGREE = {degree_95}  !! Highest degree\n\n"
         "    ! Every list of coefficients is in the order g(1,0), g(1,1), h(1,1), g(2,0), g(2,1), h(2,1), ...\n\n"
     )
     body += table("IGRF14_EPOCHS", epochs, "Epochs of the 14th generation, decimal years")

@@ -29,7 +29,7 @@ def generate(data):
     places.append(str(len(values) + 1))
     ordered = lambda d: [fraction(d[i]) for i in range(stages)]
     body = (
-        f"    integer, parameter, public :: STAGES = {stages}\n"
+        f"    integer, parameter, public :: STAGES = {stages}     !! Evaluations of the right-hand side a step\n"
         + table.parameter_array("NODES", ordered(nodes), comment="c_i")
         + table.parameter_array("WEIGHTS_7", ordered(weights7), comment="b_i of order 7")
         + table.parameter_array("WEIGHTS_8", ordered(weights8), comment="b_i of order 8")

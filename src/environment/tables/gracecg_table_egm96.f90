@@ -8,7 +8,7 @@ module gracecg_table_egm96
     implicit none
     private
 
-    integer, parameter, public :: EGM96_DEGREE = 70
+    integer, parameter, public :: EGM96_DEGREE = 70   !! Highest degree and order
     real(dp), parameter, public :: EGM96_GM = 3.986004415e14_dp    !! m^3/s^2
     real(dp), parameter, public :: EGM96_RADIUS = 6.3781363e6_dp     !! m
 

@@ -8,8 +8,8 @@ module gracecg_table_igrf
     implicit none
     private
 
-    integer, parameter, public :: IGRF14_DEGREE = 13
-    integer, parameter, public :: IGRF95_DEGREE = 10
+    integer, parameter, public :: IGRF14_DEGREE = 13  !! Highest degree
+    integer, parameter, public :: IGRF95_DEGREE = 10  !! Highest degree
 
     ! Every list of coefficients is in the order g(1,0), g(1,1), h(1,1), g(2,0), g(2,1), h(2,1), ...
 

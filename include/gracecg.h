@@ -1,0 +1,451 @@
+/*
+ * gracecg.h - the C interface of gracecg: models of a GRACE-type satellite's environment and forces,
+ * propagation, simulation of a centre-of-gravity calibration, and its estimation.
+ *
+ * Conventions, for every function:
+ *
+ * - It returns a gracecg_status: GRACECG_OK (0) or what kind of thing went wrong. The last argument,
+ *   `error`, receives status and message; it belongs to the caller, one for each thread, and may be
+ *   NULL. Messages are complete sentences that name value, allowed range and remedy.
+ *   After a failure the results are not to be used; handles are then NULL.
+ * - Handles are opaque. What ..._open, ..._create, ..._read, ..._parse and the like make must be given
+ *   back with ..._free, which sets the handle to NULL; NULL may be freed. A handle that was freed or
+ *   is of another kind is recognised and refused (GRACECG_BAD_HANDLE): it is a number in disguise, and
+ *   nothing is read through it.
+ * - Every object is constant once it is made: any number of threads may use it at once. Functions keep
+ *   no state between calls. ..._free waits for calls that still use the object in other threads.
+ * - Numbers are SI (m, s, kg, T, rad, W). Arrays are rows of one epoch or point each: n positions are
+ *   double[n][3], given as a pointer to the first number. n = 0 does nothing.
+ *   NaN and infinities are refused (GRACECG_BAD_VALUE) wherever they come in or would come out.
+ * - Output arrays marked "or NULL" are left out when NULL; every other pointer must not be NULL
+ *   (GRACECG_NULL_POINTER).
+ * - Texts are UTF-8 or Latin, end with a zero, and are at most 4095 bytes long (names, paths); texts of
+ *   settings may have 1 MB.
+ * - Nothing prints and nothing ends the process.
+ *
+ * Frames:
+ * - inertial: mean equator and equinox of J2000, origin at the Earth's centre. Precession, nutation and
+ *   polar motion are left out: the Earth turns about the inertial z axis.
+ * - Earth-fixed: turned from the inertial one by the Greenwich sidereal angle about z.
+ * - body: axes of the satellite, x along it, y across, z towards the Earth in nominal flight.
+ * - Quaternions turn inertial into body axes and have their scalar part last.
+ */
+#ifndef GRACECG_H
+#define GRACECG_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ------------------------------------------------------------------ status and errors */
+
+/* Size of the message of a gracecg_error in bytes, the closing zero included. */
+#define GRACECG_MESSAGE_SIZE 1020
+
+typedef enum gracecg_status {
+    GRACECG_OK = 0,
+    GRACECG_NULL_POINTER = 1,   /* an argument that is needed is NULL */
+    GRACECG_BAD_HANDLE = 2,     /* a handle that was never made, was freed, or is of another kind */
+    GRACECG_BAD_SIZE = 3,       /* a count is too great, or an array too short for the result */
+    GRACECG_BAD_VALUE = 4,      /* a number is not finite or outside its range; a text is too long */
+    GRACECG_FAILED = 5,         /* the work failed (unknown name, file, settings, data): see message */
+    GRACECG_NOT_CONVERGED = 6,  /* an estimate did not converge; the solution is filled nevertheless */
+    GRACECG_NO_MEMORY = 7,      /* memory ran out, or too many objects are alive */
+    GRACECG_STATUS_SIZE_ = 0x7fffffff   /* not a status: makes the type 32 bits wide */
+} gracecg_status;
+
+/* What went wrong; the caller's own. A message that is too long is cut off and ends with "...". */
+typedef struct gracecg_error {
+    int32_t status;                         /* a gracecg_status */
+    char message[GRACECG_MESSAGE_SIZE];     /* empty after success */
+} gracecg_error;
+
+/* The version, like "0.1.0". A constant text: never free it. */
+const char *gracecg_version(void);
+
+/* A status as a few words. A constant text; "unknown status" for a number that is none. */
+const char *gracecg_status_text(gracecg_status status);
+
+/* Names of the estimators and of the built-in cases, 0 <= index < count; NULL outside. Constant texts. */
+int32_t gracecg_algorithm_count(void);
+const char *gracecg_algorithm_name(int32_t index);
+int32_t gracecg_case_count(void);
+const char *gracecg_case_name(int32_t index);
+
+/* ------------------------------------------------------------------ time */
+
+/* An instant of UTC: the modified Julian day number, and the seconds of that day. From 1900 to 2100. */
+typedef struct gracecg_utc {
+    int32_t mjd;
+    double seconds;     /* 0 <= seconds < 86400, in a day that ends with a leap second < 86401 */
+} gracecg_utc;
+
+/* Reads ISO 8601: "1989-01-02T00:00:00.5" or "1989-01-02". */
+gracecg_status gracecg_utc_parse(const char *text, gracecg_utc *utc, gracecg_error *error);
+
+/* SI seconds later (or, negative, earlier), leap seconds counted. */
+gracecg_status gracecg_utc_add(const gracecg_utc *utc, double seconds, gracecg_utc *later,
+                               gracecg_error *error);
+
+/* SI seconds from start to finish, leap seconds counted. */
+gracecg_status gracecg_utc_difference(const gracecg_utc *start, const gracecg_utc *finish,
+                                      double *seconds, gracecg_error *error);
+
+/* Greenwich mean sidereal time (IAU 1982), rad, 0 <= angle < 2 pi. ut1_minus_utc: s, at most 1 in size. */
+gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle,
+                                      gracecg_error *error);
+
+/* Inertial vectors [n][3] into Earth-fixed ones, by the sidereal angle (rad); with the negative angle
+   the way back. In and out may be the same array. */
+gracecg_status gracecg_earth_fixed(double sidereal_angle, size_t n, const double *inertial,
+                                   double *fixed, gracecg_error *error);
+
+/* ------------------------------------------------------------------ gravity */
+
+typedef struct gracecg_gravity gracecg_gravity;
+
+/* "egm96" (to degree 70), "point-mass" (degree and order 0), or the path of an ICGEM .gfc file. */
+gracecg_status gracecg_gravity_open(const char *name_or_file, int32_t degree, int32_t order,
+                                    gracecg_gravity **gravity, gracecg_error *error);
+gracecg_status gracecg_gravity_free(gracecg_gravity **gravity, gracecg_error *error);
+
+/* Of Earth-fixed positions [n][3] (m, at least 1 km from the centre): acceleration [n][3] (m/s^2,
+   Earth-fixed, without the centrifugal part), potential [n] (m^2/s^2), and the second derivatives of
+   the potential [n][3][3] (1/s^2, symmetric), each or NULL. */
+gracecg_status gracecg_gravity_evaluate(const gracecg_gravity *gravity, size_t n, const double *position,
+                                        double *acceleration, double *potential, double *gradient,
+                                        gracecg_error *error);
+
+/* ------------------------------------------------------------------ geomagnetic field */
+
+typedef struct gracecg_field gracecg_field;
+
+/* "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file, at a date. */
+gracecg_status gracecg_field_open(const char *name_or_file, const gracecg_utc *date,
+                                  gracecg_field **field, gracecg_error *error);
+gracecg_status gracecg_field_free(gracecg_field **field, gracecg_error *error);
+
+/* Flux density [n][3] (T, Earth-fixed) at Earth-fixed positions [n][3] (m, at least 1 km from the
+   centre). */
+gracecg_status gracecg_field_evaluate(const gracecg_field *field, size_t n, const double *position,
+                                      double *flux_density, gracecg_error *error);
+
+/* ------------------------------------------------------------------ thermosphere: density and wind */
+
+typedef struct gracecg_density gracecg_density;
+
+/* DTM-77 with the solar flux and Kp of a date, from the embedded table (December 1988 to February
+   1989, and 2000). They stay those of the date, whatever the time of evaluation. */
+gracecg_status gracecg_density_open(const gracecg_utc *date, gracecg_density **density,
+                                    gracecg_error *error);
+
+/* DTM-77 with given indices: F10.7 of the day before and its 81-day mean (sfu, 50 to 500), Kp three
+   hours before (0 to 9). */
+gracecg_status gracecg_density_open_indices(double f107, double f107_mean, double kp,
+                                            gracecg_density **density, gracecg_error *error);
+gracecg_status gracecg_density_free(gracecg_density **density, gracecg_error *error);
+
+/* Density [n] (kg/m^3) and, each or NULL, temperature [n] (K) and number densities of He, O and N2
+   [n][3] (1/m^3) at Earth-fixed positions [n][3] (m), `seconds`[n] after `epoch`. Refuses heights
+   below 120 km. */
+gracecg_status gracecg_density_evaluate(const gracecg_density *density, const gracecg_utc *epoch,
+                                        size_t n, const double *seconds, const double *position,
+                                        double *mass_density, double *temperature,
+                                        double *number_density, gracecg_error *error);
+
+typedef struct gracecg_wind gracecg_wind;
+
+/* "hwm93" (the embedded table: 1989-01-02 0 h UT, 466 km) or the path of a table of one's own. */
+gracecg_status gracecg_wind_open(const char *name_or_file, gracecg_wind **wind, gracecg_error *error);
+gracecg_status gracecg_wind_free(gracecg_wind **wind, gracecg_error *error);
+
+/* Eastward and northward wind [n][2] (m/s, relative to the turning Earth) at Earth-fixed positions
+   [n][3] (m), `seconds`[n] after `epoch`. */
+gracecg_status gracecg_wind_evaluate(const gracecg_wind *wind, const gracecg_utc *epoch, size_t n,
+                                     const double *seconds, const double *position, double *east_north,
+                                     gracecg_error *error);
+
+/* ------------------------------------------------------------------ Sun and Earth radiation */
+
+/* The Sun [n][3] (m, inertial, from the Earth's centre, geometric) `seconds`[n] after `epoch`. */
+gracecg_status gracecg_sun_position(const gracecg_utc *epoch, size_t n, const double *seconds,
+                                    double *position, gracecg_error *error);
+
+/* The part [n] of the Sun's disc, 0 to 1, that the Earth leaves free, for satellite and Sun [n][3]
+   each (m, the same axes). */
+gracecg_status gracecg_sun_illumination(size_t n, const double *position, const double *sun,
+                                        double *illumination, gracecg_error *error);
+
+typedef struct gracecg_earth_radiation gracecg_earth_radiation;
+
+/* Knocke's model. constants: "report", "knocke" or "constant-emissivity"; rings of segments around the
+   cap, 0 to 7; solar irradiance at 1 au in W/m^2 (1 to 10^4; 1367 is usual). */
+gracecg_status gracecg_earth_radiation_open(const char *constants, int32_t rings, double solar_irradiance,
+                                            gracecg_earth_radiation **model, gracecg_error *error);
+gracecg_status gracecg_earth_radiation_free(gracecg_earth_radiation **model, gracecg_error *error);
+
+/* Net flux [n][3] (W/m^2, inertial, away from the Earth) at inertial positions [n][3] (m, outside the
+   Earth), `seconds`[n] after `epoch`: the sum of irradiance times direction over the segments. */
+gracecg_status gracecg_earth_radiation_flux(const gracecg_earth_radiation *model,
+                                            const gracecg_utc *epoch, size_t n, const double *seconds,
+                                            const double *position, double *flux, gracecg_error *error);
+
+/* The same by segments, at one position: `count` receives their number (1 + 3 rings (rings + 1)),
+   `irradiance`[capacity] W/m^2 on a surface that faces the segment, `direction`[capacity][3] unit
+   vectors from the segments to the satellite, inertial. GRACECG_BAD_SIZE when capacity < count. */
+gracecg_status gracecg_earth_radiation_segments(const gracecg_earth_radiation *model,
+                                                const gracecg_utc *epoch, double seconds,
+                                                const double position[3], size_t capacity, size_t *count,
+                                                double *irradiance, double *direction,
+                                                gracecg_error *error);
+
+/* ------------------------------------------------------------------ loads on a satellite's surface */
+
+typedef struct gracecg_surface gracecg_surface;
+
+/* The trapezoidal prism of GRACE (m): x along `length`, z to the wide bottom that faces the Earth.
+   specular, diffuse: reflected parts of the light, for the plate by plate loads. */
+gracecg_status gracecg_surface_trapezoid(double length, double height, double width_bottom,
+                                         double width_top, double specular, double diffuse,
+                                         gracecg_surface **surface, gracecg_error *error);
+
+/* A closed convex body of n plates, 1 to 32: outward unit normals [n][3], areas [n] (m^2), centres
+   [n][3] (m, from any origin), specular and diffuse reflectivities [n]; body axes. */
+gracecg_status gracecg_surface_create(size_t n, const double *normal, const double *area,
+                                      const double *centre, const double *specular,
+                                      const double *diffuse, gracecg_surface **surface,
+                                      gracecg_error *error);
+gracecg_status gracecg_surface_free(gracecg_surface **surface, gracecg_error *error);
+
+/* Cross-section (m^2) seen from a direction (unit vector towards the observer, body axes). */
+gracecg_status gracecg_surface_area(const gracecg_surface *surface, const double direction[3],
+                                    double *area, gracecg_error *error);
+
+/* Drag (m/s^2, body axes) with one coefficient: mass (kg), density (kg/m^3), velocity relative to the
+   air (m/s, body axes). */
+gracecg_status gracecg_surface_drag(const gracecg_surface *surface, double mass, double drag_coefficient,
+                                    double density, const double velocity[3], double acceleration[3],
+                                    gracecg_error *error);
+
+/* Sunlight's pressure (m/s^2, body axes) with one reflectivity: irradiance at 1 au (W/m^2),
+   illumination 0 to 1, vector from the satellite to the Sun (m, body axes). */
+gracecg_status gracecg_surface_sunlight(const gracecg_surface *surface, double mass, double reflectivity,
+                                        double solar_irradiance, double illumination,
+                                        const double to_sun[3], double acceleration[3],
+                                        gracecg_error *error);
+
+/* The Earth's light (m/s^2, body axes) with one reflectivity and the cross-section towards the Earth:
+   net flux of gracecg_earth_radiation_flux and position (m), both inertial; attitude. */
+gracecg_status gracecg_surface_earthlight(const gracecg_surface *surface, double mass,
+                                          double reflectivity, const double flux[3],
+                                          const double position[3], const double quaternion[4],
+                                          double acceleration[3], gracecg_error *error);
+
+/* Air in free-molecular flow, plate by plate: force (N) and torque (N m) about the centre of mass (m, in
+   the frame of the plates' centres), body axes. Air: density (kg/m^3), temperature (K), number densities
+   of He, O, N2 (any unit); wall temperature (K) and energy accommodation, 0 to 1. */
+gracecg_status gracecg_surface_aerodynamic_load(const gracecg_surface *surface,
+                                                const double centre_of_mass[3], double density,
+                                                double temperature, const double number_density[3],
+                                                double wall_temperature, double accommodation,
+                                                const double velocity[3], double force[3],
+                                                double torque[3], gracecg_error *error);
+
+/* Sunlight, plate by plate: force (N) and torque (N m) about the centre of mass, body axes. */
+gracecg_status gracecg_surface_sunlight_load(const gracecg_surface *surface,
+                                             const double centre_of_mass[3], double solar_irradiance,
+                                             double illumination, const double to_sun[3],
+                                             double force[3], double torque[3], gracecg_error *error);
+
+/* ------------------------------------------------------------------ cases */
+
+/* A calibration case: satellite, orbit, models, instruments and manoeuvre. */
+typedef struct gracecg_case gracecg_case;
+
+/* A built-in case by name, or a case file (namelist) by path. */
+gracecg_status gracecg_case_open(const char *name_or_file, gracecg_case **the_case, gracecg_error *error);
+
+/* A case from the text of a case file. */
+gracecg_status gracecg_case_parse(const char *text, gracecg_case **the_case, gracecg_error *error);
+gracecg_status gracecg_case_free(gracecg_case **the_case, gracecg_error *error);
+
+/* The case file's text, with every setting, its unit and meaning. `length` (or NULL) receives the bytes
+   needed without the closing zero; GRACECG_BAD_SIZE when text[size] is too short. size = 0 with
+   text = NULL asks for the length alone. */
+gracecg_status gracecg_case_text(const gracecg_case *the_case, char *text, size_t size, size_t *length,
+                                 gracecg_error *error);
+
+/* Each or NULL: epoch (time 0), duration and interval of the true arc (s), initial state (position m,
+   velocity m/s, inertial; angular velocity rad/s, body; quaternion), true offset d from the centre of
+   mass to the proof mass (m, body). */
+gracecg_status gracecg_case_values(const gracecg_case *the_case, gracecg_utc *epoch, double *duration,
+                                   double *interval, double state[13], double offset[3],
+                                   gracecg_error *error);
+
+/* ------------------------------------------------------------------ force model and propagation */
+
+/* One satellite with all its models, built from a case; times are seconds from the case's epoch. */
+typedef struct gracecg_force_model gracecg_force_model;
+
+gracecg_status gracecg_force_model_open(const gracecg_case *the_case, gracecg_force_model **model,
+                                        gracecg_error *error);
+gracecg_status gracecg_force_model_free(gracecg_force_model **model, gracecg_error *error);
+
+/* The epoch of a force model and its Greenwich sidereal angle then (rad), each or NULL; it grows by
+   7.292115e-5 rad/s. */
+gracecg_status gracecg_force_model_epoch(const gracecg_force_model *model, gracecg_utc *epoch,
+                                         double *sidereal_angle, gracecg_error *error);
+
+/* Accelerations [n][3] (m/s^2, inertial axes) at `seconds`[n] from the epoch, position and velocity
+   [n][3] (inertial) and attitude [n][4]; each or NULL. `total` is the sum of the four. Fields,
+   solar activity and leap seconds stay those of the epoch: open a new model for another day. */
+gracecg_status gracecg_force_model_evaluate(const gracecg_force_model *model, size_t n,
+                                            const double *seconds, const double *position,
+                                            const double *velocity, const double *quaternion,
+                                            double *gravity, double *drag, double *solar_radiation,
+                                            double *earth_radiation, double *total,
+                                            gracecg_error *error);
+
+/* Torques (N m, body axes, about the centre of mass) of air, sunlight, gravity gradient and torque rods,
+   and the magnetic flux density (T, body axes), for one state as in gracecg_case_values; each or NULL. */
+gracecg_status gracecg_force_model_torques(const gracecg_force_model *model, double seconds,
+                                           const double state[13], double aerodynamic[3],
+                                           double solar[3], double gravity_gradient[3],
+                                           double magnetic[3], double flux_density[3],
+                                           gracecg_error *error);
+
+/* The time derivative of the 13 components of the state. */
+gracecg_status gracecg_force_model_rate(const gracecg_force_model *model, double seconds,
+                                        const double state[13], double rate[13], gracecg_error *error);
+
+/* Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the
+   first one the initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else the
+   local error allowed per step, with step-size control. At most 10^6 steps. */
+gracecg_status gracecg_force_model_propagate(const gracecg_force_model *model, const double state[13],
+                                             double interval, size_t steps, double tolerance,
+                                             double *states, gracecg_error *error);
+
+/* ------------------------------------------------------------------ simulation */
+
+/* The true arc of a case and what its star cameras see: once, for any number of runs. */
+typedef struct gracecg_simulator gracecg_simulator;
+
+gracecg_status gracecg_simulator_open(const gracecg_case *the_case, gracecg_simulator **simulator,
+                                      gracecg_error *error);
+gracecg_status gracecg_simulator_free(gracecg_simulator **simulator, gracecg_error *error);
+
+/* The true arc, without the run's density wave. `count` (or NULL) receives the number of epochs; with
+   capacity = 0 and no arrays that is all. Each array or NULL: times [capacity] (s), states
+   [capacity][13], angular acceleration (rad/s^2), magnetic flux density (T) and non-gravitational
+   acceleration (m/s^2) [capacity][3] in body axes. GRACECG_BAD_SIZE when capacity < count. */
+gracecg_status gracecg_simulator_truth(const gracecg_simulator *simulator, size_t capacity, size_t *count,
+                                       double *seconds, double *states, double *angular_acceleration,
+                                       double *flux_density, double *non_gravitational,
+                                       gracecg_error *error);
+
+/* ------------------------------------------------------------------ observations */
+
+/* What an operator knows: satellite, manoeuvre, instruments, initial guesses and weights. */
+typedef struct gracecg_setup gracecg_setup;
+
+/* From a file setup.nml, from such a file's text, or that of an observation set. */
+gracecg_status gracecg_setup_read(const char *file, gracecg_setup **setup, gracecg_error *error);
+gracecg_status gracecg_setup_parse(const char *text, gracecg_setup **setup, gracecg_error *error);
+gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
+
+/* The text of setup.nml; text, size and length as in gracecg_case_text. */
+gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
+                                  gracecg_error *error);
+
+/* The samples of one calibration; times in s from the setup's epoch, rising. */
+typedef struct gracecg_samples {
+    size_t accelerometer_count;
+    const double *accelerometer_time;
+    const double *acceleration;         /* [count][3], body axes, m/s^2 */
+    size_t star_camera_count;
+    const double *star_camera_time;     /* rising for each head */
+    const int32_t *star_camera_head;    /* 1 or 2 */
+    const double *quaternion;           /* [count][4], inertial to camera, scalar last */
+    size_t magnetometer_count;          /* may be 0 with an orbit: a field model stands in */
+    const double *magnetometer_time;
+    const double *flux_density;         /* [count][3], body axes, T */
+    size_t orbit_count;                 /* may be 0 with a magnetometer */
+    const double *orbit_time;
+    const double *orbit_position;       /* [count][3], inertial, m */
+} gracecg_samples;
+
+/* An observation set. */
+typedef struct gracecg_observations gracecg_observations;
+
+/* From arrays in memory, which are copied and checked. */
+gracecg_status gracecg_observations_create(const gracecg_setup *setup, const gracecg_samples *samples,
+                                           gracecg_observations **observations, gracecg_error *error);
+
+/* From a folder as `gracecg simulate` writes it, and into one, which is made if it is not there. */
+gracecg_status gracecg_observations_read(const char *folder, gracecg_observations **observations,
+                                         gracecg_error *error);
+gracecg_status gracecg_observations_write(const gracecg_observations *observations, const char *folder,
+                                          gracecg_error *error);
+
+/* Simulated, with the random numbers of a seed and run (>= 0): the same as `gracecg simulate` draws. */
+gracecg_status gracecg_observations_simulate(const gracecg_simulator *simulator, int32_t seed,
+                                             int32_t run, gracecg_observations **observations,
+                                             gracecg_error *error);
+gracecg_status gracecg_observations_free(gracecg_observations **observations, gracecg_error *error);
+
+/* The setup of an observation set, as a handle of its own, to be freed. */
+gracecg_status gracecg_observations_setup(const gracecg_observations *observations, gracecg_setup **setup,
+                                          gracecg_error *error);
+
+/* How many samples of accelerometer, star camera, magnetometer and orbit there are. */
+gracecg_status gracecg_observations_counts(const gracecg_observations *observations, size_t counts[4],
+                                           gracecg_error *error);
+
+/* The samples of one instrument, arrays as in gracecg_samples, each or NULL, with room for `capacity`
+   samples. GRACECG_BAD_SIZE when there are more. */
+gracecg_status gracecg_observations_accelerometer(const gracecg_observations *observations,
+                                                  size_t capacity, double *time, double *acceleration,
+                                                  gracecg_error *error);
+gracecg_status gracecg_observations_star_camera(const gracecg_observations *observations,
+                                                size_t capacity, double *time, int32_t *head,
+                                                double *quaternion, gracecg_error *error);
+gracecg_status gracecg_observations_magnetometer(const gracecg_observations *observations,
+                                                 size_t capacity, double *time, double *flux_density,
+                                                 gracecg_error *error);
+gracecg_status gracecg_observations_orbit(const gracecg_observations *observations, size_t capacity,
+                                          double *time, double *position, gracecg_error *error);
+
+/* ------------------------------------------------------------------ estimation */
+
+/* The result of an estimator. */
+typedef struct gracecg_solution {
+    double offset[3];           /* d, from the centre of mass to the proof mass, body axes, m */
+    double sigma[3];            /* square roots of the diagonal of covariance, m */
+    double covariance[3][3];    /* of the offset under the instruments' noise, m^2 */
+    double drift[3];            /* of the non-gravitational acceleration's straight line, m/s^3 */
+    double bias[3];             /* its value at the epoch, m/s^2 */
+    double quaternion[4];       /* attitude at the epoch */
+    double angular_velocity[3]; /* at the epoch, body axes, rad/s */
+    double residual_rms[3];     /* of the accelerometer, m/s^2 */
+    double condition;           /* number of the scaled normal matrix */
+    int32_t iterations;
+    int32_t converged;          /* 1 or 0 */
+    int32_t warning_count;      /* what was bridged, and what casts doubt on the fit */
+    int32_t reserved;           /* 0 */
+} gracecg_solution;
+
+/* Estimates the offset from observations alone, by an algorithm of gracecg_algorithm_name. warnings[size]
+   (or NULL with size 0) receives the warnings, each ended by a newline, cut off at the size.
+   GRACECG_NOT_CONVERGED fills the solution, which is then not to be relied upon. */
+gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observations *observations,
+                                gracecg_solution *solution, char *warnings, size_t size,
+                                gracecg_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* GRACECG_H */

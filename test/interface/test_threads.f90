@@ -1,0 +1,274 @@
+!> Several threads at once: the numbers of one, and objects that are made and freed all the time.
+module test_threads
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
+    use omp_lib, only: omp_get_thread_num, omp_get_num_threads
+    use gracecg, only: dp, ESTIMATOR_NAMES
+    use gracecg_handles, only: live_objects
+    use c_library
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_threads
+
+    integer(c_int), parameter :: OK = 0, BAD_HANDLE = 2, FAILED = 5
+    integer, parameter :: THREADS = 2
+
+contains
+
+    subroutine collect_threads(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('there-are-two', test_two), &
+                    new_unittest('models', test_models), &
+                    new_unittest('simulation-and-estimation', test_estimation), &
+                    new_unittest('making-and-freeing', test_churn), &
+                    new_unittest('freed-while-in-use', test_free_in_use), &
+                    new_unittest('freed-by-two', test_freed_by_two), &
+                    new_unittest('messages-of-ones-own', test_messages)]
+    end subroutine collect_threads
+
+    !> Otherwise the others show nothing.
+    subroutine test_two(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer :: n
+
+        n = 0
+        !$omp parallel num_threads(THREADS)
+        !$omp single
+        n = omp_get_num_threads()
+        !$omp end single
+        !$omp end parallel
+        call check(error, n, THREADS, 'threads')
+    end subroutine test_two
+
+    !> One force model in two threads.
+    subroutine test_models(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: POINTS = 4000
+        integer(c_intptr_t) :: case, model, gravity
+        integer(c_int) :: status
+        real(dp) :: state(13)
+        real(dp), allocatable :: x(:, :), one(:, :), two(:, :), g_one(:, :), g_two(:, :)
+        integer :: i, failures
+
+        status = gracecg_case_open(c_string('front-1'), case)
+        status = gracecg_case_values(case, state=state)
+        status = gracecg_force_model_open(case, model)
+        status = max(status, gracecg_gravity_open(c_string('egm96'), 40, 40, gravity))
+        call check(error, int(status), int(OK))
+        if (allocated(error)) return
+        allocate (x(3, POINTS), one(3, POINTS), two(3, POINTS), g_one(3, POINTS), g_two(3, POINTS))
+        do i = 1, POINTS
+            x(:, i) = 6.85e6_dp*[cos(0.01_dp*i), sin(0.01_dp*i)*cos(0.1_dp*i), sin(0.01_dp*i)*sin(0.1_dp*i)]
+        end do
+        failures = 0
+        do i = 1, POINTS
+            failures = failures + evaluate(i, one, g_one)
+        end do
+        !$omp parallel do num_threads(THREADS) schedule(static, 1) reduction(+:failures)
+        do i = 1, POINTS
+            failures = failures + evaluate(i, two, g_two)
+        end do
+        !$omp end parallel do
+        call check(error, failures, 0)
+        if (.not. allocated(error)) &
+            call check(error, all(abs(two - one) <= 0) .and. all(abs(g_two - g_one) <= 0) .and. &
+                       minval(norm2(one, 1)) > 8, 'two threads give other numbers than one')
+        status = gracecg_gravity_free(gravity)
+        status = gracecg_force_model_free(model)
+        status = gracecg_case_free(case)
+
+    contains
+
+        integer function evaluate(k, total, acceleration) result(failed)
+            integer, intent(in) :: k
+            real(dp), intent(inout) :: total(:, :), acceleration(:, :)
+
+            integer(c_int) :: first, second
+
+            first = gracecg_force_model_evaluate(model, 1_c_size_t, [0.01_dp*k], x(:, k), state(4:6), state(10:13), &
+                                                 total=total(:, k))
+            second = gracecg_gravity_evaluate(gravity, 1_c_size_t, x(:, k), acceleration(:, k))
+            failed = merge(0, 1, first == OK .and. second == OK)
+        end function evaluate
+    end subroutine test_models
+
+    !> Each thread simulates and estimates on its own, all algorithms.
+    subroutine test_estimation(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 4
+        integer(c_intptr_t) :: case, simulator
+        integer(c_int) :: status
+        type(solution_struct) :: one(RUNS, size(ESTIMATOR_NAMES)), two(RUNS, size(ESTIMATOR_NAMES))
+        integer :: i, k, failures
+
+        status = gracecg_case_open(c_string('front-3'), case)
+        status = gracecg_simulator_open(case, simulator)
+        call check(error, int(status), int(OK))
+        if (allocated(error)) return
+        failures = 0
+        do i = 1, RUNS
+            failures = failures + estimates(i, one(i, :))
+        end do
+        !$omp parallel do num_threads(THREADS) schedule(dynamic) reduction(+:failures)
+        do i = 1, RUNS
+            failures = failures + estimates(i, two(i, :))
+        end do
+        !$omp end parallel do
+        call check(error, failures, 0)
+        do i = 1, RUNS
+            do k = 1, size(ESTIMATOR_NAMES)
+                if (allocated(error)) exit
+                call check(error, all(abs(two(i, k)%offset - one(i, k)%offset) <= 0) .and. &
+                           all(abs(two(i, k)%covariance - one(i, k)%covariance) <= 0) .and. &
+                           all(abs(one(i, k)%offset) > 0), 'two threads give other numbers than one')
+            end do
+        end do
+        status = gracecg_simulator_free(simulator)
+        status = gracecg_case_free(case)
+
+    contains
+
+        integer function estimates(run, solutions) result(failed)
+            integer, intent(in) :: run
+            type(solution_struct), intent(inout) :: solutions(:)
+
+            integer(c_intptr_t) :: observations
+            integer(c_int) :: state
+            integer :: j
+
+            failed = 0
+            state = gracecg_observations_simulate(simulator, 7, run, observations)
+            if (state /= OK) failed = failed + 1
+            do j = 1, size(ESTIMATOR_NAMES)
+                state = gracecg_estimate(c_string(trim(ESTIMATOR_NAMES(j))), observations, solutions(j), &
+                                         size=0_c_size_t)
+                if (state /= OK) failed = failed + 1
+            end do
+            state = gracecg_observations_free(observations)
+            if (state /= OK) failed = failed + 1
+        end function estimates
+    end subroutine test_estimation
+
+    !> Two threads open, use and free objects of several kinds.
+    subroutine test_churn(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ROUNDS = 3000
+        integer(c_intptr_t) :: gravity, surface
+        integer(c_int) :: status(5)
+        real(dp) :: a(3), area
+        integer :: i, failures, before
+
+        before = live_objects()
+        failures = 0
+        !$omp parallel do num_threads(THREADS) schedule(static, 1) reduction(+:failures) &
+        !$omp& private(gravity, surface, status, a, area)
+        do i = 1, ROUNDS
+            status(1) = gracecg_gravity_open(c_string('point-mass'), 0, 0, gravity)
+            status(2) = gracecg_surface_trapezoid(1.0_dp, 1.0_dp, 2.0_dp + i, 1.0_dp, 0.0_dp, 0.0_dp, surface)
+            status(3) = gracecg_gravity_evaluate(gravity, 1_c_size_t, [7e6_dp, 1.0_dp*i, 0.0_dp], a)
+            status(4) = gracecg_surface_area(surface, [0.0_dp, 0.0_dp, 1.0_dp], area)
+            status(5) = max(gracecg_gravity_free(gravity), gracecg_surface_free(surface))
+            if (any(status /= OK) .or. abs(area - (2 + i)) > 1e-9_dp) failures = failures + 1
+        end do
+        !$omp end parallel do
+        call check(error, failures, 0, 'failures')
+        if (allocated(error)) return
+        call check(error, live_objects(), before, 'objects are left')
+    end subroutine test_churn
+
+    !> One thread works with a model that the other frees: the work is done, or refused.
+    subroutine test_free_in_use(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ROUNDS = 30, POINTS = 200
+        integer(c_intptr_t) :: gravity, copy
+        integer(c_int) :: status, freed, opened
+        real(dp) :: x(3, POINTS), a(3, POINTS), expected(3, POINTS)
+        integer :: i, k, done, refused, wrong
+
+        x = spread([7e6_dp, 1e5_dp, -3e6_dp], 2, POINTS)
+        opened = gracecg_gravity_open(c_string('egm96'), 20, 20, gravity)
+        opened = gracecg_gravity_evaluate(gravity, int(POINTS, c_size_t), x, expected)
+        freed = gracecg_gravity_free(gravity)
+        done = 0
+        refused = 0
+        wrong = 0
+        do i = 1, ROUNDS
+            opened = gracecg_gravity_open(c_string('egm96'), 20, 20, gravity)
+            copy = gravity
+            freed = FAILED
+            !$omp parallel sections num_threads(THREADS) private(status, k, a)
+            !$omp section
+            do k = 1, 200
+                status = gracecg_gravity_evaluate(copy, int(POINTS, c_size_t), x, a)
+                if (status == BAD_HANDLE) then
+                    refused = refused + 1
+                    exit
+                end if
+                done = done + 1
+                if (status /= OK .or. any(abs(a - expected) > 0)) wrong = wrong + 1
+            end do
+            !$omp section
+            freed = gracecg_gravity_free(gravity)
+            !$omp end parallel sections
+            if (freed /= OK) wrong = wrong + 1
+        end do
+        call check(error, wrong, 0, 'wrong numbers, or a free that failed')
+        if (allocated(error)) return
+        call check(error, done + refused > 0, 'nothing was tried')
+    end subroutine test_free_in_use
+
+    !> Of two threads that free one object, one succeeds.
+    subroutine test_freed_by_two(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ROUNDS = 500
+        integer(c_intptr_t) :: gravity, copy
+        integer(c_int) :: status
+        integer :: i, successes, others
+
+        successes = 0
+        others = 0
+        do i = 1, ROUNDS
+            status = gracecg_gravity_open(c_string('point-mass'), 0, 0, gravity)
+            !$omp parallel num_threads(THREADS) private(copy, status) reduction(+:successes, others)
+            copy = gravity
+            status = gracecg_gravity_free(copy)
+            if (status == OK) successes = successes + 1
+            if (status /= OK .and. status /= BAD_HANDLE) others = others + 1
+            !$omp end parallel
+        end do
+        call check(error, successes, ROUNDS, 'frees that succeeded')
+        if (allocated(error)) return
+        call check(error, others, 0, 'other failures')
+    end subroutine test_freed_by_two
+
+    !> Failures in two threads do not mix.
+    subroutine test_messages(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: ROUNDS = 500
+        type(error_struct) :: failure
+        integer(c_intptr_t) :: handle
+        integer(c_int) :: status
+        character(8) :: name
+        integer :: i, mixed
+
+        mixed = 0
+        !$omp parallel do num_threads(THREADS) schedule(static, 1) private(failure, handle, status, name) &
+        !$omp& reduction(+:mixed)
+        do i = 1, ROUNDS
+            write (name, '("case", i4.4)') i
+            status = gracecg_case_open(c_string(name), handle, failure)
+            if (status /= FAILED .or. index(message_text(failure), name) == 0) mixed = mixed + 1
+        end do
+        !$omp end parallel do
+        call check(error, mixed, 0, 'messages of other calls')
+    end subroutine test_messages
+end module test_threads
