@@ -354,7 +354,7 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, name, size(value), .not. present(default), &
-                     allowed_real(low, high, unit), given, error)
+                     trim(allowed_real(low, high, unit)), given, error)
         do i = 1, size(given)
             call real_from_text(given(i)%text, value(i), problem, low, high, unit)
             if (.not. allocated(problem)) cycle
@@ -376,7 +376,7 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, name, 1, .not. present(default), allowed_integer(low, high), given, &
+        call look_up(self, name, 1, .not. present(default), trim(allowed_integer(low, high)), given, &
                      error)
         if (size(given) == 0) return
         call integer_from_text(given(1)%text, value, problem, low, high)

@@ -156,12 +156,12 @@ contains
         end select
         if (ok) return
         call file%fail_at(i, keyword//' = '//value//' cannot be used; allowed: '// &
-                          allowed(keyword), error)
+                          trim(allowed(keyword)), error)
     end subroutine take_keyword
 
     pure function allowed(keyword) result(values)
         character(*), intent(in) :: keyword
-        character(:), allocatable :: values
+        character(60) :: values
 
         select case (keyword)
         case ('product_type')

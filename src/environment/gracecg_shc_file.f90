@@ -127,7 +127,7 @@ contains
         end do
         missing = findloc(given, .false., 1)
         if (missing == 0) return
-        call fail(error, file%text%name//': there is no coefficient '//coefficient_name(missing)// &
+        call fail(error, file%text%name//': there is no coefficient '//trim(coefficient_name(missing))// &
                   '; is the file complete (highest degree '//integer_text(degree)//')?')
     end subroutine read_coefficients
 
@@ -166,9 +166,9 @@ contains
     end subroutine read_row
 
     !> The name of a place in the list of coefficients.
-    function coefficient_name(place) result(name)
+    pure function coefficient_name(place) result(name)
         integer, intent(in) :: place
-        character(:), allocatable :: name
+        character(32) :: name
 
         integer :: n, rest
 

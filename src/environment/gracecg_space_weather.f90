@@ -59,6 +59,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(utc_t) :: earlier
+        character(:), allocatable :: spans
         integer :: today, yesterday, interval
 
         f107_previous_day = 0
@@ -69,8 +70,9 @@ contains
         today = row_of(self, utc%mjd)
         yesterday = row_of(self, utc%mjd - 1)
         if (today == 0 .or. yesterday == 0) then
+            call describe_spans(self%mjd, spans)
             call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
-                      spans_text(self%mjd)//', and the day before is needed too; give f107, '// &
+                      spans//', and the day before is needed too; give f107, '// &
                       'f107_mean and kp, or a table of that time')
             return
         end if
@@ -90,9 +92,9 @@ contains
     end function row_of
 
     !> `1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31`.
-    function spans_text(mjd) result(text)
+    pure subroutine describe_spans(mjd, text)
         integer, intent(in) :: mjd(:)
-        character(:), allocatable :: text
+        character(:), allocatable, intent(out) :: text
 
         integer :: i, first
 
@@ -106,14 +108,13 @@ contains
             text = text//date_text(mjd(first))//' to '//date_text(mjd(i))
             first = i + 1
         end do
-    end function spans_text
+    end subroutine describe_spans
 
-    function date_text(mjd) result(text)
+    pure function date_text(mjd) result(text)
         integer, intent(in) :: mjd
-        character(:), allocatable :: text
+        character(10) :: text
 
         text = utc_text(utc_t(mjd, 0.0_dp))
-        text = text(:10)
     end function date_text
 
     !> Reads a table of the columns: date (YYYY-MM-DD), F10.7 observed, F10.7 at 1 au, 81-day means

@@ -158,10 +158,10 @@ contains
                       utc%seconds >= 0 .and. utc%seconds < day_length(utc%mjd)
     end function is_in_range
 
-    !> A time in ISO 8601, with as many decimals as the nearest nanosecond needs.
-    function utc_text(utc) result(text)
+    !> What `utc_text` gives, filled up with blanks.
+    pure function utc_buffer(utc) result(text)
         type(utc_t), intent(in) :: utc
-        character(:), allocatable :: text
+        character(64) :: text
 
         integer(i8), parameter :: NANO = 1000000000_i8
         integer(i8) :: nanoseconds
@@ -186,6 +186,14 @@ contains
             year, month, day, minutes/60, mod(minutes, 60), whole - 60*minutes
         write (decimals, '(".", i9.9)') mod(nanoseconds, NANO)
         text = seconds_resolution//decimals(:verify(decimals, '.0', back=.true.))
+    end function utc_buffer
+
+    !> A time in ISO 8601, with as many decimals as the nearest nanosecond needs.
+    pure function utc_text(utc) result(text)
+        type(utc_t), intent(in) :: utc
+        character(len_trim(utc_buffer(utc))) :: text
+
+        text = utc_buffer(utc)
     end function utc_text
 
     !> The time a number of SI seconds later (or, negative, earlier), leap seconds counted. A span

@@ -72,24 +72,28 @@ contains
         if (allocated(error)) error%message = context//': '//error%message
     end subroutine add_context
 
+    pure integer function message_length(error)
+        type(error_t), allocatable, intent(in) :: error
+
+        message_length = 0
+        if (allocated(error)) message_length = len(error%message)
+    end function message_length
+
     !> The message of an error, or an empty text when there is none.
     pure function message_of(error) result(message)
         type(error_t), allocatable, intent(in) :: error
-        character(:), allocatable :: message
+        character(message_length(error)) :: message
 
-        message = ''
         if (allocated(error)) message = error%message
     end function message_of
 
-    !> The shortest text that shows a number to about seven digits, without padding.
-    function number_text(value) result(text)
-        real(dp), intent(in) :: value   !! May be NaN or infinite
-        character(:), allocatable :: text
-
+    !> What `number_text` gives, filled up with blanks.
+    pure function number_buffer(value) result(buffer)
+        real(dp), intent(in) :: value
         character(32) :: buffer
 
         if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
-            text = integer_text(nint(value))
+            write (buffer, '(i0)') nint(value)
             return
         end if
         if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
@@ -101,11 +105,10 @@ contains
         buffer = adjustl(buffer)
         if (buffer(1:1) == '.') buffer = '0'//buffer(:31)
         if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:31)
-        text = trim(buffer)
 
     contains
 
-        subroutine strip_zeros(digits)
+        pure subroutine strip_zeros(digits)
             character(*), intent(inout) :: digits
             integer :: last
 
@@ -116,27 +119,52 @@ contains
             end do
             if (digits(last:last) == '.') digits(last:last) = ' '
         end subroutine strip_zeros
+    end function number_buffer
+
+    !> The shortest text that shows a number to about seven digits, without padding.
+    pure function number_text(value) result(text)
+        real(dp), intent(in) :: value   !! May be NaN or infinite
+        character(len_trim(number_buffer(value))) :: text
+
+        text = number_buffer(value)
     end function number_text
+
+    pure integer function nearest_length(name, known) result(length)
+        character(*), intent(in) :: name, known(:)
+
+        integer :: position
+
+        position = nearest_position(name, known)
+        length = 0
+        if (position > 0) length = len_trim(known(position))
+    end function nearest_length
 
     !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
     !> when none is near: for "did you mean".
-    function nearest_name(name, known) result(nearest)
+    pure function nearest_name(name, known) result(nearest)
         character(*), intent(in) :: name        !! As it was written
         character(*), intent(in) :: known(:)    !! Names to compare with
-        character(:), allocatable :: nearest
+        character(nearest_length(name, known)) :: nearest
+
+        if (len(nearest) > 0) nearest = known(nearest_position(name, known))
+    end function nearest_name
+
+    !> Where the nearest name stands; 0 when none is near.
+    pure integer function nearest_position(name, known) result(position)
+        character(*), intent(in) :: name, known(:)
 
         integer :: i, distance, best
 
-        nearest = ''
+        position = 0
         best = max(2, len_trim(name)/2)
         do i = 1, size(known)
             distance = edit_distance(trim(name), trim(known(i)))
             if (distance <= best) then
                 best = distance - 1
-                nearest = trim(known(i))
+                position = i
             end if
         end do
-    end function nearest_name
+    end function nearest_position
 
     !> Levenshtein distance: insertions, deletions and replacements that turn `a` into `b`.
     pure integer function edit_distance(a, b) result(distance)

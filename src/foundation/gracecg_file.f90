@@ -146,28 +146,38 @@ contains
                   'free space of '//parent_of(path))
     end subroutine make_directory
 
+    !> Of the folder's name at the beginning of the path; 0 when it has none.
+    pure integer function parent_length(path) result(length)
+        character(*), intent(in) :: path
+
+        length = index(path(:length_without_slashes(path)), '/', back=.true.)
+        if (length > 0) length = length_without_slashes(path(:length))
+    end function parent_length
+
     !> The folder in which a file or folder stands.
     pure function parent_of(path) result(parent)
         character(*), intent(in) :: path
-        character(:), allocatable :: parent
+        character(max(1, parent_length(path))) :: parent
 
-        integer :: last
-
-        parent = without_slashes(path)
-        last = index(parent, '/', back=.true.)
-        if (last == 0) then
+        if (parent_length(path) == 0) then
             parent = '.'
         else
-            parent = without_slashes(parent(:last))
+            parent = path
         end if
     end function parent_of
+
+    pure integer function length_without_slashes(path) result(length)
+        character(*), intent(in) :: path
+
+        length = max(1, verify(trim(path), '/', back=.true.))
+    end function length_without_slashes
 
     !> The path without slashes at its end, but / itself.
     pure function without_slashes(path) result(shorter)
         character(*), intent(in) :: path
-        character(:), allocatable :: shorter
+        character(length_without_slashes(path)) :: shorter
 
-        shorter = path(:max(1, verify(trim(path), '/', back=.true.)))
+        shorter = path
     end function without_slashes
 
     !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
@@ -299,15 +309,22 @@ contains
         line_count = size(self%first)
     end function line_count
 
+    pure integer function line_length(self, number) result(length)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number
+
+        length = 0
+        if (number >= 1 .and. number <= size(self%first)) &
+            length = max(0, self%last(number) - self%first(number) + 1)
+    end function line_length
+
     !> Line `number` without its end; empty for a number that no line has.
     pure function line_of_text(self, number) result(line)
         class(text_file_t), intent(in) :: self
         integer, intent(in) :: number       !! Counted from 1
-        character(:), allocatable :: line
+        character(line_length(self, number)) :: line
 
-        line = ''
-        if (number >= 1 .and. number <= self%line_count()) &
-            line = self%text(self%first(number):self%last(number))
+        if (len(line) > 0) line = self%text(self%first(number):self%last(number))
     end function line_of_text
 
     !> A failure at a line of the text; shows the line if there is one of that number.

@@ -124,7 +124,7 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_real(low, high, unit), 1, &
+        call look_up(self, group, key, index, trim(allowed_real(low, high, unit)), 1, &
                      .not. present(default), entry, found, error)
         if (.not. found) return
         call real_from_value(entry%values(1), value, problem, low, high, unit)
@@ -150,7 +150,7 @@ contains
         value = 0
         if (present(default)) value = default
         call look_up(self, group, key, index, integer_text(size(value))//' numbers, each '// &
-                     allowed_real(low, high, unit), size(value), .not. present(default), &
+                     trim(allowed_real(low, high, unit)), size(value), .not. present(default), &
                      entry, found, error)
         if (.not. found) return
         do i = 1, size(value)
@@ -171,7 +171,7 @@ contains
 
         if (given%quoted) then
             value = 0
-            problem = 'a text in quotes; it must be '//allowed_real(low, high, unit)
+            problem = 'a text in quotes; it must be '//trim(allowed_real(low, high, unit))
         else
             call real_from_text(given%text, value, problem, low, high, unit)
         end if
@@ -192,11 +192,11 @@ contains
 
         value = 0
         if (present(default)) value = default
-        call look_up(self, group, key, index, allowed_integer(low, high), 1, &
+        call look_up(self, group, key, index, trim(allowed_integer(low, high)), 1, &
                      .not. present(default), entry, found, error)
         if (.not. found) return
         if (entry%values(1)%quoted) then
-            problem = 'a text in quotes; it must be '//allowed_integer(low, high)
+            problem = 'a text in quotes; it must be '//trim(allowed_integer(low, high))
         else
             call integer_from_text(entry%values(1)%text, value, problem, low, high)
         end if

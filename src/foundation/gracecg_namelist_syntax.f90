@@ -381,17 +381,21 @@ contains
         call source%fail_at(token%line, 'a value is missing after "'//word_text//'"', error)
     end subroutine scan_word
 
+    pure integer function word_length(text, position) result(length)
+        character(*), intent(in) :: text
+        integer, intent(in) :: position
+
+        length = scan(text(position:), SEPARATORS) - 1
+        if (length < 0) length = len(text) - position + 1
+    end function word_length
+
     !> The characters from `position` to the next separator.
     pure function word_at(text, position) result(found)
         character(*), intent(in) :: text
         integer, intent(in) :: position
-        character(:), allocatable :: found
+        character(word_length(text, position)) :: found
 
-        integer :: length
-
-        length = scan(text(position:), SEPARATORS) - 1
-        if (length < 0) length = len(text) - position + 1
-        found = text(position:position + length - 1)
+        found = text(position:position + len(found) - 1)
     end function word_at
 
     subroutine append_values(values, token)

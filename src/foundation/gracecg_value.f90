@@ -10,6 +10,8 @@ module gracecg_value
     public :: real_from_text, integer_from_text, logical_from_text, choice_from_text
     public :: allowed_real, allowed_integer, allowed_choice, did_you_mean
 
+    integer, parameter :: LONGEST_PHRASE = 160      !! Characters of what a number must be
+
 contains
 
     !> A finite number within a range, both ends included.
@@ -25,13 +27,13 @@ contains
         call parse_real(text, value, ok)
         if (.not. ok) then
             problem = '"'//text//'" is not a finite number; it must be '// &
-                      allowed_real(low, high, unit)
+                      trim(allowed_real(low, high, unit))
             return
         end if
         if (present(low)) ok = value >= low
         if (present(high)) ok = ok .and. value <= high
         if (.not. ok) problem = text//' is outside the allowed range; it must be '// &
-                                allowed_real(low, high, unit)
+                                trim(allowed_real(low, high, unit))
         if (.not. ok) value = 0
     end subroutine real_from_text
 
@@ -46,13 +48,13 @@ contains
 
         call parse_integer(text, value, ok)
         if (.not. ok) then
-            problem = '"'//text//'" is not an integer; it must be '//allowed_integer(low, high)
+            problem = '"'//text//'" is not an integer; it must be '//trim(allowed_integer(low, high))
             return
         end if
         if (present(low)) ok = value >= low
         if (present(high)) ok = ok .and. value <= high
         if (.not. ok) problem = text//' is outside the allowed range; it must be '// &
-                                allowed_integer(low, high)
+                                trim(allowed_integer(low, high))
         if (.not. ok) value = 0
     end subroutine integer_from_text
 
@@ -92,57 +94,62 @@ contains
                   did_you_mean(text, choices)
     end subroutine choice_from_text
 
-    !> What a real number must be: 'a number from 0 to 10 kg'.
-    function allowed_real(low, high, unit) result(text)
+    !> What a real number must be: 'a number from 0 to 10 kg', filled up with blanks.
+    pure function allowed_real(low, high, unit) result(text)
         real(dp), intent(in), optional :: low, high !! Allowed range, in `unit`
         character(*), intent(in), optional :: unit  !! For the message
-        character(:), allocatable :: text
+        character(LONGEST_PHRASE) :: text
 
-        text = 'a number'
         if (present(low) .and. present(high)) then
-            text = text//' from '//real_text(low)//' to '//real_text(high)
+            text = 'a number from '//real_text(low)//' to '//real_text(high)
         else if (present(low)) then
-            text = text//' of at least '//real_text(low)
+            text = 'a number of at least '//real_text(low)
         else if (present(high)) then
-            text = text//' of at most '//real_text(high)
-        end if
-        if (.not. present(unit)) return
-        if (present(low) .or. present(high)) then
-            text = text//' '//trim(unit)
+            text = 'a number of at most '//real_text(high)
         else
-            text = text//' in '//trim(unit)
+            text = 'a number'
+            if (present(unit)) text = 'a number in'
         end if
+        if (present(unit)) text = trim(text)//' '//unit
     end function allowed_real
 
-    !> What an integer must be: 'an integer from 1 to 60'.
-    function allowed_integer(low, high) result(text)
+    !> What an integer must be: 'an integer from 1 to 60', filled up with blanks.
+    pure function allowed_integer(low, high) result(text)
         integer, intent(in), optional :: low, high  !! Allowed range
-        character(:), allocatable :: text
+        character(LONGEST_PHRASE) :: text
 
-        text = 'an integer'
         if (present(low) .and. present(high)) then
-            text = text//' from '//integer_text(low)//' to '//integer_text(high)
+            text = 'an integer from '//integer_text(low)//' to '//integer_text(high)
         else if (present(low)) then
-            text = text//' of at least '//integer_text(low)
+            text = 'an integer of at least '//integer_text(low)
         else if (present(high)) then
-            text = text//' of at most '//integer_text(high)
+            text = 'an integer of at most '//integer_text(high)
+        else
+            text = 'an integer'
         end if
     end function allowed_integer
 
     !> What a text must be: 'one of egm96, file'.
-    function allowed_choice(choices) result(text)
+    pure function allowed_choice(choices) result(text)
         character(*), intent(in) :: choices(:)  !! What is allowed
-        character(:), allocatable :: text
+        character(len('one of ') + len(join(choices, ', '))) :: text
 
         text = 'one of '//join(choices, ', ')
     end function allowed_choice
 
-    !> '; did you mean "x"?', or nothing when no known name is near.
-    function did_you_mean(name, known) result(text)
-        character(*), intent(in) :: name, known(:)  !! As written; names to compare with
-        character(:), allocatable :: text
+    pure integer function did_you_mean_length(name, known) result(length)
+        character(*), intent(in) :: name, known(:)
 
-        text = nearest_name(lower_case(name), known)
-        if (text /= '') text = '; did you mean "'//text//'"?'
+        length = len(nearest_name(lower_case(name), known))
+        if (length > 0) length = length + len('; did you mean ""?')
+    end function did_you_mean_length
+
+    !> '; did you mean "x"?', or nothing when no known name is near.
+    pure function did_you_mean(name, known) result(text)
+        character(*), intent(in) :: name, known(:)  !! As written; names to compare with
+        character(did_you_mean_length(name, known)) :: text
+
+        if (len(text) > 0) text = '; did you mean "'//nearest_name(lower_case(name), known)//'"?'
     end function did_you_mean
+
 end module gracecg_value

@@ -11,7 +11,7 @@ contains
     !> A name as C wants it: without blanks at the end, closed by a zero.
     pure function c_text(name) result(text)
         character(*), intent(in) :: name
-        character(:), allocatable :: text
+        character(len_trim(name) + 1) :: text
 
         text = trim(name)//c_null_char
     end function c_text

@@ -83,7 +83,7 @@ contains
         call append(warnings, 'magnetometer: no samples for '//integer_text(size(missing))// &
                     ' epochs from '//number_text(missing(1))//' s to '// &
                     number_text(missing(size(missing)))//' s; '//model%igrf%name//' stands in'// &
-                    offset_text(offset, common)//'; the sigmas leave out the error of the model')
+                    trim(offset_text(offset, common))//'; the sigmas leave out the error of the model')
     end subroutine complete_field
 
     !> The magnetometer's epochs that its samples do not cover.
@@ -198,10 +198,10 @@ contains
         if (common >= FEWEST_COMMON) offset = total/common
     end subroutine find_offset
 
-    function offset_text(offset, common) result(text)
+    pure function offset_text(offset, common) result(text)
         real(dp), intent(in) :: offset(3)       !! T
         integer, intent(in) :: common           !! Samples it comes from
-        character(:), allocatable :: text
+        character(120) :: text
 
         text = ''
         if (common < FEWEST_COMMON) return

@@ -445,7 +445,7 @@ contains
     pure function path_of(folder, number) result(path)
         character(*), intent(in) :: folder
         integer, intent(in) :: number       !! Of OBSERVATION_FILES
-        character(:), allocatable :: path
+        character(len_trim(folder) + 1 + len_trim(OBSERVATION_FILES(number))) :: path
 
         path = trim(folder)//'/'//trim(OBSERVATION_FILES(number))
     end function path_of
