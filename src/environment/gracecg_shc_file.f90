@@ -166,9 +166,9 @@ contains
     end subroutine read_row
 
     !> The name of a place in the list of coefficients.
-    function coefficient_name(place) result(name)
+    pure function coefficient_name(place) result(name)
         integer, intent(in) :: place
-        character(30) :: name       !! Blanks behind it
+        character(32) :: name
 
         integer :: n, rest
 
