@@ -146,10 +146,17 @@ contains
                   'free space of '//parent_of(path))
     end subroutine make_directory
 
+    !> Where the last character stands that is no slash; 1 if there is none.
+    pure integer function length_without_slashes(path) result(length)
+        character(*), intent(in) :: path
+
+        length = max(1, verify(trim(path), '/', back=.true.))
+    end function length_without_slashes
+
     !> The path without slashes at its end, but / itself.
     pure function without_slashes(path) result(shorter)
         character(*), intent(in) :: path
-        character(max(1, verify(trim(path), '/', back=.true.))) :: shorter
+        character(length_without_slashes(path)) :: shorter
 
         shorter = path
     end function without_slashes
