@@ -139,15 +139,17 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
+        character(64) :: labels(4)
         integer :: i, axis
 
         call file%open(path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
                        field_comments(command, seed, deviation), error)
         if (allocated(error)) return
         do i = 1, size(studies)
+            labels(:3) = labels_of(studies(i))
             do axis = 1, 3
-                call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], &
-                              [character(64) :: labels_of(studies(i)), AXIS_NAMES(axis)])
+                labels(4) = AXIS_NAMES(axis)
+                call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], labels)
             end do
         end do
         call file%commit(error)

@@ -36,6 +36,8 @@ module gracecg_html
         procedure :: bullet_list
         procedure :: verdict => verdict_note
         procedure :: preformatted
+        procedure :: details
+        procedure :: append => append_page
         procedure :: markup
         procedure :: begin_table
         procedure :: head_end
@@ -43,6 +45,7 @@ module gracecg_html
         procedure :: column_head
         procedure :: row_head
         procedure :: number_cell
+        procedure :: judged_cell
         procedure :: text_cell
         procedure :: verdict_cell
         procedure :: end_row
@@ -137,6 +140,27 @@ contains
         call self%markup('<pre tabindex="0"><code>'//html_escaped(text)//'</code></pre>')
     end subroutine preformatted
 
+    !> Lines that are shown when the reader asks for them.
+    subroutine details(self, summary, text)
+        class(html_page_t), intent(inout) :: self
+        character(*), intent(in) :: summary, text
+
+        call self%markup('<details><summary>'//html_typeset(summary)//'</summary>')
+        call self%preformatted(text)
+        call self%markup('</details>')
+    end subroutine details
+
+    !> The chapters of another page, behind those of this one. Title and lead stay.
+    subroutine append_page(self, other)
+        class(html_page_t), intent(inout) :: self
+        type(html_page_t), intent(in) :: other
+
+        if (self%chapter_open) call self%markup('</section>')
+        self%chapter_open = other%chapter_open
+        self%contents = self%contents//other%contents
+        call append_text(self, other%buffer(:other%used))
+    end subroutine append_page
+
     !> HTML as it is.
     subroutine markup(self, html)
         class(html_page_t), intent(inout) :: self
@@ -193,18 +217,21 @@ contains
     end subroutine column_head
 
     !> Head of one row, or of several.
-    subroutine row_head(self, text, rows)
+    subroutine row_head(self, text, rows, anchor)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: text
         integer, intent(in), optional :: rows
+        character(*), intent(in), optional :: anchor    !! Id on the page that the text leads to
 
-        character(:), allocatable :: attributes
+        character(:), allocatable :: attributes, content
 
         attributes = ' scope="row"'
         if (present(rows)) then
             if (rows > 1) attributes = ' scope="rowgroup" rowspan="'//integer_text(rows)//'"'
         end if
-        call append_text(self, '<th'//attributes//'>'//html_typeset(text)//'</th>')
+        content = html_typeset(text)
+        if (present(anchor)) content = '<a href="#'//anchor//'">'//content//'</a>'
+        call append_text(self, '<th'//attributes//'>'//content//'</th>')
     end subroutine row_head
 
     !> A number, as text: set to the right, its digits of equal width.
@@ -214,6 +241,17 @@ contains
 
         call append_text(self, '<td class="number">'//html_typeset(trim(adjustl(text)))//'</td>')
     end subroutine number_cell
+
+    !> A number with a verdict before it.
+    subroutine judged_cell(self, kind, word, text)
+        class(html_page_t), intent(inout) :: self
+        integer, intent(in) :: kind                     !! VERDICT_...
+        character(*), intent(in) :: word                !! The verdict in a word
+        character(*), intent(in) :: text                !! The number
+
+        call append_text(self, '<td class="number '//trim(VERDICT_CLASS(kind))//'">'//marked(kind, word)// &
+                         ' <span class="value">'//html_typeset(trim(adjustl(text)))//'</span></td>')
+    end subroutine judged_cell
 
     subroutine text_cell(self, text, wraps)
         class(html_page_t), intent(inout) :: self

@@ -13,7 +13,7 @@ module gracecg_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(47) = [character(118) :: &
+    character(*), parameter :: RULES(50) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
@@ -32,6 +32,9 @@ module gracecg_html_style
         'border-radius:.2em}', &
         'pre{font:.85rem/1.5 ui-monospace,"Liberation Mono",Menlo,Consolas,monospace;background:var(--box);padding:.75rem;', &
         'overflow-x:auto;border-radius:.3rem}', &
+        'details{margin:.5rem 0}summary{cursor:pointer}', &
+        'td .value{color:var(--ink);display:inline-block;min-width:4.3em}', &
+        'tbody tr.part{border-top:2px solid var(--rule)}', &
         'pre code{background:none;padding:0;font-size:1em}', &
         'nav ol{columns:2 18rem;margin:1rem 0;padding:.75rem 1rem .75rem 2.4rem;background:var(--box);border-radius:.3rem}', &
         'nav li{margin:.15rem 0;break-inside:avoid}', &
