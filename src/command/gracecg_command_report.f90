@@ -32,7 +32,7 @@ module gracecg_command_report
     public :: declare_report, run_report
 
     character(*), parameter :: PAGE_NAME = 'index.html'
-    integer, parameter :: DEFAULT_RUNS = 300, MOST_RUNS = 10000000, MOST_THREADS = 1024
+    integer, parameter :: DEFAULT_RUNS = 200, MOST_RUNS = 10000000, MOST_THREADS = 1024
 
 contains
 
@@ -139,18 +139,18 @@ contains
         call page%begin_table('What the report shows, and what is found here', 'findings')
         call page%begin_row()
         call page%column_head('report')
-        call page%column_head('shows')
-        call page%column_head('here')
         call page%column_head('verdict')
+        call page%column_head('the report shows')
+        call page%column_head('found here')
         call page%end_row()
         call page%head_end()
         do i = 1, size(book%findings)
             associate (found => book%findings(i))
                 call page%begin_row()
                 call page%row_head(trim(found%source), anchor=trim(found%anchor))
+                call page%verdict_cell(found%kind, trim(found%verdict))
                 call page%text_cell(trim(found%claim), wraps=.true.)
                 call page%text_cell(trim(found%result), wraps=.true.)
-                call page%verdict_cell(found%kind, trim(found%verdict))
                 call page%end_row()
             end associate
         end do
@@ -187,11 +187,11 @@ contains
             call page%begin_row()
             call page%column_head('case')
             call page%column_head('epoch (UTC)')
-            call page%column_head('on the orbit, s', numeric=.true.)
+            call page%column_head('orbit, s', numeric=.true.)
             call page%column_head('latitude', numeric=.true.)
             call page%column_head('longitude', numeric=.true.)
             call page%column_head('height, km', numeric=.true.)
-            call page%column_head('rods x, y, z')
+            call page%column_head('rods x, y, z, A m^{2}')
             call page%column_head('true offset x, y, z, mm', columns=3)
             call page%end_row()
             call page%head_end()
@@ -206,7 +206,7 @@ contains
                 call page%number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))
                 call page%number_cell(fixed_text(abs(longitude)/DEGREE, 1)//merge(' E', ' W', longitude >= 0))
                 call page%number_cell(fixed_text(height/1000, 0))
-                call page%text_cell(superscript(rods_text(case%setup%rods)))
+                call page%text_cell(without_unit(rods_text(case%setup%rods)))
                 do axis = 1, 3
                     call page%number_cell(fixed_text(case%offset(axis)/MILLIMETRE, 1))
                 end do
@@ -224,17 +224,17 @@ contains
         end associate
     end subroutine add_simulation
 
-    !> m^2 with a raised 2.
-    pure function superscript(text) result(raised)
+    !> The rods' amplitudes without the unit, which stands in the head.
+    pure function without_unit(text) result(numbers)
         character(*), intent(in) :: text
-        character(:), allocatable :: raised
+        character(:), allocatable :: numbers
 
-        integer :: i
+        integer :: last
 
-        raised = text
-        i = index(text, '^2')
-        if (i > 0) raised = text(:i)//'{2}'//text(i + 2:)
-    end function superscript
+        last = index(text, ' A m^2')
+        if (last == 0) last = len(text) + 1
+        numbers = text(:last - 1)
+    end function without_unit
 
     !> Settings, versions, files.
     subroutine add_making(page, book)

@@ -191,10 +191,20 @@ contains
         call self%markup('</thead>'//LF//'<tbody>')
     end subroutine head_end
 
-    subroutine begin_row(self)
+    !> Begins a row, perhaps the first one of a part of the table, which a line sets off.
+    subroutine begin_row(self, first_of_part)
         class(html_page_t), intent(inout) :: self
+        logical, intent(in), optional :: first_of_part
 
-        call append_text(self, '<tr>')
+        logical :: first
+
+        first = .false.
+        if (present(first_of_part)) first = first_of_part
+        if (first) then
+            call append_text(self, '<tr class="part">')
+        else
+            call append_text(self, '<tr>')
+        end if
     end subroutine begin_row
 
     !> Head of one column, or of several.
@@ -485,6 +495,10 @@ contains
         html = trimmed_right(svg(body:))
         html = without_element(html, 'title')
         html = without_element(html, 'desc')
+        html = replaced(html, ' stroke-linecap="butt" stroke-linejoin="miter"', '')     ! as without them
+        html = replaced(html, ' font-family="sans-serif"', '')                          ! the page's
+        html = replaced(html, achar(9), '')
+        html = without_empty_groups(html)
         html = replaced(html, ' id="', ' id="'//id//'_')
         html = replaced(html, " id='", " id='"//id//'_')
         html = replaced(html, 'href="#', 'href="#'//id//'_')
@@ -495,6 +509,30 @@ contains
                '<title id="'//id//'_title">'//html_escaped(plain(title))//'</title>'//LF// &
                '<desc id="'//id//'_desc">'//html_escaped(plain(description))//'</desc>'//html
     end function inline_svg
+
+    !> Without the groups that hold nothing, of which gnuplot writes many.
+    pure function without_empty_groups(svg) result(smaller)
+        character(*), intent(in) :: svg
+        character(:), allocatable :: smaller
+
+        character(*), parameter :: GROUP_END = '>'//LF//'</g>'//LF
+        integer :: from, used, last, first
+
+        smaller = svg
+        from = 1
+        used = 0
+        do
+            last = from - 1 + index(svg(from:), GROUP_END)
+            if (last < from) exit
+            first = from - 1 + index(svg(from:last), '<', back=.true.)
+            if (index(svg(first:last), '<g ') /= 1) first = last + len(GROUP_END)      ! not an empty one: kept
+            smaller(used + 1:used + first - from) = svg(from:first - 1)
+            used = used + first - from
+            from = last + len(GROUP_END)
+        end do
+        smaller(used + 1:used + len(svg) - from + 1) = svg(from:)
+        smaller = smaller(:used + len(svg) - from + 1)
+    end function without_empty_groups
 
     !> The attributes of an svg element, but for a fixed size: the page decides on it.
     pure function kept_attributes(attributes) result(kept)

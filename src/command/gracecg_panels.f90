@@ -9,7 +9,9 @@ module gracecg_panels
     public :: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
 
     integer, parameter :: LETTER = 8            !! Width of a letter of the legend, units of the drawing
-    integer, parameter :: LEFT = 66, RIGHT = 14, BOTTOM = 56, LEGEND_ROW = 26, TITLE = 34, GAP_X = 74, GAP_Y = 58, MARK_ROW = 22
+    integer, parameter :: LEFT = 78, RIGHT = 14, BOTTOM = 58, LEGEND_ROW = 28, TITLE = 38, GAP_X = 88
+    integer, parameter :: GAP_Y = 42, MARK_ROW = 26
+    !! Margins and gaps, units of the drawing
     integer, parameter :: SAMPLE = 30           !! Length of a line in the legend
     character(*), parameter :: LINE_WIDTH_OF_POINTS = ' linewidth 1.5'
     character(1), parameter :: LF = achar(10)
@@ -20,6 +22,7 @@ module gracecg_panels
         character(160) :: settings = '' !! Of this panel alone
         logical :: has_limits = .false. !! The report's axis is known
         real(dp) :: low = 0, high = 0   !! Its limits, in the unit of the plot
+        real(dp) :: least = 0, greatest = 0     !! Of what is plotted; when equal, gnuplot chooses the axis
     end type panel_t
 
     !> A line, or a point (point_type > 0), and what it stands for.
@@ -63,8 +66,7 @@ contains
         height = top + rows*grid%panel_height + (rows - 1)*gap + BOTTOM
         script = script_head(name, contents, grid%width, height)// &
                  'set xrange ['//real_text(grid%x_low)//':'//real_text(grid%x_high)//']'//LF// &
-                 'set offsets graph 0, graph 0, graph 0.04, graph 0.04'//LF// &
-                 'set title offset 0,'//trim(merge('0.6 ', '-0.5', present(marks)))//LF//'unset key'//LF
+                 'set title offset 0,'//merge(' 0.4', '-0.9', present(marks))//LF//'unset key'//LF
         if (grid%settings /= '') script = script//trim(grid%settings)//LF
         if (present(data)) script = script//data
         script = script//'set multiplot layout '//integer_text(rows)//','//integer_text(grid%columns)// &
@@ -107,8 +109,13 @@ contains
         character(:), allocatable :: low, high
 
         script = 'set title "'//trim(panel%title)//'"'//LF
+        if (panel%greatest > panel%least) script = script//y_axis(panel)
         if (panel%settings /= '') script = script//trim(panel%settings)//LF
-        if (in_last_row) script = script//'set xlabel "'//trim(grid%x_label)//'"'//LF
+        if (in_last_row) then
+            script = script//'set format x'//LF//'set xlabel "'//trim(grid%x_label)//'"'//LF
+        else
+            script = script//'set format x ""'//LF
+        end if
         if (.not. panel%has_limits) then
             script = script//'plot '//trim(panel%plot)//LF
             return
@@ -120,6 +127,41 @@ contains
                  'plot '//low//' with lines linetype 5, '//high//' with lines linetype 5, \'//LF// &
                  '    '//trim(panel%plot)//LF//'unset object 1'//LF
     end function panel_script
+
+    !> Range and tics that show both the curves and the printed limits, four or five tics.
+    function y_axis(panel) result(script)
+        type(panel_t), intent(in) :: panel
+        character(:), allocatable :: script
+
+        real(dp), parameter :: MARGIN = 0.07_dp, MOST_INTERVALS = 4.6_dp, MANTISSAS(3) = [1.0_dp, 2.0_dp, 5.0_dp]
+        real(dp) :: low, high, step, power
+        integer :: i
+
+        low = panel%least
+        high = panel%greatest
+        if (panel%has_limits) then
+            low = min(low, panel%low)
+            high = max(high, panel%high)
+        end if
+        power = 10.0_dp**floor(log10((high - low)/MOST_INTERVALS))
+        step = 10*power
+        do i = size(MANTISSAS), 1, -1
+            if ((high - low)/(MANTISSAS(i)*power) <= MOST_INTERVALS) step = MANTISSAS(i)*power
+        end do
+        script = 'set yrange ['//real_text(low - MARGIN*(high - low))//':'// &
+                 real_text(high + MARGIN*(high - low))//']'//LF//'set ytics '//short_text(step)//LF
+    end function y_axis
+
+    !> A step without the traces of binary numbers: 0.05, not 0.05000000000000001.
+    function short_text(value) result(text)
+        real(dp), intent(in) :: value
+        character(:), allocatable :: text
+
+        character(12) :: digits
+
+        write (digits, '(es10.2)') value
+        text = trim(adjustl(digits))
+    end function short_text
 
     !> The legend on top of the figure, as labels and arrows of the first panel.
     function legend_script(legend, width, height) result(script)

@@ -18,7 +18,7 @@ module gracecg_report_book
 
     !> One line of the summary.
     type :: finding_t
-        character(24) :: source = ''        !! Of the report: 'Figure 5.2'
+        character(32) :: source = ''        !! Of the report: 'Figure 5.2'
         character(24) :: anchor = ''        !! Id of the chapter, table or figure on the page
         character(200) :: claim = ''        !! What the report shows
         character(200) :: result = ''       !! What is found here

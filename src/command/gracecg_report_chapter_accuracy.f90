@@ -191,7 +191,7 @@ contains
                 k = (satellite - 1)*CASES + i
                 associate (ours => campaign%entries(:, k), short => fifteen%entries(:, k))
                     do axis = 1, 3
-                        call page%begin_row()
+                        call page%begin_row(first_of_part=.true.)
                         call page%row_head(trim(campaign%cases(k)%name), rows=4)
                         call page%row_head(AXES(axis), rows=4)
                         call page%row_head('report, '//integer_text(REPORT_RUNS)//' runs')
@@ -260,6 +260,10 @@ contains
                 panels(place)%has_limits = any(abs(limits) > 0)
                 panels(place)%low = limits(1)
                 panels(place)%high = limits(2)
+                panels(place)%least = minval([(minval(campaign%entries(a, i)%offset(axis, :REPORT_RUNS)), &
+                                               i=(satellite - 1)*CASES + 1, satellite*CASES)])
+                panels(place)%greatest = maxval([(maxval(campaign%entries(a, i)%offset(axis, :REPORT_RUNS)), &
+                                                  i=(satellite - 1)*CASES + 1, satellite*CASES)])
                 panels(place)%plot = real_text(campaign%cases(satellite*CASES)%offset(axis))// &
                                      ' with lines linetype 1 linecolor rgb ink linewidth 1'
                 do i = 1, CASES
@@ -279,7 +283,7 @@ contains
         do i = 1, CASES
             legend(i) = legend_item_t('case '//integer_text(i), i, POINT_TYPES(i))
         end do
-        legend(CASES + 1) = legend_item_t('true offset', 0)
+        legend(CASES + 1) = legend_item_t('truth', 0)
         legend(CASES + 2) = legend_item_t('printed axis', 5)
         script = panel_grid(name, 'Estimates of the CG offset in 15 runs, '// &
                             trim(SATELLITES(satellite))//' satellite', &

@@ -16,6 +16,7 @@ module gracecg_report_chapter_curves
     private
     public :: add_curves_chapter
 
+    character(*), parameter :: NO_BREAK_SPACE = '\302\240'     !! UTF-8, for gnuplot
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
 
     !> A figure of the report.
@@ -241,15 +242,17 @@ contains
 
         exponent = exponent_of(check)
         factor = '1e'//integer_text(-exponent)
-        panel%title = quantity_name(check%quantity)//' '//check%axis//', 10^{'//integer_text(exponent)//'} '// &
-                      plot_unit(check%quantity)
-        if (both) panel%title = trim(satellite)//' '//short_name(check%quantity)//' '//check%axis//', 10^{'// &
-                                integer_text(exponent)//'} '//plot_unit(check%quantity)
-        panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" using "time_s":(column("'// &
+        panel%title = quantity_name(check%quantity)//' '//check%axis//', 10^{'//integer_text(exponent)//'}'// &
+                      NO_BREAK_SPACE//plot_unit(check%quantity)
+        if (both) panel%title = trim(satellite)//' '//symbol(check%quantity, check%axis)//', 10^{'// &
+                                integer_text(exponent)//'}'//NO_BREAK_SPACE//plot_unit(check%quantity)
+        panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" every 2 using "time_s":(column("'// &
                      trim(check%quantity)//'_'//check%axis//'")*'//factor//') with lines linetype 1'
         panel%has_limits = .true.
         panel%low = check%low*10.0_dp**(-exponent)
         panel%high = check%high*10.0_dp**(-exponent)
+        panel%least = check%least*10.0_dp**(-exponent)
+        panel%greatest = check%greatest*10.0_dp**(-exponent)
     end function panel_of
 
     pure integer function exponent_of(check)
@@ -290,13 +293,22 @@ contains
         end select
     end function quantity_name
 
-    pure function short_name(quantity) result(name)
-        character(*), intent(in) :: quantity
+    !> omega_x or d omega_x/dt, for a narrow title.
+    pure function symbol(quantity, axis) result(name)
+        character(*), intent(in) :: quantity, axis
         character(:), allocatable :: name
 
-        name = quantity_name(quantity)
-        if (quantity == 'omega_dot') name = 'ang. acceleration'
-    end function short_name
+        character(*), parameter :: GREEK_OMEGA = '\317\211'     ! UTF-8, for gnuplot
+
+        select case (quantity)
+        case ('omega')
+            name = GREEK_OMEGA//'_'//axis
+        case ('omega_dot')
+            name = 'd'//GREEK_OMEGA//'_'//axis//'/dt'
+        case default
+            name = quantity_name(quantity)//' '//axis
+        end select
+    end function symbol
 
     pure function plot_unit(quantity) result(unit)
         character(*), intent(in) :: quantity

@@ -87,9 +87,9 @@ contains
         grid%panel_height = 230
         grid%x_label = 'time, s'
         grid%x_high = duration
-        panels(1)%title = 'central term, 10^{-9} m/s^2'
+        panels(1)%title = 'central term, 10^{-9}\302\240m/s^2'
         panels(1)%plot = curves('central', '1e9')
-        panels(2)%title = 'sum of all other terms, 10^{-11} m/s^2'
+        panels(2)%title = 'sum of all other terms, 10^{-11}\302\240m/s^2'
         panels(2)%plot = curves('others', '1e11')
         legend(1) = legend_item_t('radial', 1)
         legend(2) = legend_item_t('transverse', 2)

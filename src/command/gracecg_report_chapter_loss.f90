@@ -67,7 +67,7 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call book%draw('figure_6_6', script_of(case%offset), 'Figure 6.6. Loss of magnetometer data: '// &
+        call book%draw('figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of magnetometer data: '// &
                        'estimates of the CG offset in 15 runs, front satellite, with the measured field '// &
                        '(open) and with that of the model (LM, filled). Grey band: the printed '// &
                        'axis.', 'Figure 6.6, estimates with and without magnetometer', &
@@ -152,8 +152,9 @@ contains
         end if
     end subroutine add_verdict
 
-    function script_of(offset) result(script)
+    function script_of(offset, study) result(script)
         real(dp), intent(in) :: offset(3)           !! True, m
+        type(field_study_t), intent(in) :: study(:)
         character(:), allocatable :: script
 
         type(panel_t) :: panels(3*size(ALGORITHMS))
@@ -174,6 +175,10 @@ contains
                 panels(place)%has_limits = any(abs(limits) > 0)
                 panels(place)%low = limits(1)
                 panels(place)%high = limits(2)
+                panels(place)%least = minval([(minval(study(i)%offset(axis, :REPORT_RUNS)), &
+                                               i=1, size(study))])/MILLIMETRE
+                panels(place)%greatest = maxval([(maxval(study(i)%offset(axis, :REPORT_RUNS)), &
+                                                  i=1, size(study))])/MILLIMETRE
                 panels(place)%plot = real_text(offset(axis)/MILLIMETRE)//' with lines linetype 1 '// &
                 'linecolor rgb ink linewidth 1'
                 do i = 1, size(CASE_NAMES)
@@ -183,12 +188,12 @@ contains
                 end do
             end do
         end do
-        legend(1) = legend_item_t('true offset', 0)
-        legend(2) = legend_item_t('printed axis', 5)
-        legend(3) = legend_item_t('case 2', 2, POINT_TYPES(1, 1))
-        legend(4) = legend_item_t('case 2, LM', 2, POINT_TYPES(2, 1))
-        legend(5) = legend_item_t('case 3', 3, POINT_TYPES(1, 2))
-        legend(6) = legend_item_t('case 3, LM', 3, POINT_TYPES(2, 2))
+        do i = 1, size(CASE_NAMES)
+            legend(2*i - 1) = legend_item_t('case '//integer_text(i + 1), i + 1, POINT_TYPES(1, i))
+            legend(2*i) = legend_item_t('case '//integer_text(i + 1)//' LM', i + 1, POINT_TYPES(2, i))
+        end do
+        legend(5) = legend_item_t('truth', 0)
+        legend(6) = legend_item_t('printed axis', 5)
         script = panel_grid('figure_6_6', 'Estimates of the CG offset in 15 runs with measured and with '// &
                             'modelled field', &
                             grid, panels, legend)

@@ -253,7 +253,7 @@ contains
         character(:), allocatable :: script
 
         script = orbit_script('figure_6_1', 'Geomagnetic field in body axes over one revolution', studies, &
-                              'field, 10^4 nT', [character(8) :: 'bx_nt', 'by_nt', 'bz_nt'], '1e-4', &
+                              'field, 10^4\302\240nT', [character(8) :: 'bx_nt', 'by_nt', 'bz_nt'], '1e-4', &
                               [character(6) :: 'B_x', 'B_y', 'B_z'], &
                               'set yrange '// &
                               '['//real_text(limits(1)*1e-4_dp)//':'//real_text(limits(2)*1e-4_dp)//']'//LF// &
@@ -267,8 +267,7 @@ contains
 
         script = orbit_script('figure_6_4', 'Amplitude of the angular acceleration over one '// &
                               'revolution', studies, &
-                              'angular acceleration, 10^{-5} '// &
-                              'rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
+                              'angular acceleration, 10^{-5}\302\240rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
                               '1e5', [character(6) :: 'x', 'y', 'z'], &
                               'set yrange '// &
                               '['//real_text(limits(1)*1e5_dp)//':'//real_text(limits(2)*1e5_dp)//']'//LF// &
