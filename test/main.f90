@@ -55,10 +55,14 @@ program tester
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
     use test_faults, only: collect_faults
+    use test_html, only: collect_html
+    use test_gnuplot, only: collect_gnuplot
+    use test_report, only: collect_report
+    use test_report_numbers, only: collect_report_numbers
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
-    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies']
+    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'report']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
@@ -114,6 +118,10 @@ program tester
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
+             new_testsuite('html', collect_html), &
+             new_testsuite('gnuplot', collect_gnuplot), &
+             new_testsuite('report-numbers', collect_report_numbers), &
+             new_testsuite('report', collect_report), &
              new_testsuite('faults', collect_faults)]
 
     fast = .false.

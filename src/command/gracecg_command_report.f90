@@ -266,7 +266,7 @@ contains
                             'number of threads. The numbers of the figures stand beside this page as '// &
                             'CSV, and with each figure the script that drew it: change it and run '// &
                             '`gnuplot NAME.gp` in its folder.')
-        call page%markup('<ul>')
+        call page%markup('<ul class="files">')
         do i = 1, size(book%files)
             call add_link(page, trim(book%files(i)))
         end do

@@ -113,6 +113,7 @@ contains
             reason = NO_GNUPLOT
         end if
         if (reason == '') then
+            svg = without_last_line_end(svg)//LF
             call write_text(path//FIGURE_END, svg, error)
         else
             call remove_file(path//FIGURE_END)

@@ -551,17 +551,21 @@ contains
         end do
     end function kept_attributes
 
-    !> Without the first element of that name.
+    !> Without the elements of that name.
     pure function without_element(xml, name) result(rest)
         character(*), intent(in) :: xml, name
         character(:), allocatable :: rest
 
-        integer :: first, last
+        integer :: first, length
 
-        first = index(xml, '<'//name//'>')
-        last = index(xml, '</'//name//'>')
         rest = xml
-        if (first > 0 .and. last > first) rest = xml(:first - 1)//xml(last + len(name) + 3:)
+        do
+            first = index(rest, '<'//name//'>')
+            if (first == 0) exit
+            length = index(rest(first:), '</'//name//'>')
+            if (length == 0) exit
+            rest = rest(:first - 1)//rest(first + length + len(name) + 2:)
+        end do
     end function without_element
 
     !> Every `old` replaced by `new`.

@@ -13,7 +13,7 @@ module gracecg_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(51) = [character(118) :: &
+    character(*), parameter :: RULES(54) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
@@ -32,6 +32,7 @@ module gracecg_html_style
         'border-radius:.2em}', &
         'pre{font:.85rem/1.5 ui-monospace,"Liberation Mono",Menlo,Consolas,monospace;background:var(--box);padding:.75rem;', &
         'overflow-x:auto;border-radius:.3rem}', &
+        'ul.files{columns:3 14rem;padding-left:1.2rem}', &
         'details{margin:.5rem 0}summary{cursor:pointer}', &
         'td .value{color:var(--ink);display:inline-block;min-width:4.3em}', &
         'tbody tr.part{border-top:2px solid var(--soft)}', &
@@ -46,6 +47,7 @@ module gracecg_html_style
         'th,td{padding:.28rem .7rem;text-align:left;vertical-align:baseline;white-space:nowrap}', &
         'th:first-child,td:first-child{padding-left:.2rem}', &
         'thead th{border-bottom:2px solid var(--rule);vertical-align:bottom;font-weight:600}', &
+        'thead th[colspan]{white-space:normal}', &
         'tbody th{font-weight:500}', &
         'tbody tr{border-bottom:1px solid var(--rule)}', &
         'td.number,th.number{text-align:right}', &
@@ -61,8 +63,9 @@ module gracecg_html_style
         'footer{margin-top:3rem;padding-bottom:3rem;color:var(--soft);font-size:.9rem}', &
         '@media (max-width:30rem){header{padding-top:1.25rem}h1{font-size:1.45rem}h2{font-size:1.2rem}', &
         'td.wide{min-width:11rem}th,td{padding:.28rem .45rem}}', &
-        '@media print{@page{margin:16mm}body{font-size:10pt}nav ol{columns:2}h2{break-before:page;border:0}', &
-        'h2,h3{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
+        '@media print{@page{margin:16mm}body{font-size:10pt}nav ol{columns:2}', &
+        'h2{break-before:page;border:0}section:first-of-type h2{break-before:auto}', &
+        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
         'figure svg{max-height:210mm}.scroll{overflow:visible}table{font-size:8.5pt}a{color:inherit}', &
         'th,td{padding:.15rem .4rem}thead{display:table-header-group}}']
 

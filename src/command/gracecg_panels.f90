@@ -66,7 +66,8 @@ contains
         height = top + rows*grid%panel_height + (rows - 1)*gap + BOTTOM
         script = script_head(name, contents, grid%width, height)// &
                  'set xrange ['//real_text(grid%x_low)//':'//real_text(grid%x_high)//']'//LF// &
-                 'set title offset 0,'//merge(' 0.4', '-0.9', present(marks))//LF//'unset key'//LF
+                 'set title offset 0,'//merge(' 0.4', '-0.9', present(marks))//LF// &
+                 'set key noautotitle'//LF//'unset key'//LF
         if (grid%settings /= '') script = script//trim(grid%settings)//LF
         if (present(data)) script = script//data
         script = script//'set multiplot layout '//integer_text(rows)//','//integer_text(grid%columns)// &

@@ -95,7 +95,6 @@ contains
                        'Two panels of three curves over one revolution. The field along x and z swings '// &
                        'between plus and minus 48 thousand nanotesla; along y it stays small.', error)
         if (allocated(error)) return
-        call add_places(book, studies)
         call book%page%verdict(merge(VERDICT_MET, VERDICT_MISSED, met), &
                                pick_text(met, 'Within the printed axis.', 'Beyond the printed axis.'), &
                                'Strongest component '//fixed_text(strongest(1), 0)//' nT (front) and '// &
@@ -239,6 +238,7 @@ contains
                        'standard deviation over one revolution', &
                        'Two panels of three curves. The standard deviation of x is least near 2700 s, '// &
                        'where that of y and z is largest.', error)
+        if (.not. allocated(error)) call add_places(book, studies)
     end subroutine add_timing_chapter
 
     elemental logical function x_is_strongest(place)
