@@ -63,10 +63,14 @@ program tester
     use test_c_interface, only: collect_c_interface
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
+    use test_html, only: collect_html
+    use test_gnuplot, only: collect_gnuplot
+    use test_report, only: collect_report
+    use test_report_numbers, only: collect_report_numbers
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
-    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies']
+    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'report']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
@@ -130,7 +134,11 @@ program tester
              new_testsuite('library', collect_library), &
              new_testsuite('c-interface', collect_c_interface), &
              new_testsuite('f77', collect_f77), &
-             new_testsuite('threads', collect_threads)]
+             new_testsuite('threads', collect_threads), &
+             new_testsuite('html', collect_html), &
+             new_testsuite('gnuplot', collect_gnuplot), &
+             new_testsuite('report-numbers', collect_report_numbers), &
+             new_testsuite('report', collect_report)]
 
     fast = .false.
     suite_name = ''

@@ -5,9 +5,12 @@ module gracecg_error_sources
     use gracecg_truth_arc, only: truth_arc_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_simulation, only: simulator_t, new_simulator
+    use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
+        error_statistics_t, statistics_of
     implicit none
     private
     public :: error_switches_t, new_switched_simulator, study_switches, STUDY_NAMES
+    public :: error_study_t, study_errors
 
     !> The error sources that act. The estimator knows nothing of the switches: its weights stay.
     type :: error_switches_t
@@ -18,9 +21,18 @@ module gracecg_error_sources
         logical :: magnetometer_errors = .true.     !! Noise and bias
     end type error_switches_t
 
+    !> RMS errors of the offset in one simulation.
+    type :: error_study_t
+        integer :: runs = 0
+        real(dp) :: rms(3) = 0              !! m
+        real(dp) :: predicted(3) = 0        !! By theory, m
+    end type error_study_t
+
     !> The five simulations of Figure 6.5, in its order
     character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
                                                   'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
+
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 
@@ -60,6 +72,33 @@ contains
         call straighten_force(simulator%arc)
         simulator%case%density_wave_random = .false.
     end subroutine new_switched_simulator
+
+    !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
+    !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
+    subroutine study_errors(case, name, algorithm, seed, runs, threads, study, error)
+        type(calibration_case_t), intent(in) :: case
+        character(*), intent(in) :: name            !! Of STUDY_NAMES
+        character(*), intent(in) :: algorithm
+        integer, intent(in) :: seed, runs, threads
+        type(error_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(prediction_t) :: prediction
+        integer :: i
+
+        call new_switched_simulator(case, study_switches(name), simulator, error)
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, prediction, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
+                                                         threads, results, error)
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        study%runs = runs
+        study%rms = statistics%rms*MILLIMETRE
+        study%predicted = prediction%rms
+    end subroutine study_errors
 
     !> Replaces the non-gravitational acceleration along an arc by its linear fit (least squares).
     !> Orbit and attitude stay.

@@ -12,13 +12,28 @@ module gracecg_magnetometer_loss
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset
     use gracecg_simulation, only: simulator_t, observe_without_noise
-    use gracecg_monte_carlo, only: alteration_t, prediction_t, predict_errors
+    use gracecg_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, run_monte_carlo, &
+        error_statistics_t, statistics_of
     implicit none
     private
-    public :: field_model_t, predict_field_model, MODEL_FIELD_ERROR
+    public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp             !! m
+    character(8), parameter :: FIELD_SOURCES(2) = [character(8) :: 'measured', 'model']
+    !! Where the field comes from: without and with the field model
+
+    !> Many calibrations of one case with one source of the field.
+    type :: field_study_t
+        character(64) :: case_name = ''
+        character(16) :: algorithm = ''
+        logical :: with_model = .false.             !! Else the magnetometer measures the field
+        integer, allocatable :: run(:)              !! Numbers of the runs
+        real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), m
+        real(dp) :: rms(3) = 0                      !! Of their errors, m
+        real(dp) :: predicted(3) = 0                !! By theory, m
+    end type field_study_t
 
     !> Puts the field model in the place of the magnetometer.
     type, extends(alteration_t) :: field_model_t
@@ -28,6 +43,43 @@ module gracecg_magnetometer_loss
     end type field_model_t
 
 contains
+
+    !> Simulates and estimates `runs` calibrations with the magnetometer or with the field model in its
+    !> place, and predicts their errors. Fails as `run_monte_carlo` does.
+    subroutine study_field(simulator, algorithm, with_model, deviation, seed, runs, threads, study, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm
+        logical, intent(in) :: with_model
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        integer, intent(in) :: seed, runs, threads
+        type(field_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(prediction_t) :: prediction
+        integer :: i
+
+        study%case_name = simulator%case%setup%name
+        study%algorithm = algorithm
+        study%with_model = with_model
+        study%run = [(i, i=1, runs)]
+        if (with_model) then
+            call predict_field_model(simulator, algorithm, deviation, study%predicted, error)
+            if (allocated(error)) return
+            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error, &
+                                 field_model_t(deviation))
+        else
+            call predict_errors(simulator, algorithm, prediction, error)
+            if (allocated(error)) return
+            study%predicted = prediction%rms
+            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error)
+        end if
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        study%offset = results%offset
+        study%rms = statistics%rms*MILLIMETRE
+    end subroutine study_field
 
     subroutine take_model_field(self, simulator, seed, run, observations)
         class(field_model_t), intent(in) :: self

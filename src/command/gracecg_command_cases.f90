@@ -17,7 +17,7 @@ module gracecg_command_cases
     use gracecg_console, only: console_t
     implicit none
     private
-    public :: declare_cases, run_cases
+    public :: declare_cases, run_cases, case_place, rods_text
 
 contains
 
@@ -74,20 +74,35 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(satellite_dynamics_t) :: dynamics
         real(dp) :: latitude, longitude, height
         character(100) :: place
 
-        call build_dynamics(case, dynamics, error)
+        call case_place(case, latitude, longitude, height, error)
         if (allocated(error)) return
-        call earth_fixed_to_geodetic(matmul(rotation_z(dynamics%sidereal_angle), case%position), &
-                                     latitude, longitude, height)
         write (place, '(a9, a11, a20, f9.1, a, f9.1, a, f6.0, a)') &
             case%setup%name, case%satellite, utc_text(case%setup%epoch), &
             abs(latitude)/DEGREE, merge(' N', ' S', latitude >= 0), &
             abs(longitude)/DEGREE, merge(' E', ' W', longitude >= 0), height/1000, ' km'
         call console%line(trim(place)//'  '//rods_text(case%setup%rods))
     end subroutine describe_line
+
+    !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
+    subroutine case_place(case, latitude, longitude, height, error)
+        type(calibration_case_t), intent(in) :: case
+        real(dp), intent(out) :: latitude, longitude    !! Geodetic, longitude positive east, rad
+        real(dp), intent(out) :: height                 !! Above the ellipsoid, m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(satellite_dynamics_t) :: dynamics
+
+        latitude = 0
+        longitude = 0
+        height = 0
+        call build_dynamics(case, dynamics, error)
+        if (allocated(error)) return
+        call earth_fixed_to_geodetic(matmul(rotation_z(dynamics%sidereal_angle), case%position), &
+                                     latitude, longitude, height)
+    end subroutine case_place
 
     !> The manoeuvre of the rods: amplitude along x, y, z, and frequency.
     function rods_text(rods) result(text)

@@ -3,16 +3,12 @@ module gracecg_command_errors
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
-    use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, join
-    use gracecg_csv, only: csv_writer_t
     use gracecg_estimators, only: ESTIMATOR_NAMES
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
-    use gracecg_simulation, only: simulator_t
-    use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
-        prediction_t, predict_errors
-    use gracecg_error_sources, only: new_switched_simulator, study_switches, STUDY_NAMES
+    use gracecg_error_sources, only: error_study_t, study_errors, STUDY_NAMES
+    use gracecg_study_files, only: write_error_sources
     use gracecg_file, only: check_writable
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
@@ -20,7 +16,6 @@ module gracecg_command_errors
     private
     public :: declare_errors, run_errors
 
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
@@ -54,7 +49,7 @@ contains
 
         type(calibration_case_t) :: case
         character(:), allocatable :: case_name, algorithm, path
-        real(dp) :: rms(3, size(STUDY_NAMES)), predicted(3, size(STUDY_NAMES))
+        type(error_study_t) :: studies(size(STUDY_NAMES))
         integer :: runs, seed, threads, i
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
@@ -72,46 +67,17 @@ contains
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, rms(:, i), &
-                       predicted(:, i), error)
+            call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
-        call show(trim(case%setup%name)//', '//algorithm//', '//integer_text(runs)//' runs', rms, predicted, &
-                  console)
-        if (path /= '') call write_file(path, trim(case%setup%name)//', '//algorithm//', seed '// &
-                                        integer_text(seed), runs, rms, error)
+        call show(trim(case%setup%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(case%setup%name)//', '//algorithm// &
+                                                 ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 
-    !> RMS errors of one simulation, ours and by theory, mm.
-    subroutine study(case, name, algorithm, seed, runs, threads, rms, predicted, error)
-        type(calibration_case_t), intent(in) :: case
-        character(*), intent(in) :: name            !! Of STUDY_NAMES
-        character(*), intent(in) :: algorithm
-        integer, intent(in) :: seed, runs, threads
-        real(dp), intent(out) :: rms(3), predicted(3)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(simulator_t) :: simulator
-        type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
-        type(prediction_t) :: prediction
-        integer :: i
-
-        rms = 0
-        predicted = 0
-        call new_switched_simulator(case, study_switches(name), simulator, error)
-        if (.not. allocated(error)) call predict_errors(simulator, algorithm, prediction, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
-                                                         threads, results, error)
-        if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
-        rms = statistics%rms
-        predicted = prediction%rms/MILLIMETRE
-    end subroutine study
-
-    subroutine show(title, rms, predicted, console)
+    subroutine show(title, studies, console)
         character(*), intent(in) :: title
-        real(dp), intent(in) :: rms(:, :), predicted(:, :)      !! (axis, study), mm
+        type(error_study_t), intent(in) :: studies(:)
         type(console_t), intent(inout) :: console
 
         character(100) :: row
@@ -121,29 +87,8 @@ contains
         call console%line('source           x here  x theory    y here  y theory    z here  z theory')
         do i = 1, size(STUDY_NAMES)
             write (row, '(a, t14, 6f10.5)') trim(STUDY_NAMES(i)), &
-                (rms(axis, i), predicted(axis, i), axis=1, 3)
+                (studies(i)%rms(axis)/MILLIMETRE, studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3)
             call console%line(trim(row))
         end do
     end subroutine show
-
-    subroutine write_file(path, settings, runs, rms, error)
-        character(*), intent(in) :: path
-        character(*), intent(in) :: settings
-        integer, intent(in) :: runs
-        real(dp), intent(in) :: rms(:, :)           !! (axis, study), mm
-        type(error_t), allocatable, intent(out) :: error
-
-        type(csv_writer_t) :: file
-        integer :: i, axis
-
-        call file%open(path, 'source,axis,runs,rms_mm', &
-                       [character(120) :: 'gracecg '//VERSION//' errors', settings], error)
-        if (allocated(error)) return
-        do i = 1, size(STUDY_NAMES)
-            do axis = 1, 3
-                call file%row([real(runs, dp), rms(axis, i)], [character(12) :: STUDY_NAMES(i), AXES(axis)])
-            end do
-        end do
-        call file%commit(error)
-    end subroutine write_file
 end module gracecg_command_errors

@@ -4,25 +4,20 @@ module gracecg_command_magnetometer_loss
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
     use gracecg_file, only: check_writable
-    use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, real_text
-    use gracecg_csv, only: csv_writer_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case
     use gracecg_simulation, only: simulator_t, new_simulator
-    use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
-        prediction_t, predict_errors
-    use gracecg_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
+    use gracecg_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
+    use gracecg_study_files, only: write_field_studies
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
 
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
     character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
-    character(8), parameter :: FIELDS(2) = ['measured', 'model   ']     !! Where the field comes from
     character(5), parameter :: SATELLITES(2) = ['front', 'back ']
     integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
@@ -67,29 +62,32 @@ contains
         type(plan_t) :: plan
         type(simulator_t) :: simulator
         type(calibration_case_t) :: case
-        real(dp), dimension(3, size(FIELDS), size(ALGORITHMS), size(NUMBERS)) :: rms, predicted
-        integer :: i, a, f
+        type(field_study_t) :: studies(size(FIELD_SOURCES)*size(ALGORITHMS)*size(NUMBERS))
+        integer :: i, a, f, n
 
         call read_plan(arguments, plan, misuse)
         if (allocated(misuse)) return
         call check_writable(plan%path, error)
         if (allocated(error)) return
+        n = 0
         do i = 1, size(NUMBERS)
             call report_case(plan%satellite//'-'//NUMBERS(i), case, error)
             if (.not. allocated(error)) call new_simulator(case, simulator, error)
             if (allocated(error)) return
             do a = 1, size(ALGORITHMS)
-                do f = 1, size(FIELDS)
+                do f = 1, size(FIELD_SOURCES)
                     call console%progress('magnetometer-loss: '//trim(case%setup%name)//', '// &
-                                          ALGORITHMS(a)//', '//trim(FIELDS(f))//' field')
-                    call study(simulator, ALGORITHMS(a), FIELDS(f) == 'model', plan, rms(:, f, a, i), &
-                               predicted(:, f, a, i), error)
+                                          ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
+                    n = n + 1
+                    call study_field(simulator, ALGORITHMS(a), f == 2, plan%deviation_nt*NANOTESLA, &
+                                     plan%seed, plan%runs, plan%threads, studies(n), error)
                     if (allocated(error)) return
                 end do
             end do
         end do
-        call show(plan, rms, predicted, console)
-        if (plan%path /= '') call write_file(plan, rms, error)
+        call show(plan, studies, console)
+        if (plan%path /= '') call write_field_studies(plan%path, 'magnetometer-loss', plan%seed, &
+                                                      plan%deviation_nt*NANOTESLA, studies, error)
     end subroutine run_magnetometer_loss
 
     subroutine read_plan(arguments, plan, misuse)
@@ -109,88 +107,26 @@ contains
         if (.not. allocated(misuse)) call arguments%get('--out', plan%path, misuse, default='')
     end subroutine read_plan
 
-    !> RMS errors with measured or modelled field, ours and by theory, mm.
-    subroutine study(simulator, algorithm, with_model, plan, rms, predicted, error)
-        type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
-        logical, intent(in) :: with_model
+    subroutine show(plan, studies, console)
         type(plan_t), intent(in) :: plan
-        real(dp), intent(out) :: rms(3), predicted(3)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
-        type(prediction_t) :: prediction
-        integer :: i
-
-        rms = 0
-        if (with_model) then
-            call predict_field_model(simulator, algorithm, plan%deviation_nt*NANOTESLA, predicted, error)
-            if (allocated(error)) return
-            call run_monte_carlo(simulator, algorithm, plan%seed, [(i, i=1, plan%runs)], plan%threads, &
-                                 results, error, field_model_t(plan%deviation_nt*NANOTESLA))
-        else
-            call predict_errors(simulator, algorithm, prediction, error)
-            predicted = prediction%rms
-            if (allocated(error)) return
-            call run_monte_carlo(simulator, algorithm, plan%seed, [(i, i=1, plan%runs)], plan%threads, &
-                                 results, error)
-        end if
-        if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
-        rms = statistics%rms
-        predicted = predicted/MILLIMETRE
-    end subroutine study
-
-    subroutine show(plan, rms, predicted, console)
-        type(plan_t), intent(in) :: plan
-        real(dp), intent(in) :: rms(:, :, :, :), predicted(:, :, :, :)
-        !! (axis, measured or model, algorithm, case), mm
+        type(field_study_t), intent(in) :: studies(:)
         type(console_t), intent(inout) :: console
 
         character(100) :: row
-        integer :: i, a, f, axis
+        integer :: i, axis
 
         call console%line('RMS error of the CG offset, mm: '//integer_text(plan%runs)// &
                           ' runs; error of the field model '//real_text(plan%deviation_nt)// &
                           ' nT on each axis')
         call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')
-        do i = 1, size(NUMBERS)
-            do a = 1, size(ALGORITHMS)
-                do f = 1, size(FIELDS)
-                    write (row, '(a, t10, a, t21, a, t29, 6f10.5)') plan%satellite//'-'//NUMBERS(i), &
-                        ALGORITHMS(a), FIELDS(f), (rms(axis, f, a, i), predicted(axis, f, a, i), axis=1, 3)
-                    call console%line(trim(row))
-                end do
-            end do
+        do i = 1, size(studies)
+            associate (s => studies(i))
+                write (row, '(a, t10, a, t21, a, t29, 6f10.5)') trim(s%case_name), trim(s%algorithm), &
+                    FIELD_SOURCES(merge(2, 1, s%with_model)), &
+                    (s%rms(axis)/MILLIMETRE, s%predicted(axis)/MILLIMETRE, axis=1, 3)
+            end associate
+            call console%line(trim(row))
         end do
     end subroutine show
-
-    subroutine write_file(plan, rms, error)
-        type(plan_t), intent(in) :: plan
-        real(dp), intent(in) :: rms(:, :, :, :)     !! (axis, measured or model, algorithm, case), mm
-        type(error_t), allocatable, intent(out) :: error
-
-        type(csv_writer_t) :: file
-        integer :: i, a, f, axis
-
-        call file%open(plan%path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
-                       [character(80) :: 'gracecg '//VERSION//' magnetometer-loss', 'seed '// &
-                        integer_text(plan%seed)//', error of the field model '// &
-                        real_text(plan%deviation_nt)//' nT'], error)
-        if (allocated(error)) return
-        do i = 1, size(NUMBERS)
-            do a = 1, size(ALGORITHMS)
-                do f = 1, size(FIELDS)
-                    do axis = 1, 3
-                        call file%row([real(plan%runs, dp), rms(axis, f, a, i)], &
-                                      [character(8) :: plan%satellite//'-'//NUMBERS(i), ALGORITHMS(a), &
-                                       FIELDS(f), AXES(axis)])
-                    end do
-                end do
-            end do
-        end do
-        call file%commit(error)
-    end subroutine write_file
 end module gracecg_command_magnetometer_loss

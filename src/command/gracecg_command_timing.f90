@@ -5,14 +5,13 @@ module gracecg_command_timing
     use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t
     use gracecg_file, only: check_writable
-    use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text
     use gracecg_time, only: utc_text
-    use gracecg_csv, only: csv_writer_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_orbit_scan, only: calibration_place_t, scan_orbit, x_is_weakest
+    use gracecg_study_files, only: write_places
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -74,7 +73,7 @@ contains
         call show_heading(case, orbit, step, console)
         call show_table(of_cases, places, console)
         call show_weakest_x(places, step, console)
-        if (path /= '') call write_places(path, satellite, places, error)
+        if (path /= '') call write_places(path, 'timing', satellite, places, error)
     end subroutine run_timing
 
     subroutine show_heading(case, orbit, step, console)
@@ -157,27 +156,4 @@ contains
                           integer_text(count(weakest)*step)//' s of the revolution')
         if (text /= '') call console%line('(places at'//text(2:)//' s)')
     end subroutine show_weakest_x
-
-    subroutine write_places(path, satellite, places, error)
-        character(*), intent(in) :: path, satellite
-        type(calibration_place_t), intent(in) :: places(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(csv_writer_t) :: file
-        character(100) :: comments(2)
-        integer :: i
-
-        comments(1) = 'gracecg '//VERSION//' timing'
-        comments(2) = trim(satellite)//' satellite; field in body axes; alpha in rad/s^2'
-        call file%open(path, 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,'// &
-                       'alpha_x,alpha_y,alpha_z,sigma_x_mm,sigma_y_mm,sigma_z_mm', comments, error)
-        if (allocated(error)) return
-        do i = 1, size(places)
-            associate (place => places(i))
-                call file%row([real(place%time, dp), place%latitude/DEGREE, place%longitude/DEGREE, &
-                               place%field/NANOTESLA, place%acceleration, place%sigma/MILLIMETRE])
-            end associate
-        end do
-        call file%commit(error)
-    end subroutine write_places
 end module gracecg_command_timing

@@ -2,19 +2,18 @@
 module gracecg_command_verify
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail
-    use gracecg_version, only: VERSION
     use gracecg_text, only: string_t, append, integer_text
     use gracecg_file, only: make_directory
-    use gracecg_csv, only: csv_writer_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
     use gracecg_assumption_verification, only: verification_t, verify_case, window_check_t, &
         check_windows, CURVE_NAMES, AXIS_NAMES
+    use gracecg_study_files, only: write_curves, curves_file_name
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
     private
-    public :: declare_verify, run_verify
+    public :: declare_verify, run_verify, window_verdict
 
     character(*), parameter :: DEFAULT_CASES(2) = [character(7) :: 'front-1', 'back-1']
     integer, parameter :: MOST_CASES = 100
@@ -45,7 +44,7 @@ contains
 
         type(calibration_case_t), allocatable :: cases(:)
         type(verification_t) :: verification
-        character(:), allocatable :: folder
+        character(:), allocatable :: folder, path
         integer :: i
 
         call arguments%get('--out', folder, misuse, default='')
@@ -59,9 +58,11 @@ contains
             if (allocated(error)) return
             if (i > 1) call console%line('')
             call show(cases(i), verification, console)
-            if (folder /= '') &
-                call write_curves(folder, cases(i)%setup%name, verification, console, error)
+            if (folder == '') cycle
+            path = folder//'/'//curves_file_name(cases(i)%setup%name)
+            call write_curves(path, 'verify', cases(i)%setup%name, verification, error)
             if (allocated(error)) return
+            call console%line('written: '//path)
         end do
     end subroutine run_verify
 
@@ -124,7 +125,7 @@ contains
             associate (c => checks(i))
                 write (line, '(a5, a19, a4, 5(es12.4, 1x))') c%figure, c%quantity, c%axis, &
                     c%low, c%high, c%least, c%greatest, c%mean
-                call console%line(line(:94)//verdict(c))
+                call console%line(line(:94)//window_verdict(c))
             end associate
         end do
         associate (attitude => checks%attitude_only, inside => checks%inside)
@@ -138,7 +139,8 @@ contains
         end associate
     end subroutine show_windows
 
-    function verdict(check) result(text)
+    !> A check in words.
+    function window_verdict(check) result(text)
         type(window_check_t), intent(in) :: check
         character(:), allocatable :: text
 
@@ -155,7 +157,7 @@ contains
         else
             text = text//'; mean off by '//percent(check%centre_difference)
         end if
-    end function verdict
+    end function window_verdict
 
     function percent(part) result(text)
         real(dp), intent(in) :: part
@@ -195,59 +197,4 @@ contains
             end do
         end do
     end subroutine show_ranges
-
-    !> Writes verify_CASE.csv.
-    subroutine write_curves(folder, name, verification, console, error)
-        character(*), intent(in) :: folder, name
-        type(verification_t), intent(in) :: verification
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(csv_writer_t) :: file
-        character(100) :: comments(2)
-        character(:), allocatable :: path
-        integer :: k
-
-        path = folder//'/verify_'//file_name_part(trim(name))//'.csv'
-        comments(1) = 'gracecg '//VERSION//' verify'
-        comments(2) = 'case '//trim(name)//'; m/s^2, N m, rad/s, rad/s^2, body axes'
-        call file%open(path, header(), comments, error)
-        if (allocated(error)) return
-        do k = lbound(verification%time, 1), ubound(verification%time, 1)
-            call file%row([verification%time(k), verification%curve(:, :, k)])
-        end do
-        call file%commit(error)
-        if (.not. allocated(error)) call console%line('written: '//path)
-    end subroutine write_curves
-
-    !> time_s, then NAME_x,NAME_y,NAME_z of every curve.
-    function header() result(text)
-        character(:), allocatable :: text
-
-        integer :: curve, axis
-
-        text = 'time_s'
-        do curve = 1, size(CURVE_NAMES)
-            do axis = 1, size(AXIS_NAMES)
-                text = text//','//trim(CURVE_NAMES(curve))//'_'//AXIS_NAMES(axis)
-            end do
-        end do
-    end function header
-
-    !> A case's name made fit for a file's name: an underscore for everything unusual.
-    pure function file_name_part(name) result(part)
-        character(*), intent(in) :: name
-        character(len(name)) :: part
-
-        integer :: i
-
-        part = name
-        do i = 1, len(part)
-            select case (part(i:i))
-            case ('a':'z', 'A':'Z', '0':'9', '-', '.', '_')
-            case default
-                part(i:i) = '_'
-            end select
-        end do
-    end function file_name_part
 end module gracecg_command_verify

@@ -43,7 +43,7 @@ contains
     function script_head(name, contents, width, height) result(script)
         character(*), intent(in) :: name        !! Of the figure: the name of its files
         character(*), intent(in) :: contents    !! What the figure shows, for a comment
-        integer, intent(in) :: width, height    !! Of the drawing; 17 units are a letter's height
+        integer, intent(in) :: width, height    !! Of the drawing; 16 units are a letter's height
         character(:), allocatable :: script
 
         integer :: i
@@ -52,7 +52,7 @@ contains
                  'set encoding utf8'//LF// &
                  'if (!exists("output")) output = "'//name//FIGURE_END//'"'//LF// &
                  'set terminal svg size '//integer_text(width)//','//integer_text(height)// &
-                 ' dynamic enhanced font "sans-serif,17" background "white" name "'//name//'"'//LF// &
+                 ' dynamic enhanced font "sans-serif,16" background "white" name "'//name//'"'//LF// &
                  'set output output'//LF// &
                  'set datafile separator ","'//LF// &
                  'set datafile commentschars "#"'//LF
@@ -113,6 +113,7 @@ contains
             reason = NO_GNUPLOT
         end if
         if (reason == '') then
+            svg = without_last_line_end(svg)//LF
             call write_text(path//FIGURE_END, svg, error)
         else
             call remove_file(path//FIGURE_END)

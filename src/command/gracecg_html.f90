@@ -36,6 +36,8 @@ module gracecg_html
         procedure :: bullet_list
         procedure :: verdict => verdict_note
         procedure :: preformatted
+        procedure :: details
+        procedure :: append => append_page
         procedure :: markup
         procedure :: begin_table
         procedure :: head_end
@@ -43,6 +45,7 @@ module gracecg_html
         procedure :: column_head
         procedure :: row_head
         procedure :: number_cell
+        procedure :: judged_cell
         procedure :: text_cell
         procedure :: verdict_cell
         procedure :: end_row
@@ -137,6 +140,27 @@ contains
         call self%markup('<pre tabindex="0"><code>'//html_escaped(text)//'</code></pre>')
     end subroutine preformatted
 
+    !> Lines that are shown when the reader asks for them.
+    subroutine details(self, summary, text)
+        class(html_page_t), intent(inout) :: self
+        character(*), intent(in) :: summary, text
+
+        call self%markup('<details><summary>'//html_typeset(summary)//'</summary>')
+        call self%preformatted(text)
+        call self%markup('</details>')
+    end subroutine details
+
+    !> The chapters of another page, behind those of this one. Title and lead stay.
+    subroutine append_page(self, other)
+        class(html_page_t), intent(inout) :: self
+        type(html_page_t), intent(in) :: other
+
+        if (self%chapter_open) call self%markup('</section>')
+        self%chapter_open = other%chapter_open
+        self%contents = self%contents//other%contents
+        call append_text(self, other%buffer(:other%used))
+    end subroutine append_page
+
     !> HTML as it is.
     subroutine markup(self, html)
         class(html_page_t), intent(inout) :: self
@@ -167,10 +191,20 @@ contains
         call self%markup('</thead>'//LF//'<tbody>')
     end subroutine head_end
 
-    subroutine begin_row(self)
+    !> Begins a row, perhaps the first one of a part of the table, which a line sets off.
+    subroutine begin_row(self, first_of_part)
         class(html_page_t), intent(inout) :: self
+        logical, intent(in), optional :: first_of_part
 
-        call append_text(self, '<tr>')
+        logical :: first
+
+        first = .false.
+        if (present(first_of_part)) first = first_of_part
+        if (first) then
+            call append_text(self, '<tr class="part">')
+        else
+            call append_text(self, '<tr>')
+        end if
     end subroutine begin_row
 
     !> Head of one column, or of several.
@@ -193,18 +227,21 @@ contains
     end subroutine column_head
 
     !> Head of one row, or of several.
-    subroutine row_head(self, text, rows)
+    subroutine row_head(self, text, rows, anchor)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: text
         integer, intent(in), optional :: rows
+        character(*), intent(in), optional :: anchor    !! Id on the page that the text leads to
 
-        character(:), allocatable :: attributes
+        character(:), allocatable :: attributes, content
 
         attributes = ' scope="row"'
         if (present(rows)) then
             if (rows > 1) attributes = ' scope="rowgroup" rowspan="'//integer_text(rows)//'"'
         end if
-        call append_text(self, '<th'//attributes//'>'//html_typeset(text)//'</th>')
+        content = html_typeset(text)
+        if (present(anchor)) content = '<a href="#'//anchor//'">'//content//'</a>'
+        call append_text(self, '<th'//attributes//'>'//content//'</th>')
     end subroutine row_head
 
     !> A number, as text: set to the right, its digits of equal width.
@@ -214,6 +251,17 @@ contains
 
         call append_text(self, '<td class="number">'//html_typeset(trim(adjustl(text)))//'</td>')
     end subroutine number_cell
+
+    !> A number with a verdict before it.
+    subroutine judged_cell(self, kind, word, text)
+        class(html_page_t), intent(inout) :: self
+        integer, intent(in) :: kind                     !! VERDICT_...
+        character(*), intent(in) :: word                !! The verdict in a word
+        character(*), intent(in) :: text                !! The number
+
+        call append_text(self, '<td class="number '//trim(VERDICT_CLASS(kind))//'">'//marked(kind, word)// &
+                         ' <span class="value">'//html_typeset(trim(adjustl(text)))//'</span></td>')
+    end subroutine judged_cell
 
     subroutine text_cell(self, text, wraps)
         class(html_page_t), intent(inout) :: self
@@ -447,6 +495,10 @@ contains
         html = trimmed_right(svg(body:))
         html = without_element(html, 'title')
         html = without_element(html, 'desc')
+        html = replaced(html, ' stroke-linecap="butt" stroke-linejoin="miter"', '')     ! as without them
+        html = replaced(html, ' font-family="sans-serif"', '')                          ! the page's
+        html = replaced(html, achar(9), '')
+        html = without_empty_groups(html)
         html = replaced(html, ' id="', ' id="'//id//'_')
         html = replaced(html, " id='", " id='"//id//'_')
         html = replaced(html, 'href="#', 'href="#'//id//'_')
@@ -457,6 +509,30 @@ contains
                '<title id="'//id//'_title">'//html_escaped(plain(title))//'</title>'//LF// &
                '<desc id="'//id//'_desc">'//html_escaped(plain(description))//'</desc>'//html
     end function inline_svg
+
+    !> Without the groups that hold nothing, of which gnuplot writes many.
+    pure function without_empty_groups(svg) result(smaller)
+        character(*), intent(in) :: svg
+        character(:), allocatable :: smaller
+
+        character(*), parameter :: GROUP_END = '>'//LF//'</g>'//LF
+        integer :: from, used, last, first
+
+        smaller = svg
+        from = 1
+        used = 0
+        do
+            last = from - 1 + index(svg(from:), GROUP_END)
+            if (last < from) exit
+            first = from - 1 + index(svg(from:last), '<', back=.true.)
+            if (index(svg(first:last), '<g ') /= 1) first = last + len(GROUP_END)      ! not an empty one: kept
+            smaller(used + 1:used + first - from) = svg(from:first - 1)
+            used = used + first - from
+            from = last + len(GROUP_END)
+        end do
+        smaller(used + 1:used + len(svg) - from + 1) = svg(from:)
+        smaller = smaller(:used + len(svg) - from + 1)
+    end function without_empty_groups
 
     !> The attributes of an svg element, but for a fixed size: the page decides on it.
     pure function kept_attributes(attributes) result(kept)
@@ -475,17 +551,21 @@ contains
         end do
     end function kept_attributes
 
-    !> Without the first element of that name.
+    !> Without the elements of that name.
     pure function without_element(xml, name) result(rest)
         character(*), intent(in) :: xml, name
         character(:), allocatable :: rest
 
-        integer :: first, last
+        integer :: first, length
 
-        first = index(xml, '<'//name//'>')
-        last = index(xml, '</'//name//'>')
         rest = xml
-        if (first > 0 .and. last > first) rest = xml(:first - 1)//xml(last + len(name) + 3:)
+        do
+            first = index(rest, '<'//name//'>')
+            if (first == 0) exit
+            length = index(rest(first:), '</'//name//'>')
+            if (length == 0) exit
+            rest = rest(:first - 1)//rest(first + length + len(name) + 2:)
+        end do
     end function without_element
 
     !> Every `old` replaced by `new`.

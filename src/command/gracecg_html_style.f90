@@ -13,11 +13,11 @@ module gracecg_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(47) = [character(118) :: &
+    character(*), parameter :: RULES(54) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
-        'html{-webkit-text-size-adjust:100%;text-size-adjust:100%;scroll-behavior:smooth}', &
+        'html{-webkit-text-size-adjust:100%;text-size-adjust:100%}', &
         'body{margin:0;background:var(--paper);color:var(--ink);', &
         'font:1rem/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"Liberation Sans",Arial,sans-serif;', &
         'overflow-wrap:break-word}', &
@@ -32,6 +32,10 @@ module gracecg_html_style
         'border-radius:.2em}', &
         'pre{font:.85rem/1.5 ui-monospace,"Liberation Mono",Menlo,Consolas,monospace;background:var(--box);padding:.75rem;', &
         'overflow-x:auto;border-radius:.3rem}', &
+        'ul.files{columns:3 14rem;padding-left:1.2rem}', &
+        'details{margin:.5rem 0}summary{cursor:pointer}', &
+        'td .value{color:var(--ink);display:inline-block;min-width:4.3em}', &
+        'tbody tr.part{border-top:2px solid var(--soft)}', &
         'pre code{background:none;padding:0;font-size:1em}', &
         'nav ol{columns:2 18rem;margin:1rem 0;padding:.75rem 1rem .75rem 2.4rem;background:var(--box);border-radius:.3rem}', &
         'nav li{margin:.15rem 0;break-inside:avoid}', &
@@ -43,6 +47,7 @@ module gracecg_html_style
         'th,td{padding:.28rem .7rem;text-align:left;vertical-align:baseline;white-space:nowrap}', &
         'th:first-child,td:first-child{padding-left:.2rem}', &
         'thead th{border-bottom:2px solid var(--rule);vertical-align:bottom;font-weight:600}', &
+        'thead th[colspan]{white-space:normal}', &
         'tbody th{font-weight:500}', &
         'tbody tr{border-bottom:1px solid var(--rule)}', &
         'td.number,th.number{text-align:right}', &
@@ -52,13 +57,15 @@ module gracecg_html_style
         'p.note.met{border-color:var(--good)}p.note.partly{border-color:var(--warn)}p.note.missed{border-color:var(--bad)}', &
         'p.note .rest{color:var(--ink);font-weight:400}', &
         'figure{margin:1.25rem 0;max-width:46rem}', &
-        'figure svg{display:block;width:100%;height:auto}', &
+        'figure svg{display:block;width:100%;height:auto;font-family:"Liberation Sans",Arial,Helvetica,sans-serif}', &
         'figcaption{color:var(--soft);font-size:.92rem;margin-top:.4rem}', &
         'figure .absent{border:1px dashed var(--soft);padding:1.5rem 1rem;margin:0;color:var(--soft)}', &
         'footer{margin-top:3rem;padding-bottom:3rem;color:var(--soft);font-size:.9rem}', &
-        '@media (max-width:30rem){header{padding-top:1.25rem}h1{font-size:1.45rem}h2{font-size:1.2rem}}', &
-        '@media print{@page{margin:16mm}body{font-size:10pt}nav ol{columns:2}h2{break-before:page;border:0}', &
-        'h2,h3{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
+        '@media (max-width:30rem){header{padding-top:1.25rem}h1{font-size:1.45rem}h2{font-size:1.2rem}', &
+        'td.wide{min-width:11rem}th,td{padding:.28rem .45rem}}', &
+        '@media print{@page{margin:16mm}body{font-size:10pt}nav ol{columns:2}', &
+        'h2{break-before:page;border:0}section:first-of-type h2{break-before:auto}', &
+        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
         'figure svg{max-height:210mm}.scroll{overflow:visible}table{font-size:8.5pt}a{color:inherit}', &
         'th,td{padding:.15rem .4rem}thead{display:table-header-group}}']
 
@@ -76,9 +83,10 @@ contains
 
         css = join(RULES, LF)//LF//'@media screen and (prefers-color-scheme:dark){'//LF//DARK
         do i = 1, size(PALETTE)
-            css = css//recoloured(gnuplot_rgb(PALETTE(i)%light), PALETTE(i)%dark)
+            css = css//recoloured(gnuplot_rgb(PALETTE(i)%light, of_text=.false.), PALETTE(i)%dark)// &
+                  recoloured(gnuplot_rgb(PALETTE(i)%light, of_text=.true.), PALETTE(i)%dark)
         end do
-        css = css//recoloured('black', '#c9cfd6')//recoloured('gray', '#59626d')// &
+        css = css//recoloured('black', '#c9cfd6')//recoloured('rgb(190, 190, 190)', '#4a525c')// &
               recoloured('#ffffff', '#14181d')//recoloured('#FFFFFF', '#14181d')//'}'
     end function style_sheet
 

@@ -26,14 +26,23 @@ module gracecg_palette
 
 contains
 
-    !> A colour #rrggbb as gnuplot writes it into SVG: 'rgb(  0, 114, 178)'.
-    pure function gnuplot_rgb(colour) result(text)
+    !> A colour #rrggbb as gnuplot writes it into SVG: rgb(  0, 114, 178) for lines and areas, rgb(0,114,178)
+    !> for texts.
+    pure function gnuplot_rgb(colour, of_text) result(text)
         character(7), intent(in) :: colour
-        character(18) :: text
+        logical, intent(in) :: of_text
+        character(:), allocatable :: text
 
-        integer :: part(3)
+        character(18) :: padded
+        integer :: part(3), i
 
         read (colour, '(1x, 3z2)') part
-        write (text, '(a, i3, a, i3, a, i3, a)') 'rgb(', part(1), ', ', part(2), ', ', part(3), ')'
+        write (padded, '(a, i3, a, i3, a, i3, a)') 'rgb(', part(1), ', ', part(2), ', ', part(3), ')'
+        text = padded
+        if (.not. of_text) return
+        text = ''
+        do i = 1, len(padded)
+            if (padded(i:i) /= ' ') text = text//padded(i:i)
+        end do
     end function gnuplot_rgb
 end module gracecg_palette

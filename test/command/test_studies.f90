@@ -36,6 +36,7 @@ contains
                     new_unittest('figure-6.5', test_error_sources), &
                     new_unittest('field-model', test_field_model), &
                     new_unittest('figure-6.6', test_magnetometer_loss), &
+                    new_unittest('labels-of-the-back-satellite', test_back_labels), &
                     new_unittest('trim-within-sigma', test_trim), &
                     new_unittest('trim-without-noise', test_exact_trim), &
                     new_unittest('examples', test_examples), &
@@ -317,6 +318,25 @@ contains
         call check(error, status, STATUS_DONE, line//': '//messages)
         if (.not. allocated(error)) call check(error, messages, '', line)
     end subroutine succeeds
+
+    !> Names of different length keep all their letters in the file.
+    subroutine test_back_labels(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+
+        call make_folder(error)
+        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss --satellite back --runs 1 --out '// &
+                                                  FOLDER//'loss.csv', output)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'loss.csv', file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, index(file%line(4), 'back-2,ascfest,measured,x,1,'), 1, file%line(4))
+        if (allocated(error)) return
+        call check(error, index(file%line(27), 'back-3,ascrest,model,z,1,'), 1, file%line(27))
+    end subroutine test_back_labels
 
     !> The example of every help works as printed.
     subroutine test_examples(error)

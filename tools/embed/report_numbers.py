@@ -1,4 +1,4 @@
-"""The numbers that CSR-TM-00-01 prints: axis windows of its figures, RMS of its tables."""
+"""The numbers that CSR-TM-00-01 prints: axis windows of its figures, its tables."""
 import fortran_table as table
 
 
@@ -44,4 +44,27 @@ def generate(data):
     name = "gracecg_table_report_rms"
     title = "Tables 6.1 and 6.2 of CSR-TM-00-01: RMS of the CG offset over 15 runs."
     files[f"campaign/{name}.f90"] = table.module(name, title, "report_rms_tables.csv", body)
+
+    limits = rows_of(data / "report_axis_limits.csv")
+    body = (
+        text_array("LIMIT_FIGURE", [r["figure"] for r in limits], "Number of the figure")
+        + text_array("LIMIT_SATELLITE", [r["satellite"] for r in limits], "front or back")
+        + text_array("LIMIT_PANEL", [r["panel"] for r in limits], "Algorithm, or what the panel shows")
+        + text_array("LIMIT_AXIS", [r["axis"] for r in limits], "Body axis, or all")
+        + table.parameter_array("LIMIT_LOW", [table.real(r["low"]) for r in limits], comment="Lower limit")
+        + table.parameter_array("LIMIT_HIGH", [table.real(r["high"]) for r in limits], comment="Upper limit")
+    )
+    name = "gracecg_table_axis_limits"
+    title = "Limits of the axes of CSR-TM-00-01 Figures 6.1-6.6: nT, rad/s^2, m."
+    files[f"campaign/{name}.f90"] = table.module(name, title, "report_axis_limits.csv", body)
+
+    rows = rows_of(data / "report_com_budget.csv")
+    body = text_array("BUDGET_TABLE", [r["table"] for r in rows], "Number of the table")
+    body += text_array("BUDGET_EFFECT", [r["effect"] for r in rows], "Cause of the error, rss or requirement")
+    for axis in "xyz":
+        body += table.parameter_array(f"BUDGET_{axis.upper()}", [table.real(r[axis]) for r in rows],
+                                      comment=f"Error along body {axis}, mm; -1: none is stated")
+    name = "gracecg_table_com_budget"
+    title = "Tables 1.1 and 1.2 of CSR-TM-00-01: errors of the centre of mass."
+    files[f"campaign/{name}.f90"] = table.module(name, title, "report_com_budget.csv", body)
     return files

@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+"""Makes the report page with few runs and checks it.
+
+    tools/check_report.py PROGRAM    prints what is wrong; status 1 if anything is
+
+The page: well-formed, self-contained, every table, figure and published value in it, figures with
+title and description, headings in order, links that lead somewhere, the same whatever the number of threads. The files
+beside it: columns, and each gnuplot script draws its figure again. And what happens when gnuplot is missing or
+fails. Python's standard library only.
+"""
+import csv
+import html.parser
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+RUNS = "15"
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+FIGURES = ["3_1", "5_2", "5_3", "5_4", "5_5", "5_6", "5_7", "5_8", "6_1", "6_2", "6_3", "6_4", "6_5", "6_6"]
+TABLES = ["1_1", "1_2", "6_1", "6_2"]
+COLUMNS = {
+    "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
+    "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
+    "errors.csv": "source,axis,runs,rms_mm",
+    "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm",
+    "magnetometer_loss_runs.csv": "case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm",
+    "gravity_gradient.csv": "time_s,central_r,central_t,central_n,others_r,others_t,others_n",
+    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,"
+                        "sigma_x_mm,sigma_y_mm,sigma_z_mm",
+}
+COLUMNS["timing_back.csv"] = COLUMNS["timing_front.csv"]
+CURVES = ["drag", "srp", "erp", "non_gravitational", "a_vel", "a_gg", "a_acc", "a_total", "torque_aero",
+          "torque_solar", "torque_gravity", "torque_magnetic", "torque_total", "omega", "omega_dot"]
+for case in ("front-1", "back-1"):
+    COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}" for c in CURVES for a in "xyz"])
+ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
+        "errors.csv": 15, "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
+
+problems = []
+
+
+def wrong(message):
+    problems.append(message)
+
+
+class Page(html.parser.HTMLParser):
+    """Tags in balance, ids, links, headings, and what each table and svg has."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.links, self.headings, self.outside = [], [], [], [], []
+        self.svgs, self.language, self.values = [], None, []
+        self.in_value = False
+        self.feed(text)
+        self.close()
+        if self.open:
+            wrong(f"not closed: {self.open}")
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if tag not in VOID:
+            self.open.append(tag)
+        if "id" in attributes:
+            self.ids.append(attributes["id"])
+        for name in ("href", "src", "xlink:href", "srcset", "action"):
+            if name in attributes:
+                self.links.append(attributes[name])
+        if tag in ("script", "iframe", "object", "embed", "img") or (tag == "link" and attributes.get("href") != "data:,"):
+            self.outside.append(tag)
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+        if tag == "html":
+            self.language = attributes.get("lang")
+        if tag == "th" and "scope" not in attributes:
+            wrong("a th without scope")
+        if tag == "svg":
+            self.svgs.append(attributes)
+        self.in_value = tag == "span" and attributes.get("class") == "value"
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open[-1] != tag:
+            wrong(f"</{tag}> closes {self.open[-1:]} at line {self.getpos()[0]}")
+        else:
+            self.open.pop()
+
+    def handle_data(self, data):
+        if self.in_value:
+            self.values.append(data)
+        self.in_value = False
+
+
+def run(program, folder, *options, path=None):
+    environment = dict(os.environ)
+    if path is not None:
+        environment["PATH"] = path
+    return subprocess.run([program, "report", "--out", str(folder), "--runs", RUNS, *options], env=environment,
+                          capture_output=True, text=True, check=False)
+
+
+def published_values():
+    """As the page shows them: five decimals, the misprint mended."""
+    lines = [l for l in (ROOT / "data/report_rms_tables.csv").read_text().splitlines() if not l.startswith("#")]
+    values = []
+    for row in csv.DictReader(lines):
+        for algorithm in ("assest_fde", "assest_rde", "ascfest", "ascrest"):
+            value = "0.1112" if row[algorithm] == "0.01112" else row[algorithm]
+            values.append(f"{float(value):.5f}")
+    return values
+
+
+def check_page(folder):
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    page = Page(text)
+    if page.language != "en":
+        wrong("no language")
+    if len(page.ids) != len(set(page.ids)):
+        wrong(f"ids twice: {sorted({i for i in page.ids if page.ids.count(i) > 1})[:5]}")
+    for name in [f"figure_{f}" for f in FIGURES] + [f"table_{t}" for t in TABLES]:
+        if name not in page.ids:
+            wrong(f"{name} is not on the page")
+    for link in page.links:
+        if link == "data:,":
+            continue
+        if link.startswith("#"):
+            if link[1:] not in page.ids:
+                wrong(f"{link} leads nowhere")
+        elif "/" in link or ":" in link or not (folder / link).is_file():
+            wrong(f"the link {link} leads out of the folder or nowhere")
+    if page.outside:
+        wrong(f"not self-contained: {page.outside}")
+    if re.search(r"https?://(?!www\.w3\.org/)|@import|url\((?!#)", text):
+        wrong("an address outside of the page")
+    if page.headings[0] != 1 or page.headings.count(1) != 1:
+        wrong("not one h1 at the beginning")
+    if any(after > before + 1 for before, after in zip(page.headings, page.headings[1:])):
+        wrong("headings leave a level out")
+    if len(page.svgs) < len(FIGURES):
+        wrong(f"{len(page.svgs)} figures drawn")
+    for svg in page.svgs:
+        names = svg.get("aria-labelledby", "").split()
+        if svg.get("role") != "img" or len(names) != 2 or not set(names) <= set(page.ids) or "viewbox" not in svg:
+            wrong(f"a figure without role, title, description or viewBox: {svg}")
+        if "width" in svg or "height" in svg:
+            wrong("a figure with a fixed size")
+    values = list(page.values)
+    for value in published_values():
+        if value in values:
+            values.remove(value)
+        else:
+            wrong(f"the published value {value} is not on the page")
+    if re.search(r"NaN|Infinity|\*\*\*", re.sub(r"<svg.*?</svg>", "", text, flags=re.S)):
+        wrong("a number that is none")
+    if "69 of 72" not in text or "48 of 48" not in text:
+        wrong("the verdicts are others")
+    return text
+
+
+def check_files(folder):
+    for name, header in COLUMNS.items():
+        lines = [l for l in (folder / name).read_text().splitlines() if not l.startswith("#")]
+        if lines[0] != header:
+            wrong(f"{name}: the columns are {lines[0]}")
+        if name in ROWS and len(lines) - 1 != ROWS[name]:
+            wrong(f"{name}: {len(lines) - 1} rows")
+        if any(line.count(",") != header.count(",") for line in lines):
+            wrong(f"{name}: rows of different length")
+    left = [p.name for p in folder.iterdir() if ".part" in p.name or p.suffix == ".log"]
+    if left:
+        wrong(f"left behind: {left}")
+
+
+def check_scripts(folder):
+    """Each script draws its figure again, says nothing, and the figure is the same."""
+    scripts = sorted(folder.glob("*.gp"))
+    if len(scripts) < len(FIGURES):
+        wrong(f"{len(scripts)} scripts")
+    for script in scripts:
+        figure = script.with_suffix(".svg")
+        before = figure.read_text().strip()
+        figure.unlink()
+        done = subprocess.run(["gnuplot", script.name], cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0 or done.stderr or done.stdout:
+            wrong(f"gnuplot {script.name}: status {done.returncode}, {done.stderr}{done.stdout}")
+        elif figure.read_text().strip() != before:
+            wrong(f"gnuplot {script.name} draws another figure")
+        if "NaN" in before or "nan" in before:
+            wrong(f"{figure.name}: not a number")
+
+
+def check_without_gnuplot(program, folder):
+    done = run(program, folder, path="/nonexistent")
+    text = (folder / "index.html").read_text(encoding="utf-8")
+    Page(text)
+    if done.returncode != 0 or "gnuplot was not found" not in done.stderr:
+        wrong(f"without gnuplot: status {done.returncode}, {done.stderr}")
+    if text.count("Not drawn: gnuplot was not found") < len(FIGURES) or "<svg" in text:
+        wrong("without gnuplot: the page does not say so")
+    if list(folder.glob("*.svg")) or len(list(folder.glob("*.gp"))) < len(FIGURES):
+        wrong("without gnuplot: scripts, and no figures, are expected")
+
+
+def check_failing_gnuplot(program, folder, commands):
+    commands.mkdir()
+    fake = commands / "gnuplot"
+    fake.write_text("#!/bin/sh\necho 'out of <paper>' >&2\nexit 7\n")
+    fake.chmod(0o755)
+    done = run(program, folder, path=f"{commands}:/usr/bin:/bin")
+    if done.returncode != 1 or "status 7" not in done.stderr or "out of <paper>" not in done.stderr:
+        wrong(f"gnuplot that fails: status {done.returncode}, {done.stderr}")
+    if "out of &lt;paper&gt;" not in (folder / "index.html").read_text(encoding="utf-8"):
+        wrong("gnuplot that fails: the page does not say so")
+
+
+def main():
+    program = os.path.abspath(sys.argv[1])
+    if not shutil.which("gnuplot"):
+        print("gnuplot is missing: the figures cannot be checked (Debian: apt-get install gnuplot-nox)")
+        return 1
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        done = run(program, folder / "report")
+        if done.returncode != 0 or done.stderr:
+            print(f"status {done.returncode}: {done.stderr}")
+            return 1
+        text = check_page(folder / "report")
+        check_files(folder / "report")
+        check_scripts(folder / "report")
+        strange = folder / "it's \"another\" $folder"
+        run(program, strange, "--threads", "1")
+        if (strange / "index.html").read_text(encoding="utf-8") != text:
+            wrong("another number of threads or another folder gives another page")
+        check_without_gnuplot(program, strange)
+        check_failing_gnuplot(program, strange, folder / "bin")
+    for problem in problems:
+        print(problem)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
