@@ -6,7 +6,7 @@
 MAIN_JOB = montecarlo
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build clean
+.PHONY: help run test build docs install uninstall clean
 # All targets share fpm's build tree.
 .NOTPARALLEL:
 
@@ -15,9 +15,13 @@ help:
 	@echo '             another: make run MAIN_JOB="--help"'
 	@echo 'make test    all tests'
 	@echo 'make build   the release program, at build/bin/gracecg'
-	@echo 'make clean   removes what was built (an fpm that was installed stays in .venv)'
+	@echo 'make install PREFIX=/usr/local'
+	@echo '             program, manual page, static and shared library, modules, C header, pkg-config file'
+	@echo '             (also DESTDIR, BINDIR, LIBDIR, INCLUDEDIR, MANDIR; make uninstall removes them)'
+	@echo 'make docs    the documentation of all modules, at build/api/index.html'
+	@echo 'make clean   removes what was built (what was installed from PyPI stays in .venv)'
 	@echo
-	@echo 'run, test and build first install what this machine lacks (tools/setup.sh).'
+	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
 
 # fpm does not link a program anew when another of its commands has rebuilt the library since: the
 # programs are removed first.
@@ -31,7 +35,20 @@ test:
 
 build:
 	@rm -f build/gfortran_*/app/gracecg
-	@fpm="$$(tools/setup.sh)" && "$$fpm" install --profile release --prefix build --bindir bin
+	@fpm="$$(tools/setup.sh)" && "$$fpm" build --profile release && \
+		"$$fpm" install --profile release --prefix build/stage >/dev/null && \
+		install -D build/stage/bin/gracecg build/bin/gracecg
+
+docs:
+	@python="$$(tools/setup.sh ford)" && "$$python" tools/api_docs.py
+
+export PREFIX BINDIR LIBDIR INCLUDEDIR MANDIR DESTDIR
+
+install:
+	@tools/install.sh
+
+uninstall:
+	@tools/install.sh --remove
 
 clean:
 	rm -rf build

@@ -2,7 +2,7 @@
 !>
 !> Each line is the best of several repeats on one core; varying arguments keep the compiler from
 !> hoisting the work out of the loop.
-module benchmark_work
+program benchmark
     use, intrinsic :: iso_fortran_env, only: int64, output_unit, error_unit
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
@@ -22,10 +22,6 @@ module benchmark_work
     use gracecg_simulation, only: simulator_t, new_simulator, propagate_case, observe
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo
     implicit none
-    private
-    public :: prepare, report_time, sink, time_gravity, time_field, time_density, time_sun
-    public :: time_earth_radiation, time_derivative, time_step, time_arc, time_observations
-    public :: time_assest, time_assest_covariance, report_runs_per_second
 
     integer, parameter :: REPEATS = 7, PLACES = 1000
     real(dp) :: place(3, PLACES)        ! on the orbit, m
@@ -35,6 +31,22 @@ module benchmark_work
     type(observation_set_t) :: observations
     type(error_t), allocatable :: error
     real(dp) :: state(STATE_SIZE), sink
+
+    call prepare()
+    write (output_unit, '(a)') 'best of 7 repeats, one thread'
+    call report_time('gravity, EGM96 20x20, acceleration', 200000, time_gravity)
+    call report_time('geomagnetic field, IGRF-95, degree 10', 200000, time_field)
+    call report_time('thermosphere, DTM-77', 200000, time_density)
+    call report_time('Sun, position', 200000, time_sun)
+    call report_time('Earth radiation, 19 segments', 100000, time_earth_radiation)
+    call report_time('whole derivative (2-31)', 100000, time_derivative)
+    call report_time('one step of Runge-Kutta-Fehlberg 7(8)', 10000, time_step)
+    call report_time('truth arc, 60 s in steps of 0.1 s', 1, time_arc)
+    call report_time('simulated observation set', 10, time_observations)
+    call report_time('ASSEST (FDE), offset alone', 10, time_assest)
+    call report_time('ASSEST (FDE), with covariance', 3, time_assest_covariance)
+    call report_runs_per_second()
+    if (sink == huge(sink)) write (output_unit, '(es12.4)') sink    ! keeps the results alive
 
 contains
 
@@ -237,26 +249,4 @@ contains
             sink = sink + results%offset(1, 1)
         end do
     end subroutine report_runs_per_second
-end module benchmark_work
-
-program benchmark
-    use, intrinsic :: iso_fortran_env, only: output_unit
-    use benchmark_work
-    implicit none
-
-    call prepare()
-    write (output_unit, '(a)') 'best of 7 repeats, one thread'
-    call report_time('gravity, EGM96 20x20, acceleration', 200000, time_gravity)
-    call report_time('geomagnetic field, IGRF-95, degree 10', 200000, time_field)
-    call report_time('thermosphere, DTM-77', 200000, time_density)
-    call report_time('Sun, position', 200000, time_sun)
-    call report_time('Earth radiation, 19 segments', 100000, time_earth_radiation)
-    call report_time('whole derivative (2-31)', 100000, time_derivative)
-    call report_time('one step of Runge-Kutta-Fehlberg 7(8)', 10000, time_step)
-    call report_time('truth arc, 60 s in steps of 0.1 s', 1, time_arc)
-    call report_time('simulated observation set', 10, time_observations)
-    call report_time('ASSEST (FDE), offset alone', 10, time_assest)
-    call report_time('ASSEST (FDE), with covariance', 3, time_assest_covariance)
-    call report_runs_per_second()
-    if (sink == huge(sink)) write (output_unit, '(es12.4)') sink    ! keeps the results alive
 end program benchmark

@@ -1,15 +1,20 @@
 #!/usr/bin/env bash
 # Installs what gracecg is built with, where it is missing, and prints the path of the fpm to use.
 #
-# Needed: gfortran, OpenBLAS (found through pkg-config, as fpm does) and fpm 0.12 or later.
-# On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm
-# comes from PyPI into .venv. Whatever it does it says on standard error; with everything in place
+#   tools/setup.sh           what builds: gfortran, OpenBLAS (found through pkg-config, as fpm does), and
+#                            fpm 0.12 or later; prints the path of fpm
+#   tools/setup.sh ford      what makes the documentation: FORD; prints the path of a Python that has it
+#   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff
+#
+# On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm and
+# FORD come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
 # it says nothing. Status 1, with what to do, when it cannot help.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 
 readonly FPM_OLDEST=0.12.0
 readonly FPM_INSTALLED=0.12.0
+readonly FORD=7.0.13    # exactly this one: tools/api_docs.py looks into it
 
 say() {
     printf 'setup: %s\n' "$@" >&2
@@ -30,15 +35,44 @@ find_fpm() {
     return 1
 }
 
-# The Debian packages of what is missing, on one line; python3-venv is needed to install fpm.
+# The first Python that has the FORD wanted.
+find_ford() {
+    local candidate version
+    for candidate in "$PWD/.venv/bin/python" "$(command -v python3)"; do
+        [ -x "$candidate" ] || continue
+        version=$("$candidate" -c 'import ford; print(ford.__version__)' 2>/dev/null) || continue
+        if [ "$version" = "$FORD" ]; then
+            printf '%s\n' "$candidate"
+            return 0
+        fi
+    done
+    return 1
+}
+
+can_make_venv() {
+    python3 -c 'import ensurepip, venv' 2>/dev/null
+}
+
+# The Debian packages of what is missing for a purpose, on one line; python3-venv is needed to install
+# from PyPI.
 missing_packages() {
     local packages=''
-    command -v "${FPM_FC:-gfortran}" >/dev/null || packages+=' gfortran'
-    command -v pkg-config >/dev/null || packages+=' pkg-config'
-    pkg-config --exists openblas 2>/dev/null || packages+=' libopenblas-dev'
-    if ! find_fpm >/dev/null && ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
-        packages+=' python3-venv'
-    fi
+    case $1 in
+        build)
+            command -v "${FPM_FC:-gfortran}" >/dev/null || packages+=' gfortran'
+            command -v pkg-config >/dev/null || packages+=' pkg-config'
+            pkg-config --exists openblas 2>/dev/null || packages+=' libopenblas-dev'
+            find_fpm >/dev/null || can_make_venv || packages+=' python3-venv'
+            ;;
+        ford)
+            find_ford >/dev/null || can_make_venv || packages+=' python3-venv'
+            ;;
+        checks)
+            command -v valgrind >/dev/null || packages+=' valgrind'
+            command -v c++ >/dev/null || packages+=' g++'
+            command -v groff >/dev/null || packages+=' groff-base'
+            ;;
+    esac
     printf '%s\n' "${packages# }"
 }
 
@@ -98,18 +132,50 @@ install_fpm() {
     return 1
 }
 
-if [ -n "${FPM_FC:-}" ] && ! command -v "$FPM_FC" >/dev/null; then
-    say "the compiler $FPM_FC, named by the environment variable FPM_FC, is not found; unset FPM_FC to use gfortran"
-    exit 1
-fi
-packages=$(missing_packages)
-if [ -n "$packages" ]; then
+install_ford() {
+    say "no FORD $FORD here: installing it from PyPI into .venv"
+    if { [ -x .venv/bin/python ] || python3 -m venv .venv >&2; } &&
+        .venv/bin/python -m pip install -qq --disable-pip-version-check "ford==$FORD" >&2 &&
+        find_ford >/dev/null; then
+        return 0
+    fi
+    say "FORD $FORD could not be installed from PyPI (the reason stands above). Is there a network?"
+    return 1
+}
+
+# Installs the missing Debian packages for a purpose, if there are any.
+need_packages() {
+    local packages
+    packages=$(missing_packages "$1")
+    [ -n "$packages" ] || return 0
     install_packages "$packages"
-    packages=$(missing_packages)
+    packages=$(missing_packages "$1")
     if [ -n "$packages" ]; then
         explain_packages "$packages" 'Not found although apt-get installed it: see PATH and PKG_CONFIG_PATH. By hand:'
         exit 1
     fi
-fi
-find_fpm >/dev/null || install_fpm
-find_fpm
+}
+
+case ${1:-} in
+    '')
+        if [ -n "${FPM_FC:-}" ] && ! command -v "$FPM_FC" >/dev/null; then
+            say "the compiler $FPM_FC, named by the environment variable FPM_FC, is not found; unset FPM_FC to use gfortran"
+            exit 1
+        fi
+        need_packages build
+        find_fpm >/dev/null || install_fpm
+        find_fpm
+        ;;
+    ford)
+        need_packages ford
+        find_ford >/dev/null || install_ford
+        find_ford
+        ;;
+    checks)
+        need_packages checks
+        ;;
+    *)
+        say "usage: tools/setup.sh [ford|checks]"
+        exit 2
+        ;;
+esac

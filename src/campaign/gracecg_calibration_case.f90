@@ -101,7 +101,7 @@ contains
 
     !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
     subroutine case_from_text(text, name, case, error)
-        character(*), intent(in) :: text, name
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(calibration_case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 

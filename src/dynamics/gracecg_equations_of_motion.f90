@@ -81,10 +81,10 @@ module gracecg_equations_of_motion
 
     !> Accelerations of the centre of mass at one instant, inertial axes, m/s^2.
     type :: accelerations_t
-        real(dp) :: gravity(3) = 0
-        real(dp) :: drag(3) = 0
-        real(dp) :: solar_radiation(3) = 0
-        real(dp) :: earth_radiation(3) = 0
+        real(dp) :: gravity(3) = 0          !! Of the Earth
+        real(dp) :: drag(3) = 0             !! Of the air
+        real(dp) :: solar_radiation(3) = 0  !! By the pressure of sunlight
+        real(dp) :: earth_radiation(3) = 0  !! By the pressure of the Earth's light
         real(dp) :: total(3) = 0            !! The sum of the four
     end type accelerations_t
 

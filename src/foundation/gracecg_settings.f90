@@ -156,7 +156,7 @@ contains
     !> Takes the settings from a text in memory; `name` stands for the file in messages.
     subroutine open_text(self, text, name, error)
         class(settings_reader_t), intent(inout) :: self
-        character(*), intent(in) :: text, name
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(error_t), allocatable, intent(out) :: error
 
         call self%file%parse(text, name, error)

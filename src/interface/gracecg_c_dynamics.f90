@@ -20,7 +20,7 @@ module gracecg_c_dynamics
 
     !> A calibration case behind a handle.
     type, extends(object_t) :: case_object_t
-        type(calibration_case_t) :: case
+        type(calibration_case_t) :: case    !! As it was read
     end type case_object_t
 
     type, extends(object_t) :: force_object_t

@@ -25,17 +25,17 @@ module gracecg_c_estimation
 
     !> gracecg_samples
     type, bind(c) :: c_samples_t
-        integer(c_size_t) :: accelerometer_count
+        integer(c_size_t) :: accelerometer_count    !! Number of samples
         type(c_ptr) :: accelerometer_time       !! s
         type(c_ptr) :: acceleration             !! [count][3], m/s^2
-        integer(c_size_t) :: star_camera_count
+        integer(c_size_t) :: star_camera_count  !! Number of samples
         type(c_ptr) :: star_camera_time         !! s
         type(c_ptr) :: star_camera_head         !! int32_t, 1 or 2
         type(c_ptr) :: quaternion               !! [count][4]
-        integer(c_size_t) :: magnetometer_count
+        integer(c_size_t) :: magnetometer_count !! Number of samples
         type(c_ptr) :: magnetometer_time        !! s
         type(c_ptr) :: flux_density             !! [count][3], T
-        integer(c_size_t) :: orbit_count
+        integer(c_size_t) :: orbit_count        !! Number of samples
         type(c_ptr) :: orbit_time               !! s
         type(c_ptr) :: orbit_position           !! [count][3], m
     end type c_samples_t
@@ -47,13 +47,13 @@ module gracecg_c_estimation
         real(c_double) :: covariance(3, 3)      !! m^2
         real(c_double) :: drift(3)              !! m/s^3
         real(c_double) :: bias(3)               !! m/s^2
-        real(c_double) :: quaternion(4)
+        real(c_double) :: quaternion(4)         !! At the epoch, inertial to body, scalar last
         real(c_double) :: angular_velocity(3)   !! rad/s
         real(c_double) :: residual_rms(3)       !! m/s^2
-        real(c_double) :: condition
-        integer(c_int32_t) :: iterations
+        real(c_double) :: condition             !! Of the scaled normal matrix
+        integer(c_int32_t) :: iterations        !! Of the batch processor
         integer(c_int32_t) :: converged         !! 1 or 0
-        integer(c_int32_t) :: warning_count
+        integer(c_int32_t) :: warning_count     !! How many there are
         integer(c_int32_t) :: reserved          !! 0
     end type c_solution_t
 
@@ -343,14 +343,17 @@ contains
     subroutine create_observations(setup_handle, accelerometer_time, acceleration, star_camera_time, head, &
                                    quaternion, magnetometer_time, field, orbit_time, position, handle, &
                                    status, error)
-        integer(c_intptr_t), intent(in) :: setup_handle
+        integer(c_intptr_t), intent(in) :: setup_handle                     !! Of the setup
         real(dp), intent(in) :: accelerometer_time(:), acceleration(:, :)   !! s; (3, n), m/s^2
         real(dp), intent(in) :: star_camera_time(:), quaternion(:, :)       !! s; (4, n)
         integer(c_int32_t), intent(in) :: head(:)
+        !! Star-camera head of each quaternion, 1 or 2
         real(dp), intent(in) :: magnetometer_time(:), field(:, :)           !! s; (3, n), T
         real(dp), intent(in) :: orbit_time(:), position(:, :)               !! s; (3, n), m
         integer(c_intptr_t), intent(out) :: handle
+        !! Of the observation set; 0 after a failure
         integer(c_int), intent(inout) :: status
+        !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         class(object_t), pointer :: object, new_object

@@ -19,14 +19,14 @@ module gracecg_c_support
     public :: fortran_text, give_text, time_of, later_time
     public :: keep, refuse_handle, free_object
 
-    integer(c_int), parameter :: STATUS_OK = 0
-    integer(c_int), parameter :: STATUS_NULL_POINTER = 1
-    integer(c_int), parameter :: STATUS_BAD_HANDLE = 2
-    integer(c_int), parameter :: STATUS_BAD_SIZE = 3
-    integer(c_int), parameter :: STATUS_BAD_VALUE = 4
-    integer(c_int), parameter :: STATUS_FAILED = 5
-    integer(c_int), parameter :: STATUS_NOT_CONVERGED = 6
-    integer(c_int), parameter :: STATUS_NO_MEMORY = 7
+    integer(c_int), parameter :: STATUS_OK = 0              !! All went well
+    integer(c_int), parameter :: STATUS_NULL_POINTER = 1    !! A needed argument is NULL
+    integer(c_int), parameter :: STATUS_BAD_HANDLE = 2      !! Never made, freed, or of another kind
+    integer(c_int), parameter :: STATUS_BAD_SIZE = 3        !! A count or an array is too small or too great
+    integer(c_int), parameter :: STATUS_BAD_VALUE = 4       !! A number is not finite or out of its range
+    integer(c_int), parameter :: STATUS_FAILED = 5          !! The work failed
+    integer(c_int), parameter :: STATUS_NOT_CONVERGED = 6   !! An estimate did not converge
+    integer(c_int), parameter :: STATUS_NO_MEMORY = 7       !! Memory ran out
 
     integer, parameter :: MESSAGE_SIZE = 1020       !! Bytes of a message with its closing zero
     integer, parameter :: LONGEST_NAME = 4095       !! Bytes of a name or path
@@ -35,13 +35,13 @@ module gracecg_c_support
 
     !> gracecg_error
     type, bind(c) :: c_error_t
-        integer(c_int32_t) :: status
-        character(kind=c_char) :: message(MESSAGE_SIZE)
+        integer(c_int32_t) :: status                    !! A gracecg_status
+        character(kind=c_char) :: message(MESSAGE_SIZE) !! Ends with a zero
     end type c_error_t
 
     !> gracecg_utc
     type, bind(c) :: c_utc_t
-        integer(c_int32_t) :: mjd
+        integer(c_int32_t) :: mjd       !! Modified Julian day number, UTC
         real(c_double) :: seconds       !! s
     end type c_utc_t
 
@@ -49,7 +49,7 @@ contains
 
     !> Begins a function: nothing has gone wrong yet.
     subroutine start(status, error)
-        integer(c_int), intent(out) :: status
+        integer(c_int), intent(out) :: status   !! STATUS_OK
         type(c_error_t), intent(inout), optional :: error
 
         status = STATUS_OK
@@ -60,9 +60,9 @@ contains
 
     !> Sets status and message.
     subroutine raise(code, message, status, error)
-        integer(c_int), intent(in) :: code
-        character(*), intent(in) :: message
-        integer(c_int), intent(out) :: status
+        integer(c_int), intent(in) :: code      !! The new status
+        character(*), intent(in) :: message     !! Complete sentences
+        integer(c_int), intent(out) :: status   !! The new status
         type(c_error_t), intent(inout), optional :: error
 
         character(*), parameter :: CUT = '...'
@@ -87,6 +87,7 @@ contains
     subroutine pass_on(failure, status, error, code)
         type(error_t), allocatable, intent(in) :: failure
         integer(c_int), intent(inout) :: status
+        !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
         integer(c_int), intent(in), optional :: code        !! STATUS_FAILED when absent
 
@@ -100,9 +101,9 @@ contains
 
     !> An argument that must be there.
     subroutine need(given, name, status, error)
-        logical, intent(in) :: given
-        character(*), intent(in) :: name
-        integer(c_int), intent(inout) :: status
+        logical, intent(in) :: given            !! It is not NULL
+        character(*), intent(in) :: name        !! Of the argument, for the message
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK .or. given) return
@@ -111,9 +112,9 @@ contains
 
     !> A number of elements.
     subroutine check_count(n, name, status, error, highest)
-        integer(c_size_t), intent(in) :: n
-        character(*), intent(in) :: name
-        integer(c_int), intent(inout) :: status
+        integer(c_size_t), intent(in) :: n              !! The count
+        character(*), intent(in) :: name                !! Of the argument, for the message
+        integer(c_int), intent(inout) :: status         !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
         integer, intent(in), optional :: highest        !! That is allowed; 2^31 - 1 when absent
 
@@ -134,10 +135,10 @@ contains
 
     !> Numbers that come in.
     subroutine check_finite(values, n, name, status, error)
-        real(dp), intent(in) :: values(*)
-        integer(c_size_t), intent(in) :: n
-        character(*), intent(in) :: name
-        integer(c_int), intent(inout) :: status
+        real(dp), intent(in) :: values(*)       !! In any unit
+        integer(c_size_t), intent(in) :: n      !! Their number
+        character(*), intent(in) :: name        !! Of the argument, for the message
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         integer(c_size_t) :: i
@@ -153,9 +154,9 @@ contains
 
     !> Numbers that go out.
     subroutine check_result(values, name, status, error)
-        real(dp), intent(in) :: values(:)
-        character(*), intent(in) :: name
-        integer(c_int), intent(inout) :: status
+        real(dp), intent(in) :: values(:)       !! In any unit
+        character(*), intent(in) :: name        !! Of the result, for the message
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK) return
@@ -166,9 +167,9 @@ contains
 
     !> Positions: finite, and not at the Earth's centre.
     subroutine check_distance(position, n, status, error)
-        real(dp), intent(in) :: position(3, *)
-        integer(c_size_t), intent(in) :: n
-        integer(c_int), intent(inout) :: status
+        real(dp), intent(in) :: position(3, *)  !! From the Earth's centre, m
+        integer(c_size_t), intent(in) :: n      !! Their number
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         integer(c_size_t) :: i
@@ -185,11 +186,13 @@ contains
 
     !> A text of the caller's. Fails when it is NULL or has no end within the longest length.
     subroutine fortran_text(c_text, longest, name, text, status, error)
-        character(kind=c_char), intent(in), optional :: c_text(*)
+        character(kind=c_char), intent(in), optional :: c_text(*)   !! Ends with a zero
         integer, intent(in) :: longest
-        character(*), intent(in) :: name
-        character(:), allocatable, intent(out) :: text
+        !! Greatest number of bytes before the zero
+        character(*), intent(in) :: name                            !! Of the argument, for the message
+        character(:), allocatable, intent(out) :: text              !! Without the zero
         integer(c_int), intent(inout) :: status
+        !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         integer :: i, n
@@ -215,11 +218,12 @@ contains
 
     !> Gives a text to the caller's buffer of `size` bytes.
     subroutine give_text(text, buffer, size, length, status, error)
-        character(*), intent(in) :: text
-        character(kind=c_char), intent(inout), optional :: buffer(*)
-        integer(c_size_t), intent(in) :: size
+        character(*), intent(in) :: text                        !! Any
+        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Receives it with a zero behind it
+        integer(c_size_t), intent(in) :: size                   !! Of the buffer, bytes
         integer(c_size_t), intent(inout), optional :: length    !! Receives the text's
         integer(c_int), intent(inout) :: status
+        !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         integer :: i
@@ -249,9 +253,9 @@ contains
     !> A time of the caller's.
     subroutine time_of(c_utc, name, utc, status, error)
         type(c_utc_t), intent(in), optional :: c_utc
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name        !! Of the argument, for the message
         type(utc_t), intent(out) :: utc
-        integer(c_int), intent(inout) :: status
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         type(error_t), allocatable :: failure
@@ -266,9 +270,9 @@ contains
     !> The time `seconds` after an epoch.
     subroutine later_time(epoch, seconds, utc, status, error)
         type(utc_t), intent(in) :: epoch
-        real(dp), intent(in) :: seconds
+        real(dp), intent(in) :: seconds         !! s; may be negative
         type(utc_t), intent(out) :: utc
-        integer(c_int), intent(inout) :: status
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         type(error_t), allocatable :: failure
@@ -286,8 +290,8 @@ contains
     !> Stores a new object and gives its handle out; without room the object is deallocated.
     subroutine keep(object, handle, status, error)
         class(object_t), pointer, intent(inout) :: object
-        integer(c_intptr_t), intent(out) :: handle
-        integer(c_int), intent(inout) :: status
+        integer(c_intptr_t), intent(out) :: handle  !! Of the object; 0 without room
+        integer(c_int), intent(inout) :: status     !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         integer :: number
@@ -310,7 +314,7 @@ contains
     !> The handle is not what it should be.
     subroutine refuse_handle(name, status, error)
         character(*), intent(in) :: name        !! Of the object that is wanted
-        integer(c_int), intent(inout) :: status
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK) return
@@ -321,8 +325,8 @@ contains
     !> Frees an object if it is of the type of `mold`, or of any type without one.
     subroutine free_object(handle, name, status, error, mold)
         integer(c_intptr_t), intent(inout), optional :: handle      !! 0 out
-        character(*), intent(in) :: name
-        integer(c_int), intent(out) :: status
+        character(*), intent(in) :: name                            !! Of the kind of object, for the message
+        integer(c_int), intent(out) :: status                       !! What became of it
         type(c_error_t), intent(inout), optional :: error
         class(object_t), intent(in), optional :: mold
 

@@ -204,7 +204,7 @@ contains
         call release(int(handle, i8), object)
     end function c_surface_sunlight
 
-    !> gracecg_surface_earthlight: all of the flux comes from one direction, which is what the sum
+    !> gracecg_surface_earthlight. All of the flux comes from one direction, which is what the sum
     !> over segments with a single cross-section amounts to.
     function c_surface_earthlight(handle, mass, reflectivity, flux, position, quaternion, acceleration, &
                                   error) result(status) bind(c, name='gracecg_surface_earthlight')
@@ -330,8 +330,8 @@ contains
 
     !> A quaternion of about unit length: it is normalised before use.
     subroutine check_attitude(quaternion, status, error)
-        real(dp), intent(in) :: quaternion(4)
-        integer(c_int), intent(inout) :: status
+        real(dp), intent(in) :: quaternion(4)   !! Inertial to body, scalar last
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK) return

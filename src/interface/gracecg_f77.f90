@@ -5,7 +5,7 @@
 subroutine gcvers(vers)
     use gracecg, only: LIBRARY_VERSION
     implicit none
-    character(*), intent(inout) :: vers
+    character(*), intent(inout) :: vers !! "0.1.0"
 
     vers = LIBRARY_VERSION
 end subroutine gcvers
@@ -16,7 +16,7 @@ subroutine gcfree(ih, istat, msg)
     use gracecg_c_support, only: c_error_t
     use gracecg_f77_support, only: finish, free_any
     implicit none
-    integer, intent(inout) :: ih
+    integer, intent(inout) :: ih    !! Of any kind; 0 afterwards
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -35,7 +35,7 @@ subroutine gcutc(text, mjd, sec, istat, msg)
     use gracecg_c_general, only: c_utc_parse
     use gracecg_f77_support, only: c_text, finish
     implicit none
-    character(*), intent(in) :: text
+    character(*), intent(in) :: text !! '1989-01-02T00:00:00' or '1989-01-02'
     integer, intent(inout) :: mjd    !! Modified Julian day
     real(dp), intent(inout) :: sec    !! Seconds of the day
     integer, intent(out) :: istat
@@ -60,9 +60,9 @@ subroutine gcuadd(mjd, sec, dt, mjd2, sec2, istat, msg)
     use gracecg_c_general, only: c_utc_add
     use gracecg_f77_support, only: finish
     implicit none
-    integer, intent(in) :: mjd
+    integer, intent(in) :: mjd         !! Modified Julian day number, UTC
     real(dp), intent(in) :: sec, dt    !! s
-    integer, intent(inout) :: mjd2
+    integer, intent(inout) :: mjd2     !! Modified Julian day number, UTC
     real(dp), intent(inout) :: sec2    !! s
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
@@ -86,7 +86,7 @@ subroutine gcudif(mjd1, sec1, mjd2, sec2, dt, istat, msg)
     use gracecg_c_general, only: c_utc_difference
     use gracecg_f77_support, only: finish
     implicit none
-    integer, intent(in) :: mjd1, mjd2
+    integer, intent(in) :: mjd1, mjd2     !! Modified Julian day numbers, UTC
     real(dp), intent(in) :: sec1, sec2    !! s
     real(dp), intent(inout) :: dt    !! s
     integer, intent(out) :: istat
@@ -107,7 +107,7 @@ subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
     use gracecg_c_general, only: c_sidereal_angle
     use gracecg_f77_support, only: finish
     implicit none
-    integer, intent(in) :: mjd
+    integer, intent(in) :: mjd     !! Modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
     real(dp), intent(in) :: dut1    !! UT1 - UTC, s
     real(dp), intent(inout) :: theta    !! rad
@@ -130,8 +130,8 @@ subroutine gcrotz(theta, xinr, xfix, istat, msg)
     use gracecg_f77_support, only: finish
     implicit none
     real(dp), intent(in) :: theta    !! Greenwich sidereal angle, rad
-    real(dp), intent(in) :: xinr(3)
-    real(dp), intent(inout) :: xfix(3)
+    real(dp), intent(in) :: xinr(3)  !! Inertial, any unit
+    real(dp), intent(inout) :: xfix(3)  !! Earth-fixed, the same unit
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -149,9 +149,9 @@ subroutine gcgrvo(name, ndeg, nord, igrv, istat, msg)
     use gracecg_c_models, only: c_gravity_open
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: name
+    character(*), intent(in) :: name     !! 'egm96', 'point-mass' or a path
     integer, intent(in) :: ndeg, nord    !! Degree and order
-    integer, intent(out) :: igrv
+    integer, intent(out) :: igrv         !! Handle: gravity model
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -171,7 +171,7 @@ subroutine gcgrav(igrv, xfix, a, u, istat, msg)
     use gracecg_c_models, only: c_gravity_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: igrv
+    integer, intent(in) :: igrv        !! Handle: gravity model
     real(dp), intent(in) :: xfix(3)    !! Earth-fixed, m
     real(dp), intent(inout) :: a(3)    !! Earth-fixed, m/s^2
     real(dp), intent(inout) :: u    !! m^2/s^2
@@ -196,7 +196,7 @@ subroutine gcgrad(igrv, xfix, g, istat, msg)
     use gracecg_c_models, only: c_gravity_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: igrv
+    integer, intent(in) :: igrv        !! Handle: gravity model
     real(dp), intent(in) :: xfix(3)    !! Earth-fixed, m
     real(dp), intent(inout) :: g(3, 3)    !! 1/s^2
     integer, intent(out) :: istat
@@ -217,10 +217,10 @@ subroutine gcfldo(name, mjd, sec, ifld, istat, msg)
     use gracecg_c_models, only: c_field_open
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: name
-    integer, intent(in) :: mjd
+    character(*), intent(in) :: name    !! 'igrf95', 'igrf14' or a path
+    integer, intent(in) :: mjd     !! Modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
-    integer, intent(out) :: ifld
+    integer, intent(out) :: ifld   !! Handle: geomagnetic field
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -240,7 +240,7 @@ subroutine gcfeld(ifld, xfix, b, istat, msg)
     use gracecg_c_models, only: c_field_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ifld
+    integer, intent(in) :: ifld        !! Handle: geomagnetic field
     real(dp), intent(in) :: xfix(3)    !! Earth-fixed, m
     real(dp), intent(inout) :: b(3)    !! Earth-fixed, T
     integer, intent(out) :: istat
@@ -261,9 +261,9 @@ subroutine gcdeno(mjd, sec, iden, istat, msg)
     use gracecg_c_models, only: c_density_open
     use gracecg_f77_support, only: finish_handle
     implicit none
-    integer, intent(in) :: mjd
+    integer, intent(in) :: mjd     !! Modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
-    integer, intent(out) :: iden
+    integer, intent(out) :: iden   !! Handle: thermosphere
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -285,7 +285,7 @@ subroutine gcdeni(f107, f107a, xkp, iden, istat, msg)
     implicit none
     real(dp), intent(in) :: f107, f107a    !! Of the day before, 81-day mean, sfu
     real(dp), intent(in) :: xkp    !! Three hours before, 0 to 9
-    integer, intent(out) :: iden
+    integer, intent(out) :: iden           !! Handle: thermosphere
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -305,7 +305,7 @@ subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
     use gracecg_c_models, only: c_density_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: iden, mjd
+    integer, intent(in) :: iden, mjd   !! Handle: thermosphere; modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
     real(dp), intent(in) :: xfix(3)    !! Earth-fixed, m
     real(dp), intent(inout) :: rho    !! kg/m^3
@@ -335,8 +335,8 @@ subroutine gcwndo(name, iwnd, istat, msg)
     use gracecg_c_models, only: c_wind_open
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: name
-    integer, intent(out) :: iwnd
+    character(*), intent(in) :: name    !! 'hwm93' or a path
+    integer, intent(out) :: iwnd        !! Handle: wind
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -356,7 +356,7 @@ subroutine gcwind(iwnd, mjd, sec, xfix, weast, wnorth, istat, msg)
     use gracecg_c_models, only: c_wind_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: iwnd, mjd
+    integer, intent(in) :: iwnd, mjd    !! Handle: wind; modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
     real(dp), intent(in) :: xfix(3)    !! Earth-fixed, m
     real(dp), intent(inout) :: weast, wnorth    !! m/s
@@ -382,7 +382,7 @@ subroutine gcsun(mjd, sec, xsun, istat, msg)
     use gracecg_c_models, only: c_sun_position
     use gracecg_f77_support, only: finish
     implicit none
-    integer, intent(in) :: mjd
+    integer, intent(in) :: mjd     !! Modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
     real(dp), intent(inout) :: xsun(3)    !! Inertial, m
     integer, intent(out) :: istat
@@ -426,10 +426,10 @@ subroutine gcerdo(name, nrings, e0, ierd, istat, msg)
     use gracecg_c_models, only: c_earth_radiation_open
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: name
+    character(*), intent(in) :: name !! 'report', 'knocke' or 'constant-emissivity'
     integer, intent(in) :: nrings    !! Of segments around the cap, 0 to 7
     real(dp), intent(in) :: e0    !! Sunlight at 1 au, W/m^2
-    integer, intent(out) :: ierd
+    integer, intent(out) :: ierd     !! Handle: Earth radiation
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -449,7 +449,7 @@ subroutine gcerad(ierd, mjd, sec, xinr, flux, istat, msg)
     use gracecg_c_models, only: c_earth_radiation_flux
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ierd, mjd
+    integer, intent(in) :: ierd, mjd    !! Handle: Earth radiation; modified Julian day number, UTC
     real(dp), intent(in) :: sec    !! s
     real(dp), intent(in) :: xinr(3)    !! Inertial, m
     real(dp), intent(inout) :: flux(3)    !! Inertial, W/m^2
@@ -474,7 +474,7 @@ subroutine gctrap(xlen, high, wbot, wtop, spec, diff, isur, istat, msg)
     real(dp), intent(in) :: xlen, high    !! m
     real(dp), intent(in) :: wbot, wtop    !! m
     real(dp), intent(in) :: spec, diff    !! Reflected parts of the light
-    integer, intent(out) :: isur
+    integer, intent(out) :: isur          !! Handle: surface
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -499,7 +499,7 @@ subroutine gcplat(n, xnrm, area, cen, spec, diff, isur, istat, msg)
     real(dp), intent(in) :: area(*)    !! m^2
     real(dp), intent(in) :: cen(3, *)    !! Centres, m
     real(dp), intent(in) :: spec(*), diff(*)    !! Reflected parts of the light
-    integer, intent(out) :: isur
+    integer, intent(out) :: isur    !! Handle: surface
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -519,7 +519,7 @@ subroutine gcdrag(isur, xmass, cd, rho, v, a, istat, msg)
     use gracecg_c_surface, only: c_surface_drag
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: isur
+    integer, intent(in) :: isur      !! Handle: surface
     real(dp), intent(in) :: xmass    !! kg
     real(dp), intent(in) :: cd    !! Drag coefficient
     real(dp), intent(in) :: rho    !! kg/m^3
@@ -543,7 +543,7 @@ subroutine gcsrp(isur, xmass, eta, e0, xnu, tosun, a, istat, msg)
     use gracecg_c_surface, only: c_surface_sunlight
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: isur
+    integer, intent(in) :: isur    !! Handle: surface
     real(dp), intent(in) :: xmass    !! kg
     real(dp), intent(in) :: eta    !! Reflectivity
     real(dp), intent(in) :: e0    !! Sunlight at 1 au, W/m^2
@@ -568,7 +568,7 @@ subroutine gcerp(isur, xmass, eta, flux, xinr, q, a, istat, msg)
     use gracecg_c_surface, only: c_surface_earthlight
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: isur
+    integer, intent(in) :: isur        !! Handle: surface
     real(dp), intent(in) :: xmass    !! kg
     real(dp), intent(in) :: eta    !! Reflectivity
     real(dp), intent(in) :: flux(3)    !! Of GCERAD, inertial, W/m^2
@@ -592,8 +592,8 @@ subroutine gccase(name, icas, istat, msg)
     use gracecg_c_dynamics, only: c_case_open
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: name
-    integer, intent(out) :: icas
+    character(*), intent(in) :: name    !! 'front-1' ... 'back-3', or a path
+    integer, intent(out) :: icas        !! Handle: case
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -613,8 +613,8 @@ subroutine gccini(icas, mjd, sec, dur, dt, x, d, istat, msg)
     use gracecg_c_dynamics, only: c_case_values
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: icas
-    integer, intent(inout) :: mjd
+    integer, intent(in) :: icas       !! Handle: case
+    integer, intent(inout) :: mjd     !! Modified Julian day number, UTC
     real(dp), intent(inout) :: sec    !! Epoch, s of the day
     real(dp), intent(inout) :: dur, dt    !! Duration and interval of the arc, s
     real(dp), intent(inout) :: x(13)    !! State: m, m/s, rad/s, quaternion
@@ -640,8 +640,8 @@ subroutine gcfrco(icas, ifrc, istat, msg)
     use gracecg_c_dynamics, only: c_force_model_open
     use gracecg_f77_support, only: c_handle, finish_handle
     implicit none
-    integer, intent(in) :: icas
-    integer, intent(out) :: ifrc
+    integer, intent(in) :: icas     !! Handle: case
+    integer, intent(out) :: ifrc    !! Handle: force model
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -661,7 +661,7 @@ subroutine gcforc(ifrc, t, x, v, q, agrv, adrg, asun, aerd, atot, istat, msg)
     use gracecg_c_dynamics, only: c_force_model_evaluate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ifrc
+    integer, intent(in) :: ifrc  !! Handle: force model
     real(dp), intent(in) :: t    !! From the case's epoch, s
     real(dp), intent(in) :: x(3), v(3)    !! Inertial, m and m/s
     real(dp), intent(in) :: q(4)    !! Inertial to body, scalar last
@@ -685,7 +685,7 @@ subroutine gcload(ifrc, t, x, torq, b, istat, msg)
     use gracecg_c_dynamics, only: c_force_model_torques
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ifrc
+    integer, intent(in) :: ifrc  !! Handle: force model
     real(dp), intent(in) :: t    !! From the case's epoch, s
     real(dp), intent(in) :: x(13)    !! State
     real(dp), intent(inout) :: torq(3, 4)    !! Body axes, N m
@@ -709,10 +709,10 @@ subroutine gcrate(ifrc, t, x, xdot, istat, msg)
     use gracecg_c_dynamics, only: c_force_model_rate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ifrc
+    integer, intent(in) :: ifrc  !! Handle: force model
     real(dp), intent(in) :: t    !! From the case's epoch, s
     real(dp), intent(in) :: x(13)    !! State
-    real(dp), intent(inout) :: xdot(13)
+    real(dp), intent(inout) :: xdot(13) !! Per s
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -731,7 +731,7 @@ subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     use gracecg_c_dynamics, only: c_force_model_propagate
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: ifrc
+    integer, intent(in) :: ifrc      !! Handle: force model
     real(dp), intent(in) :: x(13)    !! State at time 0
     real(dp), intent(in) :: dt    !! Interval, s
     integer, intent(in) :: n    !! Steps
@@ -753,8 +753,8 @@ subroutine gcsimo(icas, isim, istat, msg)
     use gracecg_c_estimation, only: c_simulator_open
     use gracecg_f77_support, only: c_handle, finish_handle
     implicit none
-    integer, intent(in) :: icas
-    integer, intent(out) :: isim
+    integer, intent(in) :: icas     !! Handle: case
+    integer, intent(out) :: isim    !! Handle: simulator
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -773,9 +773,9 @@ subroutine gcsimu(isim, iseed, irun, iobs, istat, msg)
     use gracecg_c_estimation, only: c_observations_simulate
     use gracecg_f77_support, only: c_handle, finish_handle
     implicit none
-    integer, intent(in) :: isim
+    integer, intent(in) :: isim           !! Handle: simulator
     integer, intent(in) :: iseed, irun    !! Alone decide the random numbers
-    integer, intent(out) :: iobs
+    integer, intent(out) :: iobs          !! Handle: observation set
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -794,8 +794,8 @@ subroutine gcsetr(file, iset, istat, msg)
     use gracecg_c_estimation, only: c_setup_read
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: file
-    integer, intent(out) :: iset
+    character(*), intent(in) :: file    !! Path of a setup.nml
+    integer, intent(out) :: iset        !! Handle: setup
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -814,8 +814,8 @@ subroutine gcobsr(dir, iobs, istat, msg)
     use gracecg_c_estimation, only: c_observations_read
     use gracecg_f77_support, only: c_text, finish_handle
     implicit none
-    character(*), intent(in) :: dir
-    integer, intent(out) :: iobs
+    character(*), intent(in) :: dir !! Folder
+    integer, intent(out) :: iobs    !! Handle: observation set
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -834,8 +834,8 @@ subroutine gcobsw(iobs, dir, istat, msg)
     use gracecg_c_estimation, only: c_observations_write
     use gracecg_f77_support, only: c_text, c_handle, finish
     implicit none
-    integer, intent(in) :: iobs
-    character(*), intent(in) :: dir
+    integer, intent(in) :: iobs     !! Handle: observation set
+    character(*), intent(in) :: dir !! Folder; made if it is not there
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -853,8 +853,8 @@ subroutine gcobsn(iobs, n, istat, msg)
     use gracecg_c_estimation, only: c_observations_counts
     use gracecg_f77_support, only: c_handle, finish
     implicit none
-    integer, intent(in) :: iobs
-    integer, intent(inout) :: n(4)
+    integer, intent(in) :: iobs     !! Handle: observation set
+    integer, intent(inout) :: n(4)  !! Numbers of samples
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -876,7 +876,7 @@ subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs
     use gracecg_c_estimation, only: create_observations
     use gracecg_f77_support, only: c_handle, finish_handle
     implicit none
-    integer, intent(in) :: iset
+    integer, intent(in) :: iset                     !! Handle: setup
     integer, intent(in) :: na                       !! Samples of the accelerometer
     real(dp), intent(in) :: ta(*), a(3, *)          !! s; body axes, m/s^2
     integer, intent(in) :: ns                       !! Of the star camera
@@ -886,7 +886,7 @@ subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs
     real(dp), intent(in) :: tm(*), b(3, *)          !! s; body axes, T
     integer, intent(in) :: no                       !! Positions
     real(dp), intent(in) :: to(*), xo(3, *)         !! s; inertial, m
-    integer, intent(out) :: iobs
+    integer, intent(out) :: iobs                    !! Handle: observation set
     integer, intent(out) :: istat
     character(*), intent(inout) :: msg
 
@@ -913,8 +913,8 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     use gracecg_c_estimation, only: c_solution_t, c_estimate
     use gracecg_f77_support, only: c_text, c_handle, finish
     implicit none
-    character(*), intent(in) :: algo
-    integer, intent(in) :: iobs
+    character(*), intent(in) :: algo                !! Name of the algorithm
+    integer, intent(in) :: iobs                     !! Handle: observation set
     real(dp), intent(inout) :: d(3)                 !! Offset, body axes, m
     real(dp), intent(inout) :: cov(3, 3)            !! Its covariance, m^2
     real(dp), intent(inout) :: rms(3)               !! Of the accelerometer's residuals, m/s^2

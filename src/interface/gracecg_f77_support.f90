@@ -10,7 +10,7 @@ contains
 
     !> A name as C wants it: without blanks at the end, closed by a zero.
     pure function c_text(name) result(text)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Blanks at the end do not count
         character(len_trim(name) + 1) :: text
 
         text = trim(name)//c_null_char
@@ -18,14 +18,14 @@ contains
 
     !> A handle as C knows it.
     pure integer(c_intptr_t) function c_handle(handle)
-        integer, intent(in) :: handle
+        integer, intent(in) :: handle   !! 0 when there is none
 
         c_handle = handle
     end function c_handle
 
     !> Status and message of a call; the message is filled up with blanks, or cut off.
     subroutine finish(status, error, istat, msg)
-        integer(c_int), intent(in) :: status
+        integer(c_int), intent(in) :: status    !! A gracecg_status
         type(c_error_t), intent(in) :: error
         integer, intent(out) :: istat
         character(*), intent(inout) :: msg
@@ -42,10 +42,10 @@ contains
 
     !> The same of a call that made an object.
     subroutine finish_handle(status, error, handle, ih, istat, msg)
-        integer(c_int), intent(in) :: status
+        integer(c_int), intent(in) :: status        !! A gracecg_status
         type(c_error_t), intent(in) :: error
-        integer(c_intptr_t), intent(in) :: handle
-        integer, intent(out) :: ih
+        integer(c_intptr_t), intent(in) :: handle   !! As C knows it
+        integer, intent(out) :: ih                  !! As Fortran 77 knows it
         integer, intent(out) :: istat
         character(*), intent(inout) :: msg
 
@@ -56,7 +56,7 @@ contains
     !> Frees an object of any kind.
     subroutine free_any(ih, status, error)
         integer, intent(inout) :: ih            !! 0 out
-        integer(c_int), intent(out) :: status
+        integer(c_int), intent(out) :: status   !! A gracecg_status
         type(c_error_t), intent(inout) :: error
 
         integer(c_intptr_t) :: handle

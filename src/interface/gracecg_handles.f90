@@ -1,4 +1,4 @@
-!> Handles: the objects that callers in C and Fortran 77 hold by a number.
+!> The handles: objects that callers in C and Fortran 77 hold by a number.
 !>
 !> A handle is a positive integer that is never given out twice in 131071 objects of one slot, so that
 !> one that was freed, or never made, is recognised and nothing is read through it. Objects are not
@@ -40,7 +40,7 @@ contains
     !> the caller's.
     subroutine store(object, handle)
         class(object_t), pointer, intent(in) :: object
-        integer, intent(out) :: handle
+        integer, intent(out) :: handle  !! Positive; 0 when there is no room
 
         integer :: i, place
 
@@ -66,7 +66,7 @@ contains
 
     !> The object of a handle, in use until `release`; of type `no_object_t` when there is none.
     subroutine acquire(handle, object)
-        integer(i8), intent(in) :: handle
+        integer(i8), intent(in) :: handle   !! Any number
         class(object_t), pointer, intent(out) :: object
 
         integer :: place, present_handle
@@ -87,7 +87,7 @@ contains
 
     !> Ends the use of an object that `acquire` gave.
     subroutine release(handle, object)
-        integer(i8), intent(in) :: handle
+        integer(i8), intent(in) :: handle   !! As given to `acquire`
         class(object_t), pointer, intent(inout) :: object
 
         if (associated(object)) then
@@ -103,7 +103,7 @@ contains
     !> Removes an object from memory when all who use it have released it. False when the handle is of
     !> none, or another thread is removing the object.
     logical function remove(handle) result(removed)
-        integer(i8), intent(in) :: handle
+        integer(i8), intent(in) :: handle   !! Any number
 
         class(object_t), pointer :: object
         integer :: place, users

@@ -266,7 +266,7 @@ contains
     !> Reads a setup.nml. Fails, with file, line and key, for a key that is not known, a value that is
     !> missing or not allowed, and for mass properties that no body has.
     subroutine read_setup(path, setup, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(calibration_setup_t), intent(out) :: setup
         type(error_t), allocatable, intent(out) :: error
 
@@ -279,7 +279,7 @@ contains
     !> A setup from the text of a setup.nml; `name` stands for the file in messages. Fails as
     !> `read_setup`.
     subroutine setup_from_text(text, name, setup, error)
-        character(*), intent(in) :: text, name
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
         type(calibration_setup_t), intent(out) :: setup
         type(error_t), allocatable, intent(out) :: error
 
@@ -306,7 +306,7 @@ contains
     !> The text of a setup.nml: what `read_setup` reads. Fails when a setting is not finite.
     subroutine setup_text(setup, text, error)
         type(calibration_setup_t), intent(in) :: setup
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
         type(settings_writer_t) :: writer

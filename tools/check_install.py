@@ -1,0 +1,442 @@
+#!/usr/bin/env python3
+"""Installs gracecg into a temporary prefix and checks what a user gets.
+
+    tools/check_install.py
+
+Files, symbols, manual page; the programs of example/ built against the installed copy alone, run, and
+their numbers compared with those of the installed command line; no leak and no invalid access under
+valgrind; two threads at once; `fpm install`; what the README says of linking. Needs what `tools/setup.sh checks` installs. The last line
+is `N passed, N failed`; status 1 on a failure.
+"""
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+EXAMPLE = ROOT / "example"
+NUMBER = re.compile(r"[-+]?\d*\.?\d+(?:[eED][-+]?\d+)?(?![\w.])")
+STRICT_C = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+STRICT_CXX = ["-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+STRICT_F77 = ["-std=legacy", "-Wall", "-Wno-unused-dummy-argument", "-Werror"]
+STRICT_FORTRAN = ["-std=f2018", "-Wall", "-Wextra", "-Werror"]
+POSITION = ["4.0e6", "-3.0e6", "4.6e6"]         # m, that of the examples
+DATE = "1989-01-02T06:00:00"
+
+
+class Failure(Exception):
+    """A check that did not hold, in words."""
+
+
+class Checks:
+    """Counts checks, and says what became of each."""
+
+    def __init__(self):
+        self.passed = 0
+        self.failed = 0
+
+    def run(self, name, check, *arguments):
+        """Runs a check: it raises Failure, or all is well. Its result is given back."""
+        try:
+            result = check(*arguments)
+        except Failure as failure:
+            self.failed += 1
+            print(f"FAILED  {name}: {failure}", flush=True)
+            return None
+        self.passed += 1
+        print(f"ok      {name}", flush=True)
+        return result
+
+
+def run(command, cwd=None, status=0, **environment):
+    """Output of a command; Failure when it ends with another status."""
+    ended = subprocess.run([str(word) for word in command], cwd=cwd, env={**os.environ, **environment},
+                           stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+                           check=False)
+    if ended.returncode != status:
+        text = (ended.stdout + ended.stderr).strip()
+        raise Failure(f"{shlex.join(map(str, command))} ended with {ended.returncode}: {text[-3000:]}")
+    return ended.stdout
+
+
+def numbers(text):
+    return [float(word.replace("D", "E")) for word in NUMBER.findall(text)]
+
+
+def line_with(text, beginning):
+    """The numbers of the line that begins so."""
+    for line in text.splitlines():
+        if line.startswith(beginning):
+            return numbers(line[len(beginning):])
+    raise Failure(f'no line begins with "{beginning}" in: {text}')
+
+
+def compare(what, found, expected, relative=0.0, absolute=0.0):
+    """As many numbers, each as near as is allowed. NaN is never near."""
+    if len(found) != len(expected) or not expected:
+        raise Failure(f"{what}: {found} instead of {expected}")
+    for one, other in zip(found, expected):
+        if not abs(one - other) <= absolute + relative * max(map(abs, expected)):
+            raise Failure(f"{what}: {found} instead of {expected}")
+
+
+class Installation:
+    """A prefix with gracecg in it, and how programs are built against it."""
+
+    def __init__(self, prefix, work):
+        self.prefix = prefix
+        self.work = work
+        self.library = prefix / "lib"
+        self.program = prefix / "bin" / "gracecg"
+        self.environment = {"PKG_CONFIG_PATH": str(self.library / "pkgconfig"),
+                            "LD_LIBRARY_PATH": str(self.library),
+                            "OPENBLAS_NUM_THREADS": "1"}
+
+    def flags(self, *what):
+        return shlex.split(run(["pkg-config", *what, "gracecg"], **self.environment))
+
+    def cli(self, *words):
+        return run([self.program, *words], cwd=self.work)
+
+    def table(self, *words):
+        """The first row of a command's CSV output, by column; what is no number is left out."""
+        lines = [line for line in self.cli(*words).splitlines() if not line.startswith("#")]
+        return {column: float(value) for column, value in zip(lines[0].split(","), lines[1].split(","))
+                if NUMBER.fullmatch(value)}
+
+    def build(self, compiler, source, options, label, libraries=None):
+        """Compiles and links one file with what pkg-config says; the path of the program."""
+        program = self.work / label.replace(" ", "-")
+        includes = self.flags("--cflags")
+        language = ["-x", "none"] if "-x" in options else []
+        run([compiler, *options, *includes, source, "-o", program, *language,
+             *(self.flags("--libs") if libraries is None else libraries)])
+        return program
+
+    def output(self, program, *words):
+        return run([program, *words], cwd=self.work, **self.environment)
+
+
+# ---------------------------------------------------------------- what is installed
+
+
+def make(target, *variables):
+    return run(["make", "-C", ROOT, target, *variables])
+
+
+def check_files(prefix):
+    version = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_text(), re.M).group(1)
+    expected = {"bin/gracecg", "lib/libgracecg.a", "lib/libgracecg.so",
+                f"lib/libgracecg.so.{version.split('.')[0]}", f"lib/libgracecg.so.{version}",
+                "lib/pkgconfig/gracecg.pc", "include/gracecg.h", "include/gracecg/gracecg.mod",
+                "share/man/man1/gracecg.1"}
+    found = {str(path.relative_to(prefix)) for path in prefix.rglob("*") if not path.is_dir()}
+    if found != expected:
+        raise Failure(f"missing {sorted(expected - found)}, too many {sorted(found - expected)}")
+
+
+def check_no_traces(prefix):
+    """Nothing names the folders it was built in, and nothing looks for libraries there."""
+    for path in prefix.rglob("*"):
+        if path.is_symlink() and path.readlink().is_absolute():
+            raise Failure(f"{path} is an absolute link")
+        if path.is_dir():
+            continue
+        content = path.read_bytes()
+        for trace in (str(ROOT).encode(), b"build/gfortran", b"build/stage", str(prefix).encode()):
+            if trace in content:
+                raise Failure(f"{path} names {trace.decode()}")
+    for path in (prefix / "bin/gracecg", prefix / "lib/libgracecg.so"):
+        if re.search(r"R(UN)?PATH", run(["readelf", "-d", path])):
+            raise Failure(f"{path} has a search path for libraries")
+
+
+def check_loading(prefix):
+    library = prefix / "lib" / "libgracecg.so"
+    soname = re.search(r"soname: \[(.*)\]", run(["readelf", "-d", library]))
+    if not soname or not (prefix / "lib" / soname.group(1)).exists():
+        raise Failure("libgracecg.so has no soname, or no file of that name")
+    if "not found" in run(["ldd", library]):
+        raise Failure(run(["ldd", library]))
+
+
+def check_symbols(prefix):
+    """The library shows what the header declares and the F77 table lists, and nothing but interfaces."""
+    shown = {line.split()[-1] for line in
+             run(["nm", "-D", "--defined-only", prefix / "lib" / "libgracecg.so"]).splitlines()}
+    header = re.sub(r"/\*.*?\*/", "", (prefix / "include/gracecg.h").read_text(), flags=re.S)
+    declared = set(re.findall(r"\b(gracecg_\w+)\(", header))
+    listed = {name.lower() + "_" for name in
+              re.findall(r"^\| `(GC\w+)\(", (ROOT / "docs" / "api.md").read_text(), re.M)}
+    if len(declared) < 20 or len(listed) < 20:
+        raise Failure("gracecg.h or the table of docs/api.md was not understood")
+    if missing := (declared | listed) - shown:
+        raise Failure(f"not in the library: {sorted(missing)}")
+    others = {name for name in shown - declared - listed if not name.startswith("__gracecg")}
+    if others:
+        raise Failure(f"shown, but not documented: {sorted(others)}")
+
+
+def check_no_shared_lengths(prefix):
+    """No text length in static memory, where all threads would share it.
+
+    That is where gfortran puts the length of what a function of type character(:), allocatable returns.
+    The commands may have such functions: only one thread runs them.
+    """
+    listing = run(["nm", "-A", prefix / "lib" / "libgracecg.a"])
+    found = {match.group(1) for match in re.finditer(r":(\S+)\.f90\.o:\S+ [bBdD] slen\.", listing)}
+    if not re.search(r":src_foundation_gracecg_text\.f90\.o:\S+ T ", listing):
+        raise Failure("the list of symbols was not understood")
+    if found := {name for name in found if not name.startswith("src_command")}:
+        raise Failure(f"lengths of texts in static memory: {sorted(found)}")
+
+
+def check_manual(here):
+    """The manual page has every command and option, and groff does not complain."""
+    page = here.prefix / "share/man/man1/gracecg.1"
+    ended = subprocess.run(["groff", "-man", "-ww", "-Tutf8", "-P-cbou", page], capture_output=True,
+                           text=True, check=False)
+    if ended.returncode != 0 or ended.stderr:
+        raise Failure(ended.stderr)
+    text = re.sub("[\u2010\u2011\u2212]", "-", ended.stdout)
+    overview = here.cli("--help")
+    names = re.findall(r"^  ([a-z-]+(?: [a-z-]+)?)  ", overview.split("commands:")[1].split("\n\n")[0], re.M)
+    if len(names) < 10:
+        raise Failure(f"the overview was not understood: {names}")
+    for name in names:
+        section = re.search(rf"^ +{name}\n(.*?)(?=^   \S|^\S|\Z)", text, re.M | re.S)
+        if not section:
+            raise Failure(f"no section for {name}")
+        for option in re.findall(r"^  (--[a-z0-9-]+)", here.cli(*name.split(), "--help"), re.M):
+            if not re.search(rf"^ +{option}(?![\w-])", section.group(1), re.M):
+                raise Failure(f"{name} {option} is missing")
+
+
+def check_destdir(work):
+    """A package's tree; and `make uninstall` leaves nothing."""
+    tree = work / "destdir"
+    where = [f"DESTDIR={tree}", "PREFIX=/usr", "LIBDIR=/usr/lib/triplet"]
+    make("install", *where)
+    pkg_config = {"PKG_CONFIG_PATH": str(tree / "usr/lib/triplet/pkgconfig")}
+    folder = run(["pkg-config", "--variable=moddir", "gracecg"], **pkg_config).strip()
+    if not (pathlib.Path(folder) / "gracecg.mod").exists():
+        raise Failure(f"gracecg.pc points to {folder}")
+    make("uninstall", *where)
+    if left := [str(path) for path in tree.rglob("*") if not path.is_dir()]:
+        raise Failure(f"make uninstall has left {left}")
+
+
+# ---------------------------------------------------------------- the examples
+
+
+def expected_offset(here):
+    """Offset and sigma in mm of what the examples estimate, by the command line."""
+    here.cli("simulate", "front-3", "--out", "run1")
+    values = here.table("estimate", "run1", "--algorithm", "assest-fde", "--format", "csv")
+    return [[values[f"d{axis}_mm"], values[f"sigma_{axis}_mm"]] for axis in "xyz"]
+
+
+def check_offset(output, expected):
+    for axis, pair in zip("xyz", expected):
+        compare(f"d_{axis}, mm", line_with(output, f"d_{axis} = "), pair, absolute=1e-7)
+
+
+def check_orbit(here, program):
+    """Positions every ten seconds of one's own integrator against the true arc."""
+    output = here.output(program)
+    here.cli("simulate", "front-1", "--out", "arc")
+    truth = true_arc(here.work / "arc")
+    found = [values for values in map(numbers, output.split("t, s")[1].splitlines()[1:]) if len(values) == 4]
+    if [values[0] for values in found] != [0, 10, 20, 30, 40, 50, 60]:
+        raise Failure(f"not the epochs that were expected: {output}")
+    for values in found:
+        row = truth[values[0]]
+        compare(f"position after {values[0]} s, m", values[1:], [row["rx"], row["ry"], row["rz"]],
+                absolute=2e-5)
+
+
+def true_arc(folder):
+    """The rows of truth.csv by time, each by column."""
+    lines = [line for line in (folder / "truth.csv").read_text().splitlines() if not line.startswith("#")]
+    rows = [dict(zip(lines[0].split(","), map(float, line.split(",")))) for line in lines[1:]]
+    return {row["time_s"]: row for row in rows}
+
+
+def norm(vector):
+    return sum(value**2 for value in vector)**0.5
+
+
+def check_models(here, program):
+    """The F77 example against the model commands."""
+    output = here.output(program)
+    where = ["--position", *POSITION]
+    when = ["--date", DATE]
+
+    def expect(label, command, *columns):
+        values = here.table(*command)
+        compare(label, line_with(output, label), [values[column] for column in columns], relative=1e-12)
+
+    gravity = ["model", "gravity", "--degree", "20", *where]
+    expect("gravity, m/s^2", gravity, "ax", "ay", "az")
+    expect("potential, m^2/s^2", gravity, "potential")
+    expect("field, T", ["model", "field", *when, *where], "bx", "by", "bz")
+    expect("density, kg/m^3", ["model", "density", *when, *where], "density")
+    expect("temperature, K", ["model", "density", *when, *where], "temperature")
+    expect("wind E, N, m/s", ["model", "wind", *when, *where], "east", "north")
+    expect("Sun, inertial, m", ["model", "sun", *when], "x", "y", "z")
+    if "degree 99 gives status 5" not in output or "0 to 70" not in output:
+        raise Failure(f"the wrong degree is not explained: {output}")
+
+
+def check_c(here, program, expected):
+    """The offset; the acceleration against the derivative of the true arc's velocity at the epoch."""
+    output = here.output(program)
+    check_offset(output, expected)
+    rows = true_arc(here.work / "run1")
+    slope = [sum(weight * rows[round(k * 0.1, 1)][name]
+                 for k, weight in enumerate((-25, 48, -36, 16, -3))) / 1.2 for name in ("vx", "vy", "vz")]
+    compare("acceleration, m/s^2", line_with(output, "total")[:3], slope, absolute=2e-9)
+    if "front-9: " not in output:
+        raise Failure(f"the wrong case is not explained: {output}")
+
+
+def check_python(here, expected):
+    output = run([sys.executable, "-B", EXAMPLE / "python/calibrate.py", here.library / "libgracecg.so"],
+                 **here.environment)
+    check_offset(output, expected)
+    values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
+    compare("gravity", line_with(output, "gravity")[:3], [values[name] for name in ("ax", "ay", "az")],
+            relative=1e-12)
+    if "degree 99: " not in output:
+        raise Failure(f"no exception: {output}")
+
+
+def check_memory(here, program):
+    """No block left, no invalid access, no jump on a value that was never set."""
+    run(["valgrind", "--quiet", "--error-exitcode=99", "--leak-check=full",
+         "--show-leak-kinds=all", "--errors-for-leak-kinds=all", f"--suppressions={ROOT / 'tools/valgrind.supp'}",
+         program], cwd=here.work, **here.environment)
+
+
+def check_fpm_install(here):
+    """Program, library and modules, in a prefix of their own; `use gracecg` finds them."""
+    fpm = run([ROOT / "tools/setup.sh"]).strip()
+    prefix = here.work / "fpm"
+    run([fpm, "install", "--profile", "release", "--prefix", prefix], cwd=ROOT)
+    run([prefix / "bin/gracecg", "--version"])
+    modules = {path.stem for path in (prefix / "include").glob("*.mod")}
+    if strangers := {name for name in modules if not name.startswith("gracecg")}:
+        raise Failure(f"modules of other programs: {sorted(strangers)}")
+    program = here.work / "orbit-fpm"
+    run([os.environ.get("FPM_FC", "gfortran"), EXAMPLE / "fortran/orbit.f90", f"-I{prefix / 'include'}",
+         f"-L{prefix / 'lib'}", "-lgracecg", *run(["pkg-config", "--libs", "openblas"]).split(), "-fopenmp",
+         "-o", program])
+    check_orbit(here, program)
+
+
+def check_examples(checks, here):
+    """Builds every example with strict options, runs it, compares its numbers."""
+    fortran = os.environ.get("FPM_FC", "gfortran")
+    expected = checks.run("the command line's own estimate", expected_offset, here)
+
+    def example(label, check, compiler, source, options, *arguments):
+        program = checks.run(f"{label} builds", here.build, compiler, EXAMPLE / source, options, label)
+        if program is not None:
+            checks.run(f"{label} gives the command line's numbers", check, here, program, *arguments)
+        return program
+
+    example("orbit (Fortran)", check_orbit, fortran, "fortran/orbit.f90", STRICT_FORTRAN)
+    example("calibrate (Fortran)", lambda h, p: check_offset(h.output(p), expected), fortran,
+            "fortran/calibrate.f90", STRICT_FORTRAN)
+    models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
+    calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
+    example("calibrate (C++)", check_c, "c++", "c/calibrate.c", STRICT_CXX, expected)
+    example("threads (C)", check_threads, "cc", "c/threads.c", [*STRICT_C, "-pthread"], expected)
+    checks.run("calibrate (Python) gives the command line's numbers", check_python, here, expected)
+    for label, program in (("models (F77)", models), ("calibrate (C)", calibrate)):
+        if program is not None:
+            checks.run(f"{label} under valgrind", check_memory, here, program)
+    static = checks.run("calibrate (C) links the static library", here.build, "cc", EXAMPLE / "c/calibrate.c",
+                        STRICT_C, "static", [here.library / "libgracecg.a", *here.flags("--static", "--libs")])
+    if static is not None:
+        checks.run("it needs no shared libgracecg", check_static, here, static, expected)
+
+
+def check_readme(here):
+    """The command lines of the README's chapter, as they stand there, in a home of its own."""
+    chapter = readme_chapter()
+    lines = re.findall(r"^    ((?:export|gfortran|cc|python3) .*)$", chapter, re.M)
+    if len(lines) < 5:
+        raise Failure(f"command lines not found: {lines}")
+    home = here.work / "home"
+    home.mkdir()
+    (home / ".local").symlink_to(here.prefix)
+    (home / "example").symlink_to(EXAMPLE)
+    run(["bash", "-ec", "\n".join([*lines, "./orbit", "./models", "./calibrate"])], cwd=home, HOME=str(home),
+        PYTHONDONTWRITEBYTECODE="1")
+
+
+def check_fpm_package(here):
+    """The README's fpm package: its manifest and program, as they stand there."""
+    chapter = readme_chapter()
+    manifest, program = (re.search(rf"^```{kind}\n(.*?)^```", chapter, re.M | re.S).group(1)
+                         for kind in ("toml", "fortran"))
+    folder = here.work / "package"
+    (folder / "app").mkdir(parents=True)
+    (here.work / "gracecg").symlink_to(ROOT)
+    (folder / "fpm.toml").write_text(f'name = "mine"\n{manifest}')
+    (folder / "app/main.f90").write_text(program)
+    output = run([run([ROOT / "tools/setup.sh"]).strip(), "run"], cwd=folder)
+    values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
+    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax", "ay", "az")],
+            relative=1e-13)
+
+
+def readme_chapter():
+    return (ROOT / "README.md").read_text().split("## Using it as a library")[1].split("\n## ")[0]
+
+
+def check_threads(here, program, expected):
+    output = here.output(program)
+    if "two threads at once" not in output:
+        raise Failure(output)
+    compare("seed 1, mm", line_with(output, "seed 1: d = "), [offset for offset, _ in expected], absolute=1e-7)
+
+
+def check_static(here, program, expected):
+    if "libgracecg" in run(["readelf", "-d", program]):
+        raise Failure("the program needs the shared library")
+    check_offset(run([program], cwd=here.work), expected)
+
+
+def check_all(checks, work):
+    prefix = work / "prefix"
+    here = Installation(prefix, work)
+    if checks.run("make install", make, "install", f"PREFIX={prefix}") is None:
+        return
+    checks.run("the files", check_files, prefix)
+    checks.run("no traces of the build", check_no_traces, prefix)
+    checks.run("soname and dependencies", check_loading, prefix)
+    checks.run("symbols of the interfaces", check_symbols, prefix)
+    checks.run("no lengths of texts that threads share", check_no_shared_lengths, prefix)
+    checks.run("the manual page", check_manual, here)
+    check_examples(checks, here)
+    checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)
+    checks.run("fpm install", check_fpm_install, here)
+    checks.run("the README's command lines", check_readme, here)
+    checks.run("the README's fpm package", check_fpm_package, here)
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="gracecg-install-") as folder:
+        checks = Checks()
+        check_all(checks, pathlib.Path(folder))
+    print(f"{checks.passed} passed, {checks.failed} failed")
+    return 1 if checks.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

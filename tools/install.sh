@@ -1,0 +1,139 @@
+#!/usr/bin/env bash
+# Builds gracecg with fpm's release profile and installs it; `make install` calls it.
+#
+#   tools/install.sh             installs
+#   tools/install.sh --remove    removes what it installs
+#
+# By environment: PREFIX (/usr/local), BINDIR, LIBDIR, INCLUDEDIR, MANDIR (below PREFIX), DESTDIR (put
+# before all of them, for packages).
+#
+#   BINDIR/gracecg                    the program
+#   LIBDIR/libgracecg.a               the static library
+#   LIBDIR/libgracecg.so.VERSION      the shared library, with its links .so.MAJOR and .so
+#   LIBDIR/pkgconfig/gracecg.pc       compiler and linker options
+#   INCLUDEDIR/gracecg.h              the C interface
+#   INCLUDEDIR/gracecg/gracecg.mod    the Fortran interface: the module gracecg alone
+#   MANDIR/man1/gracecg.1             the manual page
+#
+# The shared library is made of the objects of the static one: fpm's release profile compiles them
+# position-independent. It shows the symbols of the interfaces only: C, F77 and module procedures.
+set -euo pipefail
+CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
+
+prefix=${PREFIX:-/usr/local}
+bindir=${BINDIR:-$prefix/bin}
+libdir=${LIBDIR:-$prefix/lib}
+includedir=${INCLUDEDIR:-$prefix/include}
+mandir=${MANDIR:-$prefix/share/man}
+destdir=${DESTDIR:-}
+version=$(sed -n 's/^version *= *"\(.*\)"/\1/p' fpm.toml)
+soname=libgracecg.so.${version%%.*}
+readonly prefix bindir libdir includedir mandir destdir version soname
+readonly stage=build/stage
+
+for folder in "$prefix" "$bindir" "$libdir" "$includedir" "$mandir"; do
+    case $folder in
+        /*) ;;
+        *)
+            printf 'install: "%s" is not an absolute path; write for example PREFIX="$PWD/%s"\n' "$folder" "$folder" >&2
+            exit 1
+            ;;
+    esac
+done
+
+# The installed files, without DESTDIR.
+installed_files() {
+    printf '%s\n' "$bindir/gracecg" "$libdir/libgracecg.a" "$libdir/libgracecg.so" "$libdir/$soname" \
+        "$libdir/libgracecg.so.$version" "$libdir/pkgconfig/gracecg.pc" "$includedir/gracecg.h" \
+        "$includedir/gracecg/gracecg.mod" "$mandir/man1/gracecg.1"
+}
+
+# The library's dependencies, as the linker wants them.
+dependencies() {
+    printf '%s -lgfortran -lgomp -lm' "$(pkg-config --libs openblas | sed 's/ *$//')"
+}
+
+# The way from one folder to another, so that the installed tree can be moved.
+way() {
+    realpath --canonicalize-missing --relative-to="$1" "$2"
+}
+
+write_pkg_config() {
+    cat <<EOF
+prefix=\${pcfiledir}/$(way "$libdir/pkgconfig" "$prefix")
+libdir=\${pcfiledir}/$(way "$libdir/pkgconfig" "$libdir")
+includedir=\${pcfiledir}/$(way "$libdir/pkgconfig" "$includedir")
+moddir=\${includedir}/gracecg
+
+Name: gracecg
+Description: Centre-of-gravity calibration of GRACE-type satellites: models, simulation, estimation
+Version: $version
+Cflags: -I\${includedir} -I\${moddir}
+Libs: -L\${libdir} -lgracecg
+Libs.private: $(dependencies)
+EOF
+}
+
+build() {
+    local fpm
+    fpm=$(tools/setup.sh)
+    # fpm does not link a program anew when another of its commands has rebuilt the library since.
+    rm -rf build/gfortran_*/app/gracecg "$stage"
+    mkdir -p build
+    "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
+        cat build/install.log >&2
+        return 1
+    }
+    local exports=$stage/exports
+    printf '{ global: gracecg_*; gc*_; __gracecg*; local: *; };\n' >"$exports"
+    # shellcheck disable=SC2046 # several words are meant
+    "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script="$exports" \
+        -o "$stage/lib/libgracecg.so.$version" -Wl,--whole-archive "$stage/lib/libgracecg.a" \
+        -Wl,--no-whole-archive $(dependencies)
+    write_pkg_config >"$stage/gracecg.pc"
+    tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
+}
+
+copy() {
+    install -D -m 755 "$stage/bin/gracecg" "$destdir$bindir/gracecg"
+    install -D -m 644 "$stage/lib/libgracecg.a" "$destdir$libdir/libgracecg.a"
+    install -D -m 644 "$stage/lib/libgracecg.so.$version" "$destdir$libdir/libgracecg.so.$version"
+    ln -sfn "libgracecg.so.$version" "$destdir$libdir/$soname"
+    ln -sfn "$soname" "$destdir$libdir/libgracecg.so"
+    install -D -m 644 "$stage/gracecg.pc" "$destdir$libdir/pkgconfig/gracecg.pc"
+    install -D -m 644 include/gracecg.h "$destdir$includedir/gracecg.h"
+    install -D -m 644 "$stage/include/gracecg.mod" "$destdir$includedir/gracecg/gracecg.mod"
+    install -D -m 644 "$stage/gracecg.1" "$destdir$mandir/man1/gracecg.1"
+}
+
+remove() {
+    local file
+    installed_files | while IFS= read -r file; do
+        rm -f -- "$destdir$file"
+    done
+    rmdir -- "$destdir$includedir/gracecg" 2>/dev/null || true
+}
+
+# The loader's cache, when the library went into a folder of the system.
+refresh_loader() {
+    if [ -z "$destdir" ] && [ "$(id -u)" -eq 0 ] && command -v ldconfig >/dev/null; then
+        ldconfig
+    fi
+}
+
+case ${1:-} in
+    '')
+        build
+        copy
+        refresh_loader
+        installed_files | sed "s|^|installed: $destdir|"
+        ;;
+    --remove)
+        remove
+        refresh_loader
+        ;;
+    *)
+        echo 'usage: tools/install.sh [--remove]' >&2
+        exit 2
+        ;;
+esac
