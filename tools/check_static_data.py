@@ -4,7 +4,9 @@
     tools/check_static_data.py [ARCHIVE]    prints each finding; status 1 if any
 
 ARCHIVE is libgracecg.a, by default the newest one in build/. No module may have a writable variable but
-for the few that are known here.
+for the few that are known here. And nothing may call a function that returns a text of deferred length
+(character(:), allocatable): gfortran keeps that length in static memory. The commands may: only one
+thread runs them.
 """
 import pathlib
 import re
@@ -36,6 +38,8 @@ def findings(archive):
             module, variable = match.groups()
             if variable not in KNOWN.get(module, ()):
                 yield f"{source}: module variable {variable}"
+        elif symbol.startswith("slen.") and not source.startswith("src_command_"):
+            yield f"{source}: the length of a text that a function returns, {symbol}"
 
 
 def main():
