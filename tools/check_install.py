@@ -180,20 +180,6 @@ def check_symbols(prefix):
         raise Failure(f"shown, but not documented: {sorted(others)}")
 
 
-def check_no_shared_lengths(prefix):
-    """No text length in static memory, where all threads would share it.
-
-    That is where gfortran puts the length of what a function of type character(:), allocatable returns.
-    The commands may have such functions: only one thread runs them.
-    """
-    listing = run(["nm", "-A", prefix / "lib" / "libgracecg.a"])
-    found = {match.group(1) for match in re.finditer(r":(\S+)\.f90\.o:\S+ [bBdD] slen\.", listing)}
-    if not re.search(r":src_foundation_gracecg_text\.f90\.o:\S+ T ", listing):
-        raise Failure("the list of symbols was not understood")
-    if found := {name for name in found if not name.startswith("src_command")}:
-        raise Failure(f"lengths of texts in static memory: {sorted(found)}")
-
-
 def check_manual(here):
     """The manual page has every command and option, and groff does not complain."""
     page = here.prefix / "share/man/man1/gracecg.1"
@@ -421,7 +407,6 @@ def check_all(checks, work):
     checks.run("no traces of the build", check_no_traces, prefix)
     checks.run("soname and dependencies", check_loading, prefix)
     checks.run("symbols of the interfaces", check_symbols, prefix)
-    checks.run("no lengths of texts that threads share", check_no_shared_lengths, prefix)
     checks.run("the manual page", check_manual, here)
     check_examples(checks, here)
     checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)

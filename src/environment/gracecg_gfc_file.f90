@@ -161,7 +161,7 @@ contains
 
     pure function allowed(keyword) result(values)
         character(*), intent(in) :: keyword
-        character(60) :: values
+        character(45) :: values     !! Blanks behind it
 
         select case (keyword)
         case ('product_type')

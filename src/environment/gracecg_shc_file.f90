@@ -166,9 +166,9 @@ contains
     end subroutine read_row
 
     !> The name of a place in the list of coefficients.
-    pure function coefficient_name(place) result(name)
+    function coefficient_name(place) result(name)
         integer, intent(in) :: place
-        character(32) :: name
+        character(30) :: name       !! Blanks behind it
 
         integer :: n, rest
 

@@ -70,7 +70,7 @@ contains
         today = row_of(self, utc%mjd)
         yesterday = row_of(self, utc%mjd - 1)
         if (today == 0 .or. yesterday == 0) then
-            call describe_spans(self%mjd, spans)
+            call write_spans(self%mjd, spans)
             call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
                       spans//', and the day before is needed too; give f107, '// &
                       'f107_mean and kp, or a table of that time')
@@ -92,7 +92,7 @@ contains
     end function row_of
 
     !> `1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31`.
-    pure subroutine describe_spans(mjd, text)
+    subroutine write_spans(mjd, text)
         integer, intent(in) :: mjd(:)
         character(:), allocatable, intent(out) :: text
 
@@ -108,9 +108,9 @@ contains
             text = text//date_text(mjd(first))//' to '//date_text(mjd(i))
             first = i + 1
         end do
-    end subroutine describe_spans
+    end subroutine write_spans
 
-    pure function date_text(mjd) result(text)
+    function date_text(mjd) result(text)
         integer, intent(in) :: mjd
         character(10) :: text
 

@@ -158,8 +158,8 @@ contains
                       utc%seconds >= 0 .and. utc%seconds < day_length(utc%mjd)
     end function is_in_range
 
-    !> What `utc_text` gives, filled up with blanks.
-    pure function utc_buffer(utc) result(text)
+    !> What utc_text gives, with blanks behind it.
+    pure function utc_field(utc) result(text)
         type(utc_t), intent(in) :: utc
         character(64) :: text
 
@@ -186,14 +186,14 @@ contains
             year, month, day, minutes/60, mod(minutes, 60), whole - 60*minutes
         write (decimals, '(".", i9.9)') mod(nanoseconds, NANO)
         text = seconds_resolution//decimals(:verify(decimals, '.0', back=.true.))
-    end function utc_buffer
+    end function utc_field
 
     !> A time in ISO 8601, with as many decimals as the nearest nanosecond needs.
     pure function utc_text(utc) result(text)
         type(utc_t), intent(in) :: utc
-        character(len_trim(utc_buffer(utc))) :: text
+        character(len_trim(utc_field(utc))) :: text
 
-        text = utc_buffer(utc)
+        text = utc_field(utc)
     end function utc_text
 
     !> The time a number of SI seconds later (or, negative, earlier), leap seconds counted. A span

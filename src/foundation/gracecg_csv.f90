@@ -5,7 +5,7 @@ module gracecg_csv
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, fail_in_file
     use gracecg_file, only: text_file_t, read_text_file, output_file_t
-    use gracecg_text, only: string_t, split, join, padded, parse_real, real_text, put_real, integer_text, LONGEST_REAL
+    use gracecg_text, only: string_t, split, join, padded, parse_real, real_text, real_field, integer_text
     implicit none
     private
     public :: read_csv, csv_writer_t
@@ -169,8 +169,7 @@ contains
 
         integer, parameter :: WIDTH = 25    !! 17 digits, signs, point, exponent and comma
         character(WIDTH*size(values)) :: line
-        character(LONGEST_REAL) :: number
-        integer :: i, labelled, length, digits
+        integer :: i, labelled, length
 
         if (allocated(self%failure)) return
         self%rows = self%rows + 1
@@ -190,9 +189,9 @@ contains
                           real_text(values(i))//' is not a finite number')
                 return
             end if
-            call put_real(values(i), number, digits)
-            line(length + 1:length + digits + 1) = number(:digits)//','
-            length = length + digits + 1
+            line(length + 1:length + WIDTH) = real_field(values(i))
+            length = length + len_trim(line(length + 1:length + WIDTH)) + 1
+            line(length:length) = ','
         end do
         if (labelled == 0) then
             call self%file%line(line(:length - 1))

@@ -72,11 +72,11 @@ contains
         if (allocated(error)) error%message = context//': '//error%message
     end subroutine add_context
 
-    pure integer function message_length(error)
+    pure integer function message_length(error) result(length)
         type(error_t), allocatable, intent(in) :: error
 
-        message_length = 0
-        if (allocated(error)) message_length = len(error%message)
+        length = 0
+        if (allocated(error)) length = len(error%message)
     end function message_length
 
     !> The message of an error, or an empty text when there is none.
@@ -87,13 +87,13 @@ contains
         if (allocated(error)) message = error%message
     end function message_of
 
-    !> What `number_text` gives, filled up with blanks.
-    pure function number_buffer(value) result(buffer)
+    !> What number_text gives, with blanks behind it.
+    pure function number_field(value) result(buffer)
         real(dp), intent(in) :: value
         character(32) :: buffer
 
         if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
-            write (buffer, '(i0)') nint(value)
+            buffer = integer_text(nint(value))
             return
         end if
         if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
@@ -119,52 +119,44 @@ contains
             end do
             if (digits(last:last) == '.') digits(last:last) = ' '
         end subroutine strip_zeros
-    end function number_buffer
+    end function number_field
 
     !> The shortest text that shows a number to about seven digits, without padding.
     pure function number_text(value) result(text)
         real(dp), intent(in) :: value   !! May be NaN or infinite
-        character(len_trim(number_buffer(value))) :: text
+        character(len_trim(number_field(value))) :: text
 
-        text = number_buffer(value)
+        text = number_field(value)
     end function number_text
 
-    pure integer function nearest_length(name, known) result(length)
-        character(*), intent(in) :: name, known(:)
+    !> What nearest_name gives, with blanks behind it.
+    pure function nearest_field(name, known) result(nearest)
+        character(*), intent(in) :: name
+        character(*), intent(in) :: known(:)
+        character(len(known)) :: nearest
 
-        integer :: position
+        integer :: i, distance, best
 
-        position = nearest_position(name, known)
-        length = 0
-        if (position > 0) length = len_trim(known(position))
-    end function nearest_length
+        nearest = ''
+        best = max(2, len_trim(name)/2)
+        do i = 1, size(known)
+            distance = edit_distance(trim(name), trim(known(i)))
+            if (distance <= best) then
+                best = distance - 1
+                nearest = known(i)
+            end if
+        end do
+    end function nearest_field
 
     !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
     !> when none is near: for "did you mean".
     pure function nearest_name(name, known) result(nearest)
         character(*), intent(in) :: name        !! As it was written
         character(*), intent(in) :: known(:)    !! Names to compare with
-        character(nearest_length(name, known)) :: nearest
+        character(len_trim(nearest_field(name, known))) :: nearest
 
-        if (len(nearest) > 0) nearest = known(nearest_position(name, known))
+        nearest = nearest_field(name, known)
     end function nearest_name
-
-    !> Where the nearest name stands; 0 when none is near.
-    pure integer function nearest_position(name, known) result(position)
-        character(*), intent(in) :: name, known(:)
-
-        integer :: i, distance, best
-
-        position = 0
-        best = max(2, len_trim(name)/2)
-        do i = 1, size(known)
-            distance = edit_distance(trim(name), trim(known(i)))
-            if (distance <= best) then
-                best = distance - 1
-                position = i
-            end if
-        end do
-    end function nearest_position
 
     !> Levenshtein distance: insertions, deletions and replacements that turn `a` into `b`.
     pure integer function edit_distance(a, b) result(distance)

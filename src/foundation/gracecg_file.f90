@@ -146,26 +146,7 @@ contains
                   'free space of '//parent_of(path))
     end subroutine make_directory
 
-    !> Of the folder's name at the beginning of the path; 0 when it has none.
-    pure integer function parent_length(path) result(length)
-        character(*), intent(in) :: path
-
-        length = index(path(:length_without_slashes(path)), '/', back=.true.)
-        if (length > 0) length = length_without_slashes(path(:length))
-    end function parent_length
-
-    !> The folder in which a file or folder stands.
-    pure function parent_of(path) result(parent)
-        character(*), intent(in) :: path
-        character(max(1, parent_length(path))) :: parent
-
-        if (parent_length(path) == 0) then
-            parent = '.'
-        else
-            parent = path
-        end if
-    end function parent_of
-
+    !> Where the last character stands that is no slash; 1 if there is none.
     pure integer function length_without_slashes(path) result(length)
         character(*), intent(in) :: path
 
@@ -179,6 +160,30 @@ contains
 
         shorter = path
     end function without_slashes
+
+    !> What parent_of gives, with blanks behind it.
+    pure function parent_field(path) result(parent)
+        character(*), intent(in) :: path
+        character(len(path) + 1) :: parent
+
+        integer :: last
+
+        parent = without_slashes(path)
+        last = index(parent, '/', back=.true.)
+        if (last == 0) then
+            parent = '.'
+        else
+            parent = without_slashes(parent(:last))
+        end if
+    end function parent_field
+
+    !> The folder in which a file or folder stands.
+    pure function parent_of(path) result(parent)
+        character(*), intent(in) :: path
+        character(len_trim(parent_field(path))) :: parent
+
+        parent = parent_field(path)
+    end function parent_of
 
     !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
     !> cannot be read.
@@ -309,12 +314,13 @@ contains
         line_count = size(self%first)
     end function line_count
 
+    !> The length of a line; 0 for a number that no line has.
     pure integer function line_length(self, number) result(length)
         class(text_file_t), intent(in) :: self
         integer, intent(in) :: number
 
         length = 0
-        if (number >= 1 .and. number <= size(self%first)) &
+        if (number >= 1 .and. number <= self%line_count()) &
             length = max(0, self%last(number) - self%first(number) + 1)
     end function line_length
 

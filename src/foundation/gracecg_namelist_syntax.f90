@@ -395,7 +395,7 @@ contains
         integer, intent(in) :: position
         character(word_length(text, position)) :: found
 
-        found = text(position:position + len(found) - 1)
+        found = text(position:)
     end function word_at
 
     subroutine append_values(values, token)

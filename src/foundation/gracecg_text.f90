@@ -1,17 +1,17 @@
 !> Small helpers for text: case, splitting, and numbers to and from text.
 !>
-!> No function of the library has a result of deferred length, `character(:), allocatable`: gfortran
-!> keeps the length of such a result in one place for all threads (as of version 12), so that two that
-!> call the function from the same line at once may take each other's. The length of a result is
-!> therefore worked out first, by a function of its own (`*_length`).
+!> No function of the library returns a text of deferred length (`character(:), allocatable`): gfortran
+!> keeps the length of such a result in static memory where the function is called, so that two threads
+!> that make texts at once cut each other's short. The length is a function of the arguments instead.
 module gracecg_text
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char, c_null_ptr, c_ptr
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_intptr_t, c_loc, c_null_char, c_null_ptr, &
+        c_ptr
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_kinds, only: dp, i4, i8
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
-    public :: parse_real, parse_integer, real_text, put_real, rounded_text, integer_text, LONGEST_REAL
+    public :: parse_real, parse_integer, real_text, real_field, rounded_text, integer_text
 
     type :: string_t
         !! One text of an array of texts of different lengths
@@ -31,6 +31,16 @@ module gracecg_text
     end interface integer_text
 
     interface
+        !> The same, for a text that is one number to its end; `rest` is null.
+        pure function c_value(text, rest) bind(c, name='strtod') result(value)
+            import :: c_char, c_double, c_ptr
+            character(kind=c_char), intent(in) :: text(*)
+            type(c_ptr), intent(in), value :: rest
+            real(c_double) :: value
+        end function c_value
+    end interface
+
+    interface
         !> The C library's conversion: several times quicker than an internal read.
         function c_strtod(text, rest) bind(c, name='strtod') result(value)
             import :: c_char, c_double, c_ptr
@@ -38,20 +48,13 @@ module gracecg_text
             type(c_ptr), intent(out) :: rest    !! Address of the first character not used
             real(c_double) :: value
         end function c_strtod
-
-        !> The same for a text that is known to be a number: `rest` is NULL.
-        pure function c_strtod_of_number(text, rest) bind(c, name='strtod') result(value)
-            import :: c_char, c_double, c_ptr
-            character(kind=c_char), intent(in) :: text(*)
-            type(c_ptr), intent(in), value :: rest
-            real(c_double) :: value
-        end function c_strtod_of_number
     end interface
 
     character(*), parameter :: BLANKS = ' '//achar(9)
     integer, parameter :: LONGEST_NUMBER = 128  !! Longer texts are not taken for numbers
     integer, parameter :: MOST_DIGITS = 17      !! Always enough to tell two numbers apart
-    integer, parameter :: LONGEST_REAL = 32     !! Characters that hold every result of `put_real`
+    integer, parameter :: LONGEST_REAL = 32     !! Of real_text: sign, 17 digits, zeros, point, exponent
+    integer, parameter :: LONGEST_INTEGER = 20  !! Of integer_text
     integer, parameter :: extended = max(dp, selected_real_kind(18))
     !! A kind with more digits than double precision, where there is one
 
@@ -148,21 +151,22 @@ contains
         call move_alloc(longer, strings)
     end subroutine append
 
-    pure integer function longest_length(strings)
+    !> The length of the longest text.
+    pure integer function longest_of(strings) result(longest)
         type(string_t), intent(in) :: strings(:)
 
         integer :: i
 
-        longest_length = 0
+        longest = 0
         do i = 1, size(strings)
-            longest_length = max(longest_length, len(strings(i)%text))
+            longest = max(longest, len(strings(i)%text))
         end do
-    end function longest_length
+    end function longest_of
 
     !> The texts as one array of equal length, padded with blanks.
     pure function padded(strings) result(array)
         type(string_t), intent(in) :: strings(:)
-        character(longest_length(strings)) :: array(size(strings))
+        character(longest_of(strings)) :: array(size(strings))
 
         integer :: i
 
@@ -171,26 +175,20 @@ contains
         end do
     end function padded
 
-    pure integer function joined_length(texts, separator)
-        character(*), intent(in) :: texts(:), separator
-
-        joined_length = sum(len_trim(texts)) + max(0, size(texts) - 1)*len(separator)
-    end function joined_length
-
     !> The texts without trailing blanks, one after the other, with `separator` between them.
     pure function join(texts, separator) result(joined)
         character(*), intent(in) :: texts(:), separator !! The pieces, and what stands between them
-        character(joined_length(texts, separator)) :: joined
+        character(sum(len_trim(texts)) + max(0, size(texts) - 1)*len(separator)) :: joined
 
         integer :: i, last
 
         last = 0
         do i = 1, size(texts)
             if (i > 1) then
-                joined(last + 1:) = separator
+                joined(last + 1:last + len(separator)) = separator
                 last = last + len(separator)
             end if
-            joined(last + 1:) = texts(i)
+            joined(last + 1:last + len_trim(texts(i))) = texts(i)
             last = last + len_trim(texts(i))
         end do
     end function join
@@ -318,24 +316,42 @@ contains
         if (ok) value = int(long, i4)
     end subroutine parse_integer_i4
 
-    pure integer function real_length(value) result(length)
-        real(dp), intent(in) :: value
+    !> What real_text gives, with blanks behind it: quicker, for long tables.
+    pure function real_field(value) result(field)
+        real(dp), intent(in) :: value   !! NaN and infinity have their names
+        character(LONGEST_REAL) :: field
 
-        character(LONGEST_REAL) :: buffer
+        integer(i8) :: mantissa
+        integer :: exponent
+        character(25) :: buffer
 
-        call put_real(value, buffer, length)
-    end function real_length
+        if (abs(value) <= 0) then
+            field = '0'
+            return
+        else if (.not. ieee_is_finite(value)) then
+            write (buffer, '(f25.0)') value
+            field = adjustl(buffer)
+            return
+        end if
+        ! The digits by arithmetic: several times quicker than a formatted write, and nearly always
+        ! right, which reading back shows.
+        if (abs(value) > 1e-200_dp .and. abs(value) < 1e200_dp) then
+            exponent = floor(log10(abs(value)))
+            mantissa = nint(abs(value)*10.0_extended**(MOST_DIGITS - 1 - exponent), i8)
+            field = shortest(value, mantissa, exponent)
+            if (field /= '') return
+        end if
+        write (buffer, '(es25.16e3)') abs(value)
+        call scan_scientific(buffer, mantissa, exponent)
+        field = shortest(value, mantissa, exponent)
+    end function real_field
 
     !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
     pure function real_text(value) result(text)
         real(dp), intent(in) :: value   !! NaN and infinity have their names
-        character(real_length(value)) :: text
+        character(len_trim(real_field(value))) :: text
 
-        character(LONGEST_REAL) :: buffer
-        integer :: length
-
-        call put_real(value, buffer, length)
-        text = buffer
+        text = real_field(value)
     end function real_text
 
     !> The number itself, rounded to so many digits.
@@ -343,7 +359,7 @@ contains
         real(dp), intent(in) :: value
         integer, intent(in) :: digits       !! 1 to 15
 
-        character(LONGEST_REAL) :: buffer, layout
+        character(32) :: buffer, layout
         integer :: status
 
         rounded = value
@@ -358,80 +374,44 @@ contains
     pure function rounded_text(value, digits) result(text)
         real(dp), intent(in) :: value       !! NaN and infinity have their names
         integer, intent(in) :: digits       !! 1 to 15
-        character(real_length(rounded(value, digits))) :: text
+        character(len_trim(real_field(rounded(value, digits)))) :: text
 
-        text = real_text(rounded(value, digits))
+        text = real_field(rounded(value, digits))
     end function rounded_text
 
-    !> The same as `real_text`, at the beginning of a text that is long enough.
-    pure subroutine put_real(value, text, length)
-        real(dp), intent(in) :: value                   !! NaN and infinity have their names
-        character(LONGEST_REAL), intent(out) :: text    !! Filled up with blanks
-        integer, intent(out) :: length                  !! Without the blanks
-
-        integer(i8) :: mantissa
-        integer :: exponent
-        character(25) :: buffer
-
-        if (abs(value) <= 0) then
-            text = '0'
-            length = 1
-            return
-        else if (.not. ieee_is_finite(value)) then
-            write (buffer, '(f25.0)') value
-            text = adjustl(buffer)
-            length = len_trim(text)
-            return
-        end if
-        ! The digits by arithmetic: several times quicker than a formatted write, and nearly always
-        ! right, which reading back shows.
-        if (abs(value) > 1e-200_dp .and. abs(value) < 1e200_dp) then
-            exponent = floor(log10(abs(value)))
-            mantissa = nint(abs(value)*10.0_extended**(MOST_DIGITS - 1 - exponent), i8)
-            call put_shortest(value, mantissa, exponent, text, length)
-            if (length > 0) return
-        end if
-        write (buffer, '(es25.16e3)') abs(value)
-        call scan_scientific(buffer, mantissa, exponent)
-        call put_shortest(value, mantissa, exponent, text, length)
-    end subroutine put_real
-
-    !> The first of 15, 16 and 17 digits that reads back as `value`; of length 0 when none does.
-    pure subroutine put_shortest(value, mantissa, exponent, text, length)
+    !> The first of 15, 16 and 17 digits that reads back as `value`; blank when none does.
+    pure function shortest(value, mantissa, exponent) result(field)
         real(dp), intent(in) :: value
         integer(i8), intent(in) :: mantissa     !! The first 17 digits of its absolute value
         integer, intent(in) :: exponent         !! Exponent of the first digit
-        character(LONGEST_REAL), intent(out) :: text
-        integer, intent(out) :: length
+        character(LONGEST_REAL) :: field
 
         integer(i8) :: unit
         integer :: excess
 
         do excess = 2, 0, -1
             unit = 10_i8**excess
-            call put_decimal(value < 0, (mantissa + unit/2)/unit, exponent - MOST_DIGITS + 1 + excess, &
-                             text, length)
-            if (reads_back(text(:length), value)) return
+            field = decimal_text(value < 0, (mantissa + unit/2)/unit, &
+                                 exponent - MOST_DIGITS + 1 + excess)
+            if (abs(value_of(field) - value) <= 0) return
         end do
-        text = ''
-        length = 0
-    end subroutine put_shortest
+        field = ''
+    end function shortest
 
-    !> Does a decimal number read as a value? (Where a host program's locale has another decimal point, C
-    !> stops too early: Fortran decides.)
-    pure logical function reads_back(text, value)
-        character(*), intent(in) :: text
-        real(dp), intent(in) :: value
+    !> The number that a field of decimal_text is.
+    pure real(dp) function value_of(field) result(value)
+        character(LONGEST_REAL), intent(in) :: field
 
-        real(dp) :: again
-        integer :: i, status
+        integer :: status
 
-        again = c_strtod_of_number([(text(i:i), i=1, len(text)), c_null_char], c_null_ptr)
-        reads_back = abs(again - value) <= 0
-        if (reads_back) return
-        read (text, *, iostat=status) again
-        reads_back = status == 0 .and. abs(again - value) <= 0
-    end function reads_back
+        ! A host program may have set a locale with another decimal point.
+        if (c_value('0.5'//c_null_char, c_null_ptr) > 0) then
+            value = c_value(field//c_null_char, c_null_ptr)     ! reads up to the first blank
+        else
+            read (field, *, iostat=status) value
+            if (status /= 0) value = 0
+        end if
+    end function value_of
 
     !> Takes ' 1.2345678901234567E-012' apart: the digits as one integer, and the exponent.
     pure subroutine scan_scientific(buffer, mantissa, exponent)
@@ -453,12 +433,11 @@ contains
 
     !> mantissa*10**exponent as text, without needless zeros; with an exponent only when the point
     !> would stand far from the digits.
-    pure subroutine put_decimal(negative, mantissa, exponent, text, length)
+    pure function decimal_text(negative, mantissa, exponent) result(text)
         logical, intent(in) :: negative
         integer(i8), intent(in) :: mantissa     !! Positive
         integer, intent(in) :: exponent
-        character(LONGEST_REAL), intent(out) :: text
-        integer, intent(out) :: length
+        character(LONGEST_REAL) :: text
 
         character(20) :: digits
         integer(i8) :: rest
@@ -492,35 +471,27 @@ contains
             text = digits(:1)//'.'//digits(2:n)//'e'//integer_text(leading)
         end if
         if (negative) text = '-'//text(:LONGEST_REAL - 1)
-        length = len_trim(text)
-    end subroutine put_decimal
+    end function decimal_text
 
-    !> Characters of an integer without padding.
-    pure integer function integer_length(value) result(length)
+    !> An integer with blanks behind it.
+    pure function integer_field(value) result(field)
         integer(i8), intent(in) :: value
+        character(LONGEST_INTEGER) :: field
 
-        integer(i8) :: rest
-
-        length = merge(2, 1, value < 0)
-        rest = value/10
-        do while (rest /= 0)
-            rest = rest/10
-            length = length + 1
-        end do
-    end function integer_length
+        write (field, '(i0)') value
+    end function integer_field
 
     pure function integer_text_i8(value) result(text)
         integer(i8), intent(in) :: value
-        character(integer_length(value)) :: text
+        character(len_trim(integer_field(value))) :: text
 
-        write (text, '(i0)') value
+        text = integer_field(value)
     end function integer_text_i8
 
     pure function integer_text_i4(value) result(text)
         integer(i4), intent(in) :: value
-        character(integer_length(int(value, i8))) :: text
+        character(len_trim(integer_field(int(value, i8)))) :: text
 
-        write (text, '(i0)') value
+        text = integer_field(int(value, i8))
     end function integer_text_i4
-
 end module gracecg_text

@@ -10,7 +10,7 @@ module gracecg_value
     public :: real_from_text, integer_from_text, logical_from_text, choice_from_text
     public :: allowed_real, allowed_integer, allowed_choice, did_you_mean
 
-    integer, parameter :: LONGEST_PHRASE = 160      !! Characters of what a number must be
+    integer, parameter :: LONGEST_RANGE = 160   !! Three words of real_text, and a unit
 
 contains
 
@@ -94,38 +94,40 @@ contains
                   did_you_mean(text, choices)
     end subroutine choice_from_text
 
-    !> What a real number must be: 'a number from 0 to 10 kg', filled up with blanks.
-    pure function allowed_real(low, high, unit) result(text)
+    !> What a real number must be: 'a number from 0 to 10 kg', with blanks behind it.
+    function allowed_real(low, high, unit) result(text)
         real(dp), intent(in), optional :: low, high !! Allowed range, in `unit`
         character(*), intent(in), optional :: unit  !! For the message
-        character(LONGEST_PHRASE) :: text
+        character(LONGEST_RANGE) :: text
 
+        text = 'a number'
         if (present(low) .and. present(high)) then
             text = 'a number from '//real_text(low)//' to '//real_text(high)
         else if (present(low)) then
             text = 'a number of at least '//real_text(low)
         else if (present(high)) then
             text = 'a number of at most '//real_text(high)
-        else
-            text = 'a number'
-            if (present(unit)) text = 'a number in'
         end if
-        if (present(unit)) text = trim(text)//' '//unit
+        if (.not. present(unit)) return
+        if (present(low) .or. present(high)) then
+            text = trim(text)//' '//unit
+        else
+            text = trim(text)//' in '//unit
+        end if
     end function allowed_real
 
-    !> What an integer must be: 'an integer from 1 to 60', filled up with blanks.
-    pure function allowed_integer(low, high) result(text)
+    !> What an integer must be: 'an integer from 1 to 60', with blanks behind it.
+    function allowed_integer(low, high) result(text)
         integer, intent(in), optional :: low, high  !! Allowed range
-        character(LONGEST_PHRASE) :: text
+        character(LONGEST_RANGE) :: text
 
+        text = 'an integer'
         if (present(low) .and. present(high)) then
             text = 'an integer from '//integer_text(low)//' to '//integer_text(high)
         else if (present(low)) then
             text = 'an integer of at least '//integer_text(low)
         else if (present(high)) then
             text = 'an integer of at most '//integer_text(high)
-        else
-            text = 'an integer'
         end if
     end function allowed_integer
 
@@ -137,19 +139,20 @@ contains
         text = 'one of '//join(choices, ', ')
     end function allowed_choice
 
-    pure integer function did_you_mean_length(name, known) result(length)
-        character(*), intent(in) :: name, known(:)
+    !> The hint at a name, with blanks behind it; blank without one.
+    pure function hint(nearest) result(text)
+        character(*), intent(in) :: nearest
+        character(len(nearest) + len('; did you mean ""?')) :: text
 
-        length = len(nearest_name(lower_case(name), known))
-        if (length > 0) length = length + len('; did you mean ""?')
-    end function did_you_mean_length
+        text = ''
+        if (nearest /= '') text = '; did you mean "'//nearest//'"?'
+    end function hint
 
     !> '; did you mean "x"?', or nothing when no known name is near.
     pure function did_you_mean(name, known) result(text)
         character(*), intent(in) :: name, known(:)  !! As written; names to compare with
-        character(did_you_mean_length(name, known)) :: text
+        character(len_trim(hint(nearest_name(lower_case(name), known)))) :: text
 
-        if (len(text) > 0) text = '; did you mean "'//nearest_name(lower_case(name), known)//'"?'
+        text = hint(nearest_name(lower_case(name), known))
     end function did_you_mean
-
 end module gracecg_value

@@ -26,7 +26,7 @@ module gracecg_handles
         integer :: users = 0                            !! That are in, or are just being turned away
         integer :: generation = 0                       !! Objects that were here
         logical :: occupied = .false.                   !! Until the object is gone from memory
-        class(object_t), pointer :: object => null()
+        class(object_t), pointer :: object              !! Defined while occupied
     end type slot_t
 
     type(slot_t), save, target :: slots(0:MAX_OBJECTS - 1)
@@ -127,7 +127,6 @@ contains
         object => slots(place)%object
         deallocate (object)
         !$omp critical (gracecg_handle_table)
-        slots(place)%object => null()
         slots(place)%occupied = .false.
         alive = alive - 1
         !$omp end critical (gracecg_handle_table)

@@ -198,10 +198,10 @@ contains
         if (common >= FEWEST_COMMON) offset = total/common
     end subroutine find_offset
 
-    pure function offset_text(offset, common) result(text)
+    function offset_text(offset, common) result(text)
         real(dp), intent(in) :: offset(3)       !! T
         integer, intent(in) :: common           !! Samples it comes from
-        character(120) :: text
+        character(128) :: text                  !! Blanks behind it
 
         text = ''
         if (common < FEWEST_COMMON) return

@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""Checks that the compiled library keeps no state that threads would share.
+
+    tools/check_static_data.py [ARCHIVE]    prints each finding; status 1 if any
+
+ARCHIVE is libgracecg.a, by default the newest one in build/. No module may have a writable variable but
+for the few that are known here. And nothing may call a function that returns a text of deferred length
+(character(:), allocatable): gfortran keeps that length in static memory. The commands may: only one
+thread runs them.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+WRITABLE = "bBdDC"
+COMPILERS_OWN = re.compile(r"__(?:vtab|def_init|vtype|copy|final)_")
+# The table of handles, which is guarded; constant texts and arrays without elements; indices of
+# constant arrays.
+KNOWN = {"gracecg_handles": {"slots", "nothing", "last_slot", "alive"},
+         "gracecg_c_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
+         "gracecg_coloured_noise": {"i_pole"},
+         "gracecg_c_estimation": {"no_heads", "no_times", "no_values"}}
+
+
+def findings(archive):
+    names = subprocess.run(["nm", str(archive)], capture_output=True, text=True, check=True).stdout
+    source = ""
+    for line in filter(None, names.splitlines()):
+        if line.endswith(".o:"):
+            source = line[:-1]
+            continue
+        kind, symbol = line.split()[-2:]
+        if kind not in WRITABLE or COMPILERS_OWN.search(symbol):
+            continue
+        if match := re.match(r"__(\w+)_MOD_(\w+)$", symbol):
+            module, variable = match.groups()
+            if variable not in KNOWN.get(module, ()):
+                yield f"{source}: module variable {variable}"
+        elif symbol.startswith("slen.") and not source.startswith("src_command_"):
+            yield f"{source}: the length of a text that a function returns, {symbol}"
+
+
+def main():
+    archives = [pathlib.Path(a) for a in sys.argv[1:2]] or \
+        sorted(ROOT.glob("build/gfortran_*/gracecg/libgracecg.a"), key=lambda a: a.stat().st_mtime)
+    if not archives:
+        print("there is no build/gfortran_*/gracecg/libgracecg.a: build first")
+        return 1
+    found = list(findings(archives[-1]))
+    for line in found:
+        print(line)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
