@@ -136,7 +136,7 @@ contains
             call page%verdict(VERDICT_PARTLY, integer_text(book%not_drawn)//' figures are '// &
                               'missing.', book%reason)
         end if
-        call page%begin_table('What the report shows, and what is found here', 'findings')
+        call page%begin_table('What the report shows, and what is found here', 'findings', stacks=.true.)
         call page%begin_row()
         call page%column_head('report')
         call page%column_head('verdict')

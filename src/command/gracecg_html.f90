@@ -171,15 +171,20 @@ contains
 
     !> Begins a table. First come the rows of its head, closed by `head_end`, then those of its body.
     !> A wide table scrolls within its box.
-    subroutine begin_table(self, caption, id)
+    subroutine begin_table(self, caption, id, stacks)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: caption
         character(*), intent(in), optional :: id        !! For links to it, and as its name
+        logical, intent(in), optional :: stacks
+        !! On a phone the cells of a row stand below each other: for tables of words
 
         character(:), allocatable :: name
 
         name = ''
         if (present(id)) name = ' id="'//id//'"'
+        if (present(stacks)) then
+            if (stacks) name = name//' class="stacks"'
+        end if
         call self%markup('<div class="scroll" role="region" tabindex="0" aria-label="'// &
                          html_escaped(plain(caption))//'">'//LF//'<table'//name//'>'//LF// &
                          '<caption>'//html_typeset(caption)//'</caption>'//LF//'<thead>')

@@ -13,7 +13,7 @@ module gracecg_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(54) = [character(118) :: &
+    character(*), parameter :: RULES(57) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
@@ -43,9 +43,9 @@ module gracecg_html_style
         '.scroll{overflow-x:auto;margin:1rem 0;max-width:100%}', &
         '.scroll:focus-visible,a:focus-visible{outline:2px solid var(--link);outline-offset:2px}', &
         'table{border-collapse:collapse;font-size:.9rem;line-height:1.35;font-variant-numeric:tabular-nums}', &
-        'caption{text-align:left;font-weight:600;padding:.25rem 0 .5rem;font-size:1rem;max-width:46rem}', &
+        'caption{text-align:left;font-weight:600;padding:.25rem 0 .5rem;font-size:1rem;', &
+        'max-width:min(46rem,calc(100vw - 2rem))}', &
         'th,td{padding:.28rem .7rem;text-align:left;vertical-align:baseline;white-space:nowrap}', &
-        'th:first-child,td:first-child{padding-left:.2rem}', &
         'thead th{border-bottom:2px solid var(--rule);vertical-align:bottom;font-weight:600}', &
         'thead th[colspan]{white-space:normal}', &
         'tbody th{font-weight:500}', &
@@ -62,7 +62,10 @@ module gracecg_html_style
         'figure .absent{border:1px dashed var(--soft);padding:1.5rem 1rem;margin:0;color:var(--soft)}', &
         'footer{margin-top:3rem;padding-bottom:3rem;color:var(--soft);font-size:.9rem}', &
         '@media (max-width:30rem){header{padding-top:1.25rem}h1{font-size:1.45rem}h2{font-size:1.2rem}', &
-        'td.wide{min-width:11rem}th,td{padding:.28rem .45rem}}', &
+        'td.wide{min-width:11rem}th,td{padding:.28rem .45rem}tbody th{white-space:normal}', &
+        'tbody th:first-child:not([rowspan]){min-width:8.5rem}tbody th[rowspan]{white-space:nowrap}', &
+        'table.stacks,.stacks caption,.stacks tbody,.stacks tr,.stacks th,.stacks td{display:block;padding:.1rem 0}', &
+        '.stacks tr{padding:.4rem 0}.stacks thead{position:absolute;clip-path:inset(50%)}}', &
         '@media print{@page{margin:16mm}body{font-size:10pt}nav ol{columns:2}', &
         'h2{break-before:page;border:0}section:first-of-type h2{break-before:auto}', &
         'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &

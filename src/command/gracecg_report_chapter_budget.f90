@@ -59,18 +59,12 @@ contains
                 call page%end_row()
             end do
             call add_row(book, 'RSS as printed', budget%printed_rss, decimals)
-            call page%begin_row()
-            call page%row_head('RSS of the lines above')
-            do axis = 1, 3
-                call page%judged_cell(merge(VERDICT_MET, VERDICT_PARTLY, same(axis)), &
-                                      pick_text(same(axis), 'agrees', 'differs'), &
-                                      fixed_text(budget%rss(axis), decimals))
-            end do
-            call page%end_row()
+            call add_row(book, 'RSS of the lines above', budget%rss, decimals)
             call add_row(book, 'requirement'//period, budget%requirement, decimals)
             call page%end_table()
         end associate
         if (all(same)) then
+            call book%page%verdict(VERDICT_MET, 'The printed RSS follows from the printed effects.')
             call book%find('Table '//table, 'table_'//table(1:1)//'_'//table(3:3), &
                            'RSS of the errors of the COM', 'the printed RSS follows from the printed '// &
                            'effects', &

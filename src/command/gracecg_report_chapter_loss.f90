@@ -67,9 +67,9 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call book%draw('figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of magnetometer data: '// &
-                       'estimates of the CG offset in 15 runs, front satellite, with the measured field '// &
-                       '(open) and with that of the model (LM, filled). Grey band: the printed '// &
+        call book%draw('figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of magnetometer '// &
+                       'data: estimates of the CG offset in 15 runs, front satellite, with the measured '// &
+                       'field (open) and with that of the model (LM, filled). Grey band: the printed '// &
                        'axis.', 'Figure 6.6, estimates with and without magnetometer', &
                        'Six panels, two algorithms by three components, of 15 estimates for cases 2 and '// &
                        '3 with measured and with modelled field. Open and filled marks lie together.', error)

@@ -13,7 +13,8 @@ module gracecg_report_chapter_orbit
     use gracecg_study_files, only: write_places
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, scaled_text, percent_text, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, scaled_text, percent_text, &
+        COMMAND, MILLIMETRE, AXES
     implicit none
     private
     public :: orbit_study_t, study_orbits, add_field_chapter, add_timing_chapter
@@ -267,7 +268,8 @@ contains
 
         script = orbit_script('figure_6_4', 'Amplitude of the angular acceleration over one '// &
                               'revolution', studies, &
-                              'angular acceleration, 10^{-5}\302\240rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
+                              'angular acceleration, '// &
+                              '10^{-5}\302\240rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
                               '1e5', [character(6) :: 'x', 'y', 'z'], &
                               'set yrange '// &
                               '['//real_text(limits(1)*1e5_dp)//':'//real_text(limits(2)*1e5_dp)//']'//LF// &

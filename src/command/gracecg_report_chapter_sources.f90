@@ -119,13 +119,16 @@ contains
         largest_source = all(STUDY_NAMES(least) == 'no-acc-noise')
         kind = merge(VERDICT_MET, VERDICT_MISSED, largest_source)
         call book%page%verdict(kind, pick_text(largest_source, &
-                                               'By theory the noise of the accelerometer is the largest source.', &
-                                               'By theory another source is larger than the accelerometer.'), &
-                               'So the report says. The part of the non-gravitational acceleration that is not a '// &
-                               'straight line, here the assumed density wave, weighs nearly as much, so that the '// &
-                               'bars of few runs may show it the other way round; star camera and magnetometer '// &
-                               'hardly matter.')
-        call book%find('Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the largest error source', &
+                                               'By theory the noise of the accelerometer is the largest '// &
+                                               'source.', &
+                                               'By theory another source is larger than the '// &
+                                               'accelerometer.'), &
+                               'So the report says. The part of the non-gravitational acceleration that '// &
+                               'is not a straight line, here the assumed density wave, weighs nearly as '// &
+                               'much, so that the bars of few runs may show it the other way round; '// &
+                               'star camera and magnetometer hardly matter.')
+        call book%find('Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the largest error '// &
+                       'source', &
                        pick_text(largest_source, 'by theory the error is least without it, in every axis', &
                                  'by theory another source weighs more'), kind, &
                        pick_text(largest_source, 'agrees', 'differs'))

@@ -77,7 +77,7 @@ contains
         call page%verdict(VERDICT_MISSED, 'Outside', 'why')
         call page%preformatted('<pre>')
         call page%details('more', 'lines')
-        call page%begin_table('A table of m^{2}', 'table')
+        call page%begin_table('A table of m^{2}', 'table', stacks=.true.)
         call page%begin_row()
         call page%column_head('case')
         call page%column_head('x', numeric=.true.)
@@ -118,7 +118,7 @@ contains
         character(66), parameter :: PARTS(21) = [character(66) :: &
             '<html lang="en">', '<title>A &amp; B</title>', '<p>The &lt;lead&gt;</p>', &
             '<li><a href="#first">First</a></li>', '<section aria-labelledby="second">', '<h3 id="there">Heading</h3>', &
-            '<li>two</li>', '<span aria-hidden="true">&#10007;</span> Outside', '<code>&lt;pre&gt;</code>', &
+            '<table id="table" class="stacks">', '<span aria-hidden="true">&#10007;</span> Outside', '<code>&lt;pre&gt;</code>', &
             '<summary>more</summary>', '<caption>A table of m<sup>2</sup></caption>', 'aria-label="A table of m2"', &
             '<th scope="col" class="number">x</th>', '<th scope="colgroup" colspan="2">y</th>', '<tr class="part">', &
             '<th scope="rowgroup" rowspan="2">front</th>', '<td class="number">0.5</td>', &
