@@ -78,6 +78,8 @@ module gracecg_calibration_model
         real(dp) :: camera_from_body(3, 3, HEADS) = 0
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
+        integer, allocatable :: place(:)
+        !! Where an estimated parameter stands among the rotational ones; 0: nowhere
     end type calibration_model_t
 
     !> Values of all parameters. The angles are zero: q* holds the attitude.
@@ -130,6 +132,7 @@ contains
         end do
         model%estimated = estimated
         model%rotational = pack(estimated, [(is_rotational(estimated(j)), j=1, size(estimated))])
+        model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
     end subroutine prepare_model
 
     !> Does a parameter act on attitude and angular velocity?
@@ -343,11 +346,11 @@ contains
         type(calibration_state_t), intent(in) :: state
         type(inertia_t), intent(in) :: inertia_tensor
         integer, intent(in) :: half
-        real(dp), intent(in) :: q(4), omega(3), x(:, :)
-        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(:, :)
+        real(dp), intent(in) :: q(4), omega(3), x(6, size(model%rotational))
+        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(6, size(model%rotational))
 
         real(dp) :: c(3), jc(3), momentum(3), gradient_torque(3), acting(3)
-        real(dp) :: by_angles(3, 3), by_rate(3, 3), forcing(3)
+        real(dp) :: by_angles(3, 3), by_rate(3, 3)
         integer :: i
 
         associate (j => inertia_tensor%j, three_mu => 3*model%rate_squared(half))
@@ -366,11 +369,11 @@ contains
                                         matmul(matmul(cross_matrix(c), j) - cross_matrix(jc), cross_matrix(c)))
             by_rate = -matmul(inertia_tensor%inverse, matmul(cross_matrix(omega), j) - cross_matrix(momentum))
         end associate
-        do i = 1, size(x, 2)
-            forcing = generalised_torque(model%rotational(i))
+        do i = 1, size(model%rotational)
             x_rate(1:3, i) = x(4:6, i) - cross(omega, x(1:3, i))
-            x_rate(4:6, i) = matmul(by_angles, x(1:3, i)) + matmul(by_rate, x(4:6, i)) + &
-                             matmul(inertia_tensor%inverse, forcing)
+            x_rate(4:6, i) = times(by_angles, x(1:3, i)) + times(by_rate, x(4:6, i))
+            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) cycle
+            x_rate(4:6, i) = x_rate(4:6, i) + times(inertia_tensor%inverse, generalised_torque(model%rotational(i)))
         end do
 
     contains
@@ -401,6 +404,14 @@ contains
             end select
         end function generalised_torque
     end subroutine derivatives
+
+    !> m v; where it stands in inner loops the compiler puts it in line, matmul not always.
+    pure function times(m, v)
+        real(dp), intent(in) :: m(3, 3), v(3)
+        real(dp) :: times(3)
+
+        times = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
+    end function times
 
     !> What the accelerometer would show at the samples' epochs, and the partials of the estimated
     !> parameters.
@@ -494,7 +505,7 @@ contains
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
         real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3)
-        integer :: i, rotational, axis
+        integer :: i, axis
 
         associate (d => state%value(OFFSET), t => k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
@@ -508,16 +519,13 @@ contains
             end if
             if (model%wave_frequency > 0 .and. model%airflow_known) by_angles = by_angles + cross_matrix( &
                 wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE))
-            rotational = 0
             partials = 0
             do i = 1, size(model%estimated)
-                associate (p => model%estimated(i))
-                    if (is_rotational(p)) then
-                        rotational = rotational + 1
-                        partials(i, :) = matmul(by_rate, trajectory%rates(:, rotational, k)) + &
-                                         matmul(by_angles, trajectory%angles(:, rotational, k)) + &
-                                         cross(trajectory%accelerations(:, rotational, k), d)
-                        partials(i, :) = factor*partials(i, :)
+                associate (p => model%estimated(i), r => model%place(i))
+                    if (r > 0) then
+                        partials(i, :) = factor*(times(by_rate, trajectory%rates(:, r, k)) + &
+                                                 times(by_angles, trajectory%angles(:, r, k)) + &
+                                                 cross(trajectory%accelerations(:, r, k), d))
                         cycle
                     end if
                     axis = mod(p - 1, 3) + 1    ! of the groups of three
@@ -551,7 +559,7 @@ contains
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
         real(dp) :: computed(4), column(3), tau
-        integer :: k, i, rotational
+        integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
         tau = time - k*model%interval
@@ -559,15 +567,15 @@ contains
             computed = turned_by(tau*omega + tau**2/2*trajectory%omega_dot(:, k), trajectory%q(:, k))
             angles = matmul(camera, turn_between(computed, quaternion))
             if (.not. present(partials)) return
-            rotational = 0
             partials = 0
             do i = 1, size(model%estimated)
-                if (.not. is_rotational(model%estimated(i))) cycle
-                rotational = rotational + 1
-                column = trajectory%angles(:, rotational, k)
-                column = column + tau*(trajectory%rates(:, rotational, k) - cross(omega, column)) + &
-                         tau**2/2*trajectory%accelerations(:, rotational, k)
-                partials(i, :) = matmul(camera, column)
+                associate (r => model%place(i))
+                    if (r == 0) cycle
+                    column = trajectory%angles(:, r, k)
+                    column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
+                             tau**2/2*trajectory%accelerations(:, r, k)
+                    partials(i, :) = times(camera, column)
+                end associate
             end do
         end associate
     end subroutine star_angles

@@ -139,7 +139,8 @@ contains
             phase = 1
             associate (epoch => problem%data%accelerometer_epoch)
                 do step = 1, n
-                    if (step > 1) phase = phase*turn**(epoch(step) - epoch(step - 1))
+                    if (step > 1) phase = phase*merge(turn, turn**(epoch(step) - epoch(step - 1)), &
+                                                      epoch(step) - epoch(step - 1) == 1)
                     total = total + series(step)*phase
                 end do
             end associate
