@@ -35,6 +35,8 @@ module gracecg_campaign
         type(error_statistics_t) :: statistics      !! mm
         real(dp) :: predicted(3) = 0                !! RMS error by theory, mm
         real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
+        real(dp) :: normalised = 0
+        !! Mean error squared in units of the estimates' own covariances; 0: not known
     end type campaign_entry_t
 
     !> Cases by algorithms, or the part of the runs that one shard has of them.
@@ -143,6 +145,7 @@ contains
             entry%offset = results%offset/MILLIMETRE
             entry%converged = results%converged
             entry%predicted = prediction%rms/MILLIMETRE
+            entry%normalised = sum(results%normalised)/size(results%normalised)
         end associate
         call summarise(campaign, a, i)
     end subroutine run_entry

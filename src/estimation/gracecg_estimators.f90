@@ -8,11 +8,13 @@ module gracecg_estimators
     use gracecg_fit_record, only: fit_record_t
     implicit none
     private
-    public :: estimate_offset, ESTIMATOR_NAMES
+    public :: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
 
-    !> The algorithms, as on the command line
-    character(10), parameter :: ESTIMATOR_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
-                                                      'ascfest', 'ascrest']
+    !> The algorithms of CSR-TM-00-01, as on the command line
+    character(10), parameter :: REPORT_ESTIMATORS(4) = [character(10) :: 'assest-fde', 'assest-rde', &
+                                                        'ascfest', 'ascrest']
+    !> All algorithms, as on the command line
+    character(10), parameter :: ESTIMATOR_NAMES(5) = [character(10) :: REPORT_ESTIMATORS, 'optimal']
 
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
@@ -22,7 +24,8 @@ module gracecg_estimators
             type(observation_set_t), intent(in) :: observations
             type(calibration_solution_t), intent(out) :: solution
             type(error_t), allocatable, intent(out) :: error
-            logical, intent(in), optional :: with_covariance    !! Compute the covariance: true when absent
+            logical, intent(in), optional :: with_covariance
+            !! Compute the covariance and check the fit: true when absent
             type(fit_record_t), intent(out), optional :: record
             !! For diagnostics: series and covariances of the fit; the covariance is then computed
         end subroutine estimate_offset
