@@ -54,6 +54,7 @@ program tester
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
+    use test_manoeuvre, only: collect_manoeuvre
     use test_faults, only: collect_faults
     implicit none
 
@@ -114,6 +115,7 @@ program tester
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
+             new_testsuite('manoeuvre', collect_manoeuvre), &
              new_testsuite('faults', collect_faults)]
 
     fast = .false.
