@@ -58,8 +58,8 @@ contains
         call check_passes(error, message_of(failure))
     end subroutine example
 
-    !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: the angular velocity agrees to 1e-9 of the
-    !> 3e-5 rad/s that the rods give it, also where a square wave has edges of 1 s.
+    !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
+    !> smooth waveforms agree to rounding and a square wave with edges of 1 s to 1e-7.
     subroutine test_truth_converges(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -79,8 +79,8 @@ contains
             dynamics%with_solar_radiation = .false.
             call propagate_arc(dynamics, initial_state(case), 0.1_dp, 200, coarse, failure)
             call propagate_arc(dynamics, initial_state(case), 0.0125_dp, 1600, fine, failure)
-            call check(error, maxval(abs(coarse%state(OMEGA, :) - fine%state(OMEGA, ::8))) < 3e-14_dp, &
-                       WAVEFORM_NAMES(waveform))
+            call check(error, maxval(abs(coarse%state(OMEGA, :) - fine%state(OMEGA, ::8))) < &
+                       merge(2e-12_dp, 1e-16_dp, waveform == SQUARE), WAVEFORM_NAMES(waveform))
             if (allocated(error)) return
         end do
     end subroutine test_truth_converges
@@ -133,7 +133,8 @@ contains
     end subroutine test_fit_converges
 
     !> A sine of the report's frequency that starts abruptly leaves a mean rate that turns the
-    !> satellite away; with tapers of one period the greatest turn is less than a third.
+    !> satellite away; with tapers of one period the greatest turn is less than half
+    !> of that (what is left is the turn by the gravity gradient).
     subroutine test_taper_in_flight(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -146,7 +147,7 @@ contains
         case%setup%rods%activations%taper = 10
         call motion_of(smooth)
         if (allocated(error)) return
-        call check(error, abrupt%excursion > 0.05_dp*DEGREE .and. smooth%excursion < abrupt%excursion/3)
+        call check(error, abrupt%excursion > 0.05_dp*DEGREE .and. smooth%excursion < abrupt%excursion/2)
 
     contains
 
