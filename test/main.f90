@@ -56,6 +56,7 @@ program tester
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
     use test_manoeuvre, only: collect_manoeuvre
+    use test_design, only: collect_design
     use test_faults, only: collect_faults
     implicit none
 
@@ -118,6 +119,7 @@ program tester
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
              new_testsuite('manoeuvre', collect_manoeuvre), &
+             new_testsuite('design', collect_design), &
              new_testsuite('faults', collect_faults)]
 
     fast = .false.
