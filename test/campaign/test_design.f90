@@ -12,6 +12,7 @@ module test_design
     use gracecg_simulation, only: propagate_case
     use gracecg_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_manoeuvre_site
+    use gracecg_manoeuvre_design
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -24,7 +25,8 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('facts-of-the-covariance-analysis', test_facts)]
+                    new_unittest('facts-of-the-covariance-analysis', test_facts), &
+                    new_unittest('try', test_try)]
     end subroutine collect_design
 
     !> View and start of a case.
@@ -87,4 +89,34 @@ contains
             end do
         end do
     end subroutine test_facts
+
+    subroutine test_try(error)
+        use omp_lib
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_case_t) :: case
+        type(accelerometer_view_t) :: view
+        type(manoeuvre_site_t) :: site(1)
+        type(manoeuvre_design_t) :: design
+        type(design_settings_t) :: settings
+        type(error_t), allocatable :: failure
+        real(dp) :: t0
+        integer :: number, w, k
+
+        do number = 1, 3
+            call report_case(REPORT_CASE_NAMES(number), case, failure)
+            call stand(case, view, site(1), error)
+            do w = 1, 4
+                settings%waveform_used = .false.
+                settings%waveform_used(w) = .true.
+                t0 = omp_get_wtime()
+                call design_manoeuvre(view, site, settings, design, failure)
+                if (allocated(failure)) print *, failure%message
+                print '(i2,1x,a,f8.2,i8,3f8.2,2x,3f8.2,2x,f8.2,2f8.3)', number, WAVEFORM_NAMES(w), omp_get_wtime()-t0, &
+                    design%evaluations, design%sigma*1e6, design%wave*1e6, design%worst*1e6, design%rate/DEGREE, &
+                    design%excursion/DEGREE
+                print '(20x,3(2f9.3,3x))', (design%rods%activations(k)%frequency*60, &
+                  design%rods%activations(k)%phase/DEGREE, k=1,3)
+            end do
+        end do
+    end subroutine
 end module test_design
