@@ -139,7 +139,7 @@ contains
         type(manoeuvre_design_t) :: pattern, refined(REFINED_COUNT)
         type(candidate_t) :: improved
         integer, allocatable :: order(:)
-        integer :: i, spent
+        integer :: i, spent, spent_refining(REFINED_COUNT)
 
         call check_design_settings(view, settings, error)
         if (allocated(error)) return
@@ -157,12 +157,13 @@ contains
         !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(improved)
         do i = 1, size(finalists)
             improved = finalists(i)
-            call refine(view, sites, settings, improved, refined(i)%evaluations)
+            call refine(view, sites, settings, improved, spent_refining(i))
             call judge(view, sites, settings, improved, size(sites), refined(i))
         end do
         !$omp end parallel do
         call judge_pattern_567(view, sites, settings, pattern)
-        spent = spent + sum(refined(:size(finalists))%evaluations) + pattern%evaluations
+        spent = spent + sum(refined(:size(finalists))%evaluations) + sum(spent_refining(:size(finalists))) + &
+                pattern%evaluations
         do i = 1, size(finalists)
             if (better(refined(i), design)) design = refined(i)
         end do
@@ -415,12 +416,12 @@ contains
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), intent(inout) :: candidate
         integer, intent(in) :: most_places
-        type(manoeuvre_design_t), intent(inout) :: design
+        type(manoeuvre_design_t), intent(out) :: design
 
         integer :: attempt, spent, i
         real(dp) :: nominal, factor
 
-        spent = design%evaluations
+        spent = 0
         do attempt = 0, SCALINGS
             call judge_manoeuvre(view, sites, rods_of(settings, view%samples*view%interval, candidate), &
                                  most_places, design)
@@ -620,7 +621,7 @@ contains
 
         type(candidate_t), allocatable :: candidates(:), chosen(:)
         type(manoeuvre_design_t), allocatable :: judged(:)
-        type(manoeuvre_design_t) :: at_place(size(sites))
+        type(manoeuvre_design_t) :: at_place(size(sites)), trial
         type(candidate_t) :: candidate
         integer, allocatable :: order(:)
         integer :: i, k
@@ -637,19 +638,17 @@ contains
             order = best_first(judged, 3)
             chosen = [chosen, candidates(order)]
         end do
-        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(k, candidate, judged)
+        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(k, candidate, trial)
         do i = 1, size(sites)
-            allocate (judged(size(chosen)))
             do k = 1, size(chosen)
                 candidate = chosen(k)
-                call judge(view, sites(i:i), settings, candidate, 1, judged(k))
+                call judge(view, sites(i:i), settings, candidate, 1, trial)
+                if (k == 1) then
+                    at_place(i) = trial
+                else if (better(trial, at_place(i))) then
+                    at_place(i) = trial
+                end if
             end do
-            order_of_place: block
-                integer, allocatable :: first(:)
-                first = best_first(judged, 1)
-                at_place(i) = judged(first(1))
-            end block order_of_place
-            deallocate (judged)
         end do
         !$omp end parallel do
         order = best_first(at_place, 1)
