@@ -6,6 +6,7 @@ module gracecg_monte_carlo
     use gracecg_text, only: integer_text
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_observation_set, only: observation_set_t
+    use gracecg_optimal_settings, only: NOISE_GIVEN
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset
     use gracecg_simulation, only: simulator_t, observe, observe_without_noise
@@ -131,21 +132,25 @@ contains
         type(density_wave_t) :: wave
         integer :: i
 
-        call estimate_without_noise(simulator, algorithm, density_wave_t(), .true., still, error)
-        if (allocated(error)) return
+        associate (random => simulator%case%density_wave_random)
+            call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
+            if (allocated(error)) return
+            prediction%bias = still%offset - simulator%case%offset
+            prediction%wave = 0
+            if (random) then
+                wave = simulator%case%density_wave
+                wave%phase = 0
+                call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
+                if (allocated(error)) return
+                wave%phase = PI/2
+                ! the covariance of an estimator that responds to the wave is that with the wave
+                call estimate_without_noise(simulator, algorithm, wave, .true., cosine, error)
+                if (allocated(error)) return
+                prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
+                still%covariance = cosine%covariance
+            end if
+        end associate
         prediction%noise = [(sqrt(still%covariance(i, i)), i=1, 3)]
-        prediction%bias = still%offset - simulator%case%offset
-        prediction%wave = 0
-        if (simulator%case%density_wave_random) then
-            wave = simulator%case%density_wave
-            wave%phase = 0
-            call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
-            if (allocated(error)) return
-            wave%phase = PI/2
-            call estimate_without_noise(simulator, algorithm, wave, .false., cosine, error)
-            if (allocated(error)) return
-            prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
-        end if
         prediction%rms = sqrt(prediction%noise**2 + prediction%bias**2 + prediction%wave**2)
     end subroutine predict_errors
 
@@ -160,6 +165,7 @@ contains
         type(observation_set_t) :: observations
 
         call observe_without_noise(simulator, wave, observations)
+        observations%setup%optimal%noise = NOISE_GIVEN      ! there is none to estimate
         call estimate_offset(algorithm, observations, solution, error, with_covariance)
     end subroutine estimate_without_noise
 end module gracecg_monte_carlo

@@ -8,7 +8,7 @@ module gracecg_command_montecarlo
     use gracecg_file, only: check_writable
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
     use gracecg_report_cases, only: REPORT_CASE_NAMES
@@ -47,7 +47,8 @@ contains
                                 'gracecg montecarlo --cases front-3,back-3 --algorithms assest-fde --runs 100')
         call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas (default: '// &
                                   'the six built-in cases)')
-        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default: all)')
+        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
+                                  ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
                                   'of the whole campaign')
@@ -95,7 +96,7 @@ contains
 
         call arguments%get('--cases', plan%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
         if (.not. allocated(misuse)) call arguments%get('--algorithms', plan%algorithms, misuse, &
-                                                        default=join(ESTIMATOR_NAMES, ','), &
+                                                        default=join(REPORT_ESTIMATORS, ','), &
                                                         choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, &
                                                         low=1, high=MOST_RUNS)
