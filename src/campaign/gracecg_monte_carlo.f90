@@ -4,6 +4,7 @@ module gracecg_monte_carlo
     use gracecg_constants, only: PI
     use gracecg_error, only: error_t, add_context
     use gracecg_text, only: integer_text
+    use gracecg_vectors, only: inverse_3x3
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_observation_set, only: observation_set_t
     use gracecg_optimal_settings, only: NOISE_GIVEN
@@ -19,6 +20,9 @@ module gracecg_monte_carlo
         integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! (3, runs), m
         logical, allocatable :: converged(:)        !! (runs)
+        real(dp), allocatable :: normalised(:)
+        !! Error squared in units of the estimate's own covariance: a chi-square with 3 degrees of freedom
+        !! if that is honest. (runs); 0 where the algorithm gives no covariance with the estimate
     end type monte_carlo_t
 
     !> Statistics of the errors of the offset, mm.
@@ -74,7 +78,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, first_failed
 
-        allocate (results%offset(3, size(runs)), results%converged(size(runs)))
+        allocate (results%offset(3, size(runs)), results%converged(size(runs)), results%normalised(size(runs)))
         results%run = runs
         first_failed = size(runs) + 1
         !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
@@ -96,10 +100,27 @@ contains
             end if
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
+            results%normalised(i) = normalised_error(solution%offset - simulator%case%offset, solution%covariance)
         end do
         !$omp end parallel do
         if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
     end subroutine run_monte_carlo
+
+    !> e^T C^-1 e, after scaling C to a unit diagonal; 0 without a covariance.
+    pure real(dp) function normalised_error(deviation, covariance) result(square)
+        real(dp), intent(in) :: deviation(3)        !! m
+        real(dp), intent(in) :: covariance(3, 3)    !! m^2
+
+        real(dp) :: sigma(3), scaled(3, 3), e(3)
+        integer :: i
+
+        square = 0
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+        if (.not. all(sigma > 0)) return
+        scaled = covariance/(spread(sigma, 1, 3)*spread(sigma, 2, 3))
+        e = deviation/sigma
+        square = dot_product(e, matmul(inverse_3x3(scaled), e))
+    end function normalised_error
 
     !> Statistics of a column of estimates. In millimetres, as the files have them, so that estimates
     !> read back from a file give the same statistics to the last bit.
