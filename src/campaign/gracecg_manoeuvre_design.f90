@@ -50,9 +50,11 @@ module gracecg_manoeuvre_design
         type(torque_rods_t) :: rods
         real(dp) :: sigma(3) = huge(1.0_dp)         !! Limit of every axis, the worst of the places, m
         real(dp) :: wave(3) = 0                     !! Error by the density wave likewise, m
+        real(dp) :: force(3) = 0                    !! Error by curved drag and radiation likewise, m
         real(dp) :: rate = 0                        !! Greatest angular velocity, rad/s
         real(dp) :: excursion = 0                   !! Greatest turn from the nominal attitude, rad
-        real(dp) :: worst = huge(1.0_dp)            !! Greatest sqrt(sigma^2 + wave^2) of axes and places, m
+        real(dp) :: worst = huge(1.0_dp)
+        !! Greatest sqrt(sigma^2 + wave^2 + force^2) of axes and places, m
         logical :: allowed = .false.                !! Within the limits at all places
         integer :: evaluations = 0                  !! Of a manoeuvre at a place, for the whole search
     end type manoeuvre_design_t
@@ -123,8 +125,8 @@ contains
     end function most_cycles
 
     !> The best manoeuvre for the worst axis at all given places. It is at least as good as that with
-    !> 5, 6 and 7 cycles on the three rods, in the limit of the worst axis as well as with the density
-    !> wave, when that is allowed.
+    !> 5, 6 and 7 cycles on the three rods, in the limit of the worst axis as well as with the errors
+    !> by drag and radiation, when that is allowed.
     !>
     !> Fails as check_design_settings does, and when no manoeuvre stays within the limits.
     subroutine design_manoeuvre(view, sites, settings, design, error)
@@ -167,7 +169,7 @@ contains
         do i = 1, size(finalists)
             if (better(refined(i), design)) design = refined(i)
         end do
-        ! at least as good as 5, 6, 7 cycles, also without the wave
+        ! at least as good as 5, 6, 7 cycles, also in the noise alone
         if (pattern%allowed .and. maxval(design%sigma) > maxval(pattern%sigma)) then
             design = pattern
             do i = 1, size(judged)
@@ -463,10 +465,12 @@ contains
             call evaluate_manoeuvre(view, sites(i), rods, quality)
             design%sigma = max(design%sigma, quality%sigma)
             design%wave = max(design%wave, quality%wave)
+            design%force = max(design%force, quality%force)
             design%rate = max(design%rate, quality%motion%rate)
             design%excursion = max(design%excursion, quality%motion%excursion)
             if (all(quality%sigma < huge(1.0_dp))) then
-                design%worst = max(design%worst, maxval(hypot(quality%sigma, quality%wave)))
+                design%worst = max(design%worst, maxval(hypot(hypot(quality%sigma, quality%wave), &
+                                                              quality%force)))
             else
                 design%worst = huge(1.0_dp)
                 design%allowed = .false.

@@ -1,23 +1,23 @@
 !> A calibration that starts at one place of the nominal orbit, and what a manoeuvre achieves there: the
-!> theoretical limit of the CG offset's standard deviation, the error that the density wave adds, and
-!> the motion of the attitude.
+!> theoretical limit of the CG offset's standard deviation, the errors that drag and radiation add where
+!> they are not a straight line in time, and the motion of the attitude.
 !>
-!> Nothing is simulated: field, gravity gradient and drag along the nominal flight are tabulated once for
+!> Nothing is simulated: field, gravity gradient and forces along the nominal flight are tabulated once for
 !> a place; a manoeuvre then costs one integration of the rotation and one pass of the whitening filter.
 module gracecg_manoeuvre_site
     use gracecg_kinds, only: dp
     use gracecg_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
     use gracecg_error, only: error_t, fail, number_text
     use gracecg_vectors, only: cross, inverse_3x3, determinant_3x3, rotation_z
-    use gracecg_quaternion, only: rotation_matrix, quaternion_product, quaternion_from_axis_angle
+    use gracecg_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_lapack, only: symmetric_eigen
     use gracecg_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_torques, only: gravity_gradient_torque
-    use gracecg_equations_of_motion, only: loads_t, STATE_SIZE, POSITION, RATE => OMEGA, ATTITUDE
+    use gracecg_equations_of_motion, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
     use gracecg_observation_set, only: calibration_setup_t
     use gracecg_offset_model, only: offset_matrix
-    use gracecg_noise_whitening, only: whitener_t, accelerometer_whiteners
+    use gracecg_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_offset_information, only: offset_information
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_models, only: operator_setup
@@ -29,8 +29,8 @@ module gracecg_manoeuvre_site
     public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
     public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
 
-    real(dp), parameter :: LONGEST_STEP = 5         !! Between the tabulated fields, s
-    integer, parameter :: BLOCK = 64                !! Unit vectors that are whitened together
+    real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
+    integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
 
     !> What the accelerometer makes of an arc: its noise, and the disturbance by the density wave.
     type :: accelerometer_view_t
@@ -39,9 +39,9 @@ module gracecg_manoeuvre_site
         real(dp) :: interval = 0                    !! h, s
         type(whitener_t) :: whiteners(3)
         real(dp) :: wave_amplitude = 0              !! Of the density wave, relative to the drag
-        real(dp), allocatable :: seen_wave(:, :, :)
-        !! R^-1 (without bias and drift) times sine and cosine of the wave: (2, n, axis), R the
-        !! covariance matrix of an axis; s^4/m^2
+        real(dp), allocatable :: weighed_wave(:, :, :)
+        !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
+        !! drift: (2, n, axis), s^4/m^2
     end type accelerometer_view_t
 
     !> One place of the nominal orbit.
@@ -54,6 +54,8 @@ module gracecg_manoeuvre_site
         real(dp) :: drag(3) = 0                     !! At the start, body axes, m/s^2
         real(dp), allocatable :: field(:, :)
         !! At every half sampling interval, nominal body axes, (3, 0:2n), T
+        real(dp), allocatable :: weighed_force(:, :)
+        !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
 
     !> How good a manoeuvre is at a place.
@@ -61,6 +63,8 @@ module gracecg_manoeuvre_site
         real(dp) :: covariance(3, 3) = 0            !! The limit: inverse of the information, m^2
         real(dp) :: sigma(3) = 0                    !! Its standard deviations, body axes, m
         real(dp) :: wave(3) = 0                     !! RMS error by the density wave, m
+        real(dp) :: force(3) = 0
+        !! Error by drag and radiation that are not a straight line in time, m
         type(attitude_motion_t) :: motion
     end type manoeuvre_quality_t
 
@@ -73,6 +77,7 @@ contains
         type(accelerometer_view_t), intent(out) :: view
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp) :: angle
         integer :: k, axis
 
         view%setup = operator_setup(case)
@@ -80,44 +85,22 @@ contains
         view%samples = nint(view%setup%duration/view%interval)
         call accelerometer_whiteners(view%setup, [(k, k=1, view%samples)], view%whiteners, error)
         if (allocated(error)) return
-        allocate (view%seen_wave(2, view%samples, 3))
-        view%seen_wave = 0
+        allocate (view%weighed_wave(2, view%samples, 3))
+        view%weighed_wave = 0
+        if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
         if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
             .not. case%density_wave%period > 0) return
         view%wave_amplitude = case%density_wave%amplitude/case%density_scale
         if (.not. view%wave_amplitude > 0) return
         do axis = 1, 3
-            call see_wave(view%whiteners(axis), view%interval, case%density_wave%period, &
-                          view%seen_wave(:, :, axis))
+            do k = 1, view%samples
+                angle = TWO_PI*k*view%interval/case%density_wave%period
+                view%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
+            end do
+            call weigh_series(view%whiteners(axis), view%weighed_wave(1, :, axis))
+            call weigh_series(view%whiteners(axis), view%weighed_wave(2, :, axis))
         end do
     end subroutine new_accelerometer_view
-
-    !> L^-T P L^-1 applied to sine and cosine, P taking bias and drift out. L^-T needs the columns of
-    !> L^-1, the whitened unit vectors.
-    subroutine see_wave(whitener, interval, period, seen)
-        type(whitener_t), intent(in) :: whitener
-        real(dp), intent(in) :: interval, period    !! s
-        real(dp), intent(out) :: seen(:, :)         !! (2, samples)
-
-        real(dp) :: wave(2, size(seen, 2)), unit_vectors(BLOCK, size(seen, 2)), angle
-        integer :: k, first, last
-
-        do k = 1, size(wave, 2)
-            angle = TWO_PI*k*interval/period
-            wave(:, k) = [sin(angle), cos(angle)]
-        end do
-        call whitener%whiten(wave)
-        wave = wave - matmul(matmul(wave, transpose(whitener%line)), whitener%line)
-        do first = 1, size(wave, 2), BLOCK
-            last = min(first + BLOCK - 1, size(wave, 2))
-            unit_vectors = 0
-            do k = first, last
-                unit_vectors(k - first + 1, k) = 1
-            end do
-            call whitener%whiten(unit_vectors)
-            seen(:, first:last) = matmul(wave, transpose(unit_vectors(:last - first + 1, :)))
-        end do
-    end subroutine see_wave
 
     !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
     subroutine new_manoeuvre_site(view, orbit, time, site, error)
@@ -127,11 +110,10 @@ contains
         type(manoeuvre_site_t), intent(out) :: site
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: states(:, :), field(:, :)
+        real(dp), allocatable :: states(:, :), field(:, :), force(:, :), series(:)
         type(loads_t) :: acting
-        real(dp) :: fixed_position(3), height, step, place, fraction
-        real(dp) :: to_inertial(3, 3), inertial(3)
-        integer :: i, j, steps
+        real(dp) :: height, step, fine_step, place, fraction
+        integer :: i, j, axis, steps, fine_steps
 
         if (.not. (time >= 0 .and. time <= last_time(orbit))) then
             call fail(error, 'time of the calibration = '//number_text(time)//' s: from 0 to '// &
@@ -140,56 +122,62 @@ contains
         end if
         site%time = time
         associate (duration => view%samples*view%interval)
-            steps = max(1, ceiling(duration/LONGEST_STEP))
+            steps = max(1, ceiling(duration/ORBIT_STEP))
             step = duration/steps
         end associate
-        allocate (states(STATE_SIZE, 0:steps), field(3, 0:steps))
+        fine_steps = LOADS_PER_STEP*steps
+        fine_step = step/LOADS_PER_STEP
+        allocate (states(STATE_SIZE, 0:steps), field(3, 0:fine_steps), force(3, 0:fine_steps))
         states(:, :) = states_from(orbit, time, step, steps)
         site%state = states(:, 0)
         call earth_fixed_to_geodetic(matmul(rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*time), &
                                             site%state(POSITION)), site%latitude, site%longitude, height)
-        do i = 0, steps
-            call field_in_inertial_axes(orbit, time + i*step, states(:, i), field(:, i))
+        do j = 0, fine_steps
+            i = min(j/LOADS_PER_STEP, steps - 1)
+            call orbit%dynamics%loads(time + j*fine_step, &
+                                      state_between(states(:, i), states(:, i + 1), step, &
+                                                    (j - i*LOADS_PER_STEP)/real(LOADS_PER_STEP, dp)), acting)
+            field(:, j) = acting%field
+            force(:, j) = acting%drag + acting%srp + acting%erp
+            if (j > 0) cycle
+            site%drag = acting%drag
+            site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
+                                                  view%setup%inertia)
         end do
-        call orbit%dynamics%loads(time, site%state, acting)
-        site%drag = acting%drag
-        site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
-                                              view%setup%inertia)
-        allocate (site%field(3, 0:2*view%samples))
+        allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
         do j = 0, 2*view%samples
-            place = j*view%interval/(2*step)
-            i = min(int(place), steps - 1)
+            place = j*view%interval/(2*fine_step)
+            i = min(int(place), fine_steps - 1)
             fraction = place - i
-            inertial = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
-            to_inertial = transpose(rotation_matrix(nominal_attitude(site%state, j*view%interval/2)))
-            site%field(:, j) = matmul(inertial, to_inertial)
+            site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
+            if (j > 0 .and. modulo(j, 2) == 0) &
+                site%weighed_force(:, j/2) = (1 - fraction)*force(:, i) + fraction*force(:, i + 1)
+        end do
+        do axis = 1, 3
+            series = site%weighed_force(axis, :)
+            call weigh_series(view%whiteners(axis), series)
+            site%weighed_force(axis, :) = series
         end do
     end subroutine new_manoeuvre_site
 
-    !> Geomagnetic flux density, inertial axes, T.
-    pure subroutine field_in_inertial_axes(orbit, time, state, field)
-        type(nominal_orbit_t), intent(in) :: orbit
-        real(dp), intent(in) :: time, state(:)
-        real(dp), intent(out) :: field(3)
+    !> The state between two states `step` seconds apart: the orbit by the cubic that has both positions and
+    !> velocities, the attitude turned on from the first.
+    pure function state_between(first, second, step, fraction) result(state)
+        real(dp), intent(in) :: first(STATE_SIZE), second(STATE_SIZE)
+        real(dp), intent(in) :: step                !! s
+        real(dp), intent(in) :: fraction            !! Of the step, from 0 to 1
+        real(dp) :: state(STATE_SIZE)
 
-        real(dp) :: earth_from_inertial(3, 3), fixed(3)
-
-        earth_from_inertial = rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*time)
-        call orbit%dynamics%field%evaluate(matmul(earth_from_inertial, state(POSITION)), fixed)
-        field = matmul(fixed, earth_from_inertial)
-    end subroutine field_in_inertial_axes
-
-    !> The attitude that is held, `later` seconds after the start: turned on at the angular velocity.
-    pure function nominal_attitude(state, later) result(q)
-        real(dp), intent(in) :: state(:)
-        real(dp), intent(in) :: later               !! s
-        real(dp) :: q(4)
-
-        associate (speed => norm2(state(RATE)))
-            q = quaternion_product(quaternion_from_axis_angle(state(RATE)/speed, speed*later), &
-                                   state(ATTITUDE))
+        state = first
+        associate (u => fraction, v => 1 - fraction, speed => norm2(first(RATE)))
+            state(POSITION) = v**2*(1 + 2*u)*first(POSITION) + u**2*(1 + 2*v)*second(POSITION) + &
+                              step*u*v*(v*first(VELOCITY) - u*second(VELOCITY))
+            state(VELOCITY) = 6*u*v*(second(POSITION) - first(POSITION))/step + &
+                              v*(1 - 3*u)*first(VELOCITY) + u*(1 - 3*v)*second(VELOCITY)
+            state(ATTITUDE) = quaternion_product(quaternion_from_axis_angle(first(RATE)/speed, &
+                                                                            speed*u*step), first(ATTITUDE))
         end associate
-    end function nominal_attitude
+    end function state_between
 
     !> The rotation under a manoeuvre: rigid body with magnetic and gravity-gradient torque, (2-16), and
     !> small angles theta from the nominal to the true body axes,
@@ -256,7 +244,7 @@ contains
         end function derivative
     end subroutine fly_manoeuvre
 
-    !> The limit at d = 0 and the error by the density wave. A manoeuvre that leaves a direction unseen
+    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit. A manoeuvre that leaves a direction unseen
     !> gets huge(1.0) for all sigmas.
     pure subroutine evaluate_manoeuvre(view, site, rods, quality)
         type(accelerometer_view_t), intent(in) :: view
@@ -266,7 +254,7 @@ contains
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
         real(dp) :: omega(3, view%samples), omega_dot(3, view%samples)
-        real(dp) :: information(3, 3), on_wave(3, 2), a(3, 3), product_of_diagonal
+        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
         call fly_manoeuvre(view, site, rods, omega, omega_dot, quality%motion)
@@ -274,19 +262,21 @@ contains
         product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         quality%sigma = huge(1.0_dp)
         quality%wave = huge(1.0_dp)
+        quality%force = huge(1.0_dp)
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
-        quality%wave = 0
-        if (.not. view%wave_amplitude > 0) return
         on_wave = 0
+        on_force = 0
         do i = 1, view%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
+            on_force = on_force + matmul(site%weighed_force(:, i), a)
             do axis = 1, 3
-                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%seen_wave(1, i, axis)*site%drag(axis)
-                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%seen_wave(2, i, axis)*site%drag(axis)
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
             end do
         end do
+        quality%force = abs(matmul(quality%covariance, on_force))
         ! a wave of random phase: the mean of the squares of sine and cosine
         quality%wave = view%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
     end subroutine evaluate_manoeuvre

@@ -39,7 +39,7 @@ module gracecg_command_design
     real(dp), parameter :: DURATION_STEP = 5            !! Of the shortest arc, s
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
-                               'wave_z_mm,rate_deg_s,pointing_deg'
+                               'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
 
     !> What is asked for.
     type :: request_t
@@ -66,7 +66,7 @@ contains
                                 'limits of rods, rate and pointing, and writes the case with the best '// &
                                 'manoeuvre as a file that every command takes. The standard deviation is '// &
                                 'the theoretical limit under the accelerometer''s noise; the search adds '// &
-                                'the error by the density wave of the case. With --manoeuvre a given one '// &
+                                'the errors by the density wave and by curved drag and radiation. With --manoeuvre a given one '// &
                                 'is judged instead.', &
                                 'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
                                 'gracecg design --case front-2 --waveforms sine --map map.csv'//new_line('a')// &
@@ -387,10 +387,11 @@ contains
         call console%line('')
         call show_rods(design%rods, console)
         call console%line('')
-        call console%line('limit of the CG offset (body axes, standard deviation under the noise of the '// &
-                          'accelerometer) and')
-        call console%line('error by the density wave, mm     sigma x        y        z     wave x        y'// &
-                          '        z     worst')
+        call console%line('mm, body axes: limit of the CG offset (sigma, noise of the accelerometer); errors by '// &
+                          'the density wave and')
+        call console%line('by curved drag and radiation (force); all together on the worst axis')
+        call console%line('                          sigma x       y       z  wave x       y       z force x'// &
+                          '       y       z   worst')
         if (request%everywhere) then
             call show_quality('worst of '//integer_text(size(sites))//' places', design, console)
         else
@@ -399,7 +400,7 @@ contains
         if (.not. request%given) then
             call judge_manoeuvre(view, sites, pattern_567(request%settings, view%setup%duration), size(sites), &
                                  other)
-            call show_quality('5, 6, 7 cycles on x, y, z', other, console)
+            call show_quality('5, 6, 7 cycles', other, console)
         end if
         call console%line('')
         write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
@@ -441,8 +442,8 @@ contains
         character(120) :: row
 
         if (design%worst < huge(1.0_dp)) then
-            write (row, '(a, t33, 7f9.5)') label, design%sigma/MILLIMETRE, design%wave/MILLIMETRE, &
-                design%worst/MILLIMETRE
+            write (row, '(a, t26, 10f8.5)') label, design%sigma/MILLIMETRE, design%wave/MILLIMETRE, &
+                design%force/MILLIMETRE, design%worst/MILLIMETRE
         else
             row = label//': leaves a direction of the offset unseen'
         end if
@@ -480,12 +481,12 @@ contains
 
     pure function quality_values(point) result(values)
         type(map_point_t), intent(in) :: point
-        real(dp) :: values(15)
+        real(dp) :: values(18)
 
         associate (quality => point%quality)
             values = [point%time, point%latitude/DEGREE, point%longitude/DEGREE, quality%sigma/MILLIMETRE, &
                       point%worst_sigma/MILLIMETRE, point%worst_direction, quality%wave/MILLIMETRE, &
-                      quality%motion%rate/DEGREE, quality%motion%excursion/DEGREE]
+                      quality%force/MILLIMETRE, quality%motion%rate/DEGREE, quality%motion%excursion/DEGREE]
         end associate
     end function quality_values
 
@@ -495,8 +496,8 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: values(15)
-        type(string_t) :: fields(16)
+        real(dp) :: values(18)
+        type(string_t) :: fields(19)
         integer :: i
 
         values = quality_values(point)
@@ -520,7 +521,8 @@ contains
                        [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite)// &
                         ' satellite, orbit of case '//trim(case%setup%name)//' from '// &
                         utc_text(case%setup%epoch)//', a calibration of '//real_text(case%setup%duration)// &
-                        ' s at every place', 'sigma: theoretical limit; wave: error by the density wave; body axes'], &
+                        ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
+                        'wave and by curved drag and radiation; body axes'], &
                        error)
         if (allocated(error)) return
         do i = 1, size(points)

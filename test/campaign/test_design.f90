@@ -83,7 +83,7 @@ contains
                                                                  0.0_dp, 0.0_dp, 60.0_dp), axis=1, 3)], failure)
                 end select
                 call evaluate_manoeuvre(view, site, rods, quality)
-                print '(2i3, 3f10.3, 2x, 3f8.2, 2x, 3f10.1, 3f8.3)', number, manoeuvre, &
+                print *, number, manoeuvre, &
                  quality%sigma*1e6_dp, FACTS(:, manoeuvre, number), quality%wave*1e6, &
                   quality%motion%rate/DEGREE, quality%motion%excursion/DEGREE
             end do
