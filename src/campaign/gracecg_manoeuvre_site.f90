@@ -54,6 +54,9 @@ module gracecg_manoeuvre_site
         real(dp) :: drag(3) = 0                     !! At the start, body axes, m/s^2
         real(dp), allocatable :: field(:, :)
         !! At every half sampling interval, nominal body axes, (3, 0:2n), T
+        real(dp) :: force_slope(3, 3, 2) = 0
+        !! Change of the non-gravitational acceleration by a turn about each axis (second index), by a
+        !! positive and a negative one (third), body axes, m/s^2 per rad
         real(dp), allocatable :: weighed_force(:, :)
         !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
@@ -64,7 +67,8 @@ module gracecg_manoeuvre_site
         real(dp) :: sigma(3) = 0                    !! Its standard deviations, body axes, m
         real(dp) :: wave(3) = 0                     !! RMS error by the density wave, m
         real(dp) :: force(3) = 0
-        !! Error by drag and radiation that are not a straight line in time, m
+        !! Error by drag and radiation that are not a straight line in time, m: along the nominal flight, and
+        !! because the manoeuvre turns the surface in the flow
         type(attitude_motion_t) :: motion
     end type manoeuvre_quality_t
 
@@ -144,6 +148,7 @@ contains
             site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
                                                   view%setup%inertia)
         end do
+        call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
         allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
         do j = 0, 2*view%samples
             place = j*view%interval/(2*fine_step)
@@ -159,6 +164,32 @@ contains
             site%weighed_force(axis, :) = series
         end do
     end subroutine new_manoeuvre_site
+
+    !> How the non-gravitational acceleration changes when the satellite is turned a little. The plates of
+    !> one side come into the flow by a positive turn, those of the other by a negative one.
+    subroutine find_force_slopes(orbit, time, state, force, slope)
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: time
+        real(dp), intent(in) :: state(:), force(3)  !! At that time; m/s^2
+        real(dp), intent(out) :: slope(3, 3, 2)
+
+        real(dp), parameter :: TURN = 2e-4_dp       ! rad, as a manoeuvre turns the satellite
+        type(loads_t) :: acting
+        real(dp) :: turned(size(state)), axis(3), angle
+        integer :: i, side
+
+        do side = 1, 2
+            angle = merge(TURN, -TURN, side == 1)
+            do i = 1, 3
+                axis = 0
+                axis(i) = 1
+                turned = state
+                turned(ATTITUDE) = quaternion_product(quaternion_from_axis_angle(axis, angle), state(ATTITUDE))
+                call orbit%dynamics%loads(time, turned, acting)
+                slope(:, i, side) = (acting%drag + acting%srp + acting%erp - force)/angle
+            end do
+        end do
+    end subroutine find_force_slopes
 
     !> The state between two states `step` seconds apart: the orbit by the cubic that has both positions and
     !> velocities, the attitude turned on from the first.
@@ -186,12 +217,13 @@ contains
     !>
     !> by the classical Runge-Kutta method with one step a sampling interval. The rods' time counts
     !> from the start of the calibration.
-    pure subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, motion)
+    pure subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, theta, motion)
         type(accelerometer_view_t), intent(in) :: view
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
         real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
         real(dp), intent(out) :: omega_dot(:, :)    !! (3, n), rad/s^2
+        real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
         type(attitude_motion_t), intent(out) :: motion
 
         real(dp) :: inertia(3, 3), inverse(3, 3), nominal(3), y(6), slope(6, 4)
@@ -216,6 +248,7 @@ contains
                 slope(:, 1) = derivative(next_moment, 2*k, y)
                 omega(:, k) = y(1:3)
                 omega_dot(:, k) = slope(1:3, 1)
+                theta(:, k) = y(4:6)
                 if (.not. norm2(y(1:3)) <= motion%rate) then
                     motion%rate = norm2(y(1:3))
                     motion%rate_time = k*h
@@ -253,11 +286,12 @@ contains
         type(manoeuvre_quality_t), intent(out) :: quality
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
-        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples)
+        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples), theta(3, view%samples)
+        real(dp) :: turned(view%samples, 3)
         real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
-        call fly_manoeuvre(view, site, rods, omega, omega_dot, quality%motion)
+        call fly_manoeuvre(view, site, rods, omega, omega_dot, theta, quality%motion)
         information = offset_information(omega, omega_dot, view%whiteners)
         product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         quality%sigma = huge(1.0_dp)
@@ -266,11 +300,18 @@ contains
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
+        do i = 1, view%samples
+            turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
+                           matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
+        end do
+        do axis = 1, 3
+            call weigh_series(view%whiteners(axis), turned(:, axis))
+        end do
         on_wave = 0
         on_force = 0
         do i = 1, view%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
-            on_force = on_force + matmul(site%weighed_force(:, i), a)
+            on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
             do axis = 1, 3
                 on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
                 on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
