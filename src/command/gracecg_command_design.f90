@@ -3,17 +3,16 @@
 module gracecg_command_design
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE, TWO_PI
+    use gracecg_constants, only: DEGREE
     use gracecg_error, only: error_t, fail, add_context
     use gracecg_file, only: check_writable, output_file_t
     use gracecg_version, only: VERSION
     use gracecg_text, only: string_t, integer_text, real_text
     use gracecg_time, only: utc_text
     use gracecg_csv, only: csv_writer_t
-    use gracecg_torque_rods, only: torque_rods_t, check_rods_fire, check_rod_sampling, SINE, SQUARE, &
-        MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_torque_rods, only: torque_rods_t, check_rod_sampling, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_calibration_case, only: calibration_case_t, case_text
-    use gracecg_case_library, only: find_case
+    use gracecg_case_library, only: find_case, find_calibration
     use gracecg_report_cases, only: REPORT_CASE_NAMES
     use gracecg_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
     use gracecg_later_case, only: later_case
@@ -122,8 +121,6 @@ contains
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (.not. allocated(error)) &
             call check_rod_sampling(case%setup%rods, case%accelerometer%sampling_interval, error)
-        if (.not. allocated(error) .and. request%given) &
-            call check_rods_fire(case%setup%rods, case%setup%duration, error)
         if (allocated(error)) then
             call add_context(error, 'case '//trim(case%setup%name))
             return
@@ -267,7 +264,7 @@ contains
         if (allocated(error)) return
         request%built_in = any(REPORT_CASE_NAMES == name)
         if (request%given) then
-            call find_case(manoeuvre, of_manoeuvre, error)
+            call find_calibration(manoeuvre, of_manoeuvre, error)
             if (allocated(error)) return
             case%setup%rods = of_manoeuvre%setup%rods
             case%setup%duration = of_manoeuvre%setup%duration

@@ -8,7 +8,7 @@ module gracecg_command_errors
     use gracecg_csv, only: csv_writer_t
     use gracecg_estimators, only: ESTIMATOR_NAMES
     use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_case_library, only: find_case
+    use gracecg_case_library, only: find_calibration
     use gracecg_simulation, only: simulator_t
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
@@ -66,7 +66,7 @@ contains
         if (allocated(misuse)) return
 
         call check_writable(path, error)
-        if (.not. allocated(error)) call find_case(case_name, case, error)
+        if (.not. allocated(error)) call find_calibration(case_name, case, error)
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')

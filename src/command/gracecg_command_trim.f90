@@ -2,15 +2,14 @@
 module gracecg_command_trim
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, add_context
-    use gracecg_torque_rods, only: check_rods_fire
+    use gracecg_error, only: error_t
     use gracecg_file, only: check_writable
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text, join, real_text
     use gracecg_csv, only: csv_writer_t
     use gracecg_estimators, only: ESTIMATOR_NAMES
     use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_case_library, only: find_case
+    use gracecg_case_library, only: find_calibration
     use gracecg_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
@@ -80,11 +79,7 @@ contains
 
         name = 'front-1'
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_case(name, case, error)
-        if (.not. allocated(error)) then
-            call check_rods_fire(case%setup%rods, case%setup%duration, error)
-            call add_context(error, 'case '//trim(case%setup%name))
-        end if
+        call find_calibration(name, case, error)
         if (allocated(error)) return
         if (runs > 1) then
             call run_many(case, algorithm, settings, runs, threads, path, console, error)
