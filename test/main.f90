@@ -59,6 +59,8 @@ program tester
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
+    use test_manoeuvre, only: collect_manoeuvre
+    use test_design, only: collect_design
     use test_faults, only: collect_faults
     use test_spectrum, only: collect_spectrum
     use test_fit_diagnostics, only: collect_fit_diagnostics
@@ -147,7 +149,9 @@ program tester
              new_testsuite('html', collect_html), &
              new_testsuite('gnuplot', collect_gnuplot), &
              new_testsuite('report-numbers', collect_report_numbers), &
-             new_testsuite('report', collect_report)]
+             new_testsuite('report', collect_report), &
+             new_testsuite('manoeuvre', collect_manoeuvre), &
+             new_testsuite('design', collect_design)]
 
     fast = .false.
     suite_name = ''

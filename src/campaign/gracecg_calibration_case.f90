@@ -7,7 +7,8 @@
 module gracecg_calibration_case
     use gracecg_kinds, only: dp
     use gracecg_constants, only: DEGREE, ARCSECOND
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, add_context
+    use gracecg_torque_rods, only: check_rod_sampling
     use gracecg_quaternion, only: normalised
     use gracecg_settings, only: settings_t, settings_reader_t, settings_writer_t, FULL_RANGE
     use gracecg_thermosphere, only: density_wave_t
@@ -118,6 +119,9 @@ contains
 
         call describe_case(reader, case)
         call reader%finish(error)
+        if (allocated(error)) return
+        call check_rod_sampling(case%setup%rods, case%accelerometer%sampling_interval, error)
+        call add_context(error, path)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)

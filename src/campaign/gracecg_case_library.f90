@@ -1,14 +1,15 @@
 !> Cases by name: the report's, or a user's own in a namelist file.
 module gracecg_case_library
-    use gracecg_error, only: error_t, fail
+    use gracecg_error, only: error_t, fail, add_context
     use gracecg_text, only: join, lower_case
     use gracecg_file, only: file_exists
     use gracecg_value, only: did_you_mean
+    use gracecg_torque_rods, only: check_rods_fire
     use gracecg_calibration_case, only: calibration_case_t, read_case
     use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
     implicit none
     private
-    public :: find_case
+    public :: find_case, find_calibration
 
 contains
 
@@ -29,4 +30,16 @@ contains
                       ') nor a namelist file'//did_you_mean(name_or_path, REPORT_CASE_NAMES))
         end if
     end subroutine find_case
+
+    !> The same for who asks for calibrations: fails, too, when all torque rods of the case are off.
+    subroutine find_calibration(name_or_path, case, error)
+        character(*), intent(in) :: name_or_path
+        type(calibration_case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        call find_case(name_or_path, case, error)
+        if (allocated(error)) return
+        call check_rods_fire(case%setup%rods, case%setup%duration, error)
+        call add_context(error, 'case '//trim(case%setup%name))
+    end subroutine find_calibration
 end module gracecg_case_library

@@ -1,5 +1,5 @@
-!> The nominal flight of a case over one revolution: its orbit, with the attitude that is held outside
-!> of a calibration.
+!> The nominal flight of a case over one revolution, or several: its orbit, with the attitude that is
+!> held outside of a calibration.
 !>
 !> The nominal attitude is the case's initial one, turned on at the constant initial angular velocity.
 !> So CSR-TM-00-01 has it: its cases 2 and 3 are case 1 turned about body y by omega_y t.
@@ -17,19 +17,9 @@ module gracecg_nominal_orbit
     use gracecg_case_models, only: build_dynamics
     implicit none
     private
-    public :: nominal_orbit_t, new_nominal_orbit, ORBIT_INTERVAL
+    public :: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
-
-    !> One revolution from the epoch of a case.
-    type :: nominal_orbit_t
-        type(satellite_dynamics_t) :: dynamics      !! All models of the case
-        real(dp) :: revolution = 0                  !! Duration of one revolution, s
-        real(dp), allocatable :: state(:, :)
-        !! (13, 0:n), every ORBIT_INTERVAL from the case's epoch; see gracecg_equations_of_motion
-    contains
-        procedure :: geodetic_place !! Latitude, longitude and height of a sample
-    end type nominal_orbit_t
 
     !> The first six of the 13 equations of motion, with the attitude prescribed.
     type, extends(ode_system_t) :: orbital_motion_t
@@ -41,16 +31,32 @@ module gracecg_nominal_orbit
         procedure :: full_state
     end type orbital_motion_t
 
+    !> The flight of a case from its epoch, over one revolution or several.
+    type :: nominal_orbit_t
+        type(satellite_dynamics_t) :: dynamics      !! All models of the case
+        real(dp) :: revolution = 0                  !! Duration of one revolution, s
+        real(dp) :: interval = ORBIT_INTERVAL       !! Between the samples, s
+        integer :: revolutions = 1                  !! That the samples cover
+        real(dp), allocatable :: state(:, :)
+        !! (13, 0:n), every interval from the case's epoch; see gracecg_equations_of_motion
+        type(orbital_motion_t), private :: motion
+    contains
+        procedure :: geodetic_place !! Latitude, longitude and height of a sample
+    end type nominal_orbit_t
+
 contains
 
     !> Propagates the orbit of a case with its gravity and surface forces.
     !>
     !> Fails when the case does not turn at least once a day, when its models cannot be built, or when
     !> the orbit does not stay finite.
-    subroutine new_nominal_orbit(case, orbit, error)
+    subroutine new_nominal_orbit(case, orbit, error, revolutions, interval)
         type(calibration_case_t), intent(in) :: case
         type(nominal_orbit_t), intent(out) :: orbit
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: revolutions    !! One when absent
+        real(dp), intent(in), optional :: interval
+        !! Between the samples, s: ORBIT_INTERVAL when absent. 10 s are still exact to 1e-5 m
 
         type(orbital_motion_t) :: motion
         real(dp) :: next(6)
@@ -70,14 +76,17 @@ contains
         motion%angular_velocity = case%angular_velocity
 
         orbit%dynamics = motion%dynamics
+        orbit%motion = motion
         orbit%revolution = TWO_PI/norm2(case%angular_velocity)
-        steps = ceiling(orbit%revolution/ORBIT_INTERVAL)
+        if (present(revolutions)) orbit%revolutions = revolutions
+        if (present(interval)) orbit%interval = interval
+        steps = ceiling(orbit%revolutions*orbit%revolution/orbit%interval)
         allocate (orbit%state(STATE_SIZE, 0:steps))
         orbit%state(:, 0) = motion%full_state(0.0_dp, [case%position, case%velocity])
         do k = 1, steps
-            call rkf78_step(motion, (k - 1)*ORBIT_INTERVAL, orbit%state([POSITION, VELOCITY], k - 1), &
-                            ORBIT_INTERVAL, next)
-            orbit%state(:, k) = motion%full_state(k*ORBIT_INTERVAL, next)
+            call rkf78_step(motion, (k - 1)*orbit%interval, orbit%state([POSITION, VELOCITY], k - 1), &
+                            orbit%interval, next)
+            orbit%state(:, k) = motion%full_state(k*orbit%interval, next)
         end do
         if (.not. all(abs(orbit%state) <= huge(1.0_dp))) then
             call fail(error, 'orbit of case '//trim(case%setup%name)//': it does not stay finite')
@@ -93,10 +102,44 @@ contains
 
         real(dp) :: sidereal_angle, height
 
-        sidereal_angle = self%dynamics%sidereal_angle + EARTH_ROTATION_RATE*k*ORBIT_INTERVAL
+        sidereal_angle = self%dynamics%sidereal_angle + EARTH_ROTATION_RATE*k*self%interval
         call earth_fixed_to_geodetic(matmul(rotation_z(sidereal_angle), self%state(POSITION, k)), &
                                      latitude, longitude, height)
     end subroutine geodetic_place
+
+    !> The states at `time` and at every `step` after it, with the attitude held; body and inertial
+    !> axes as in `state`.
+    pure function states_from(self, time, step, steps) result(state)
+        type(nominal_orbit_t), intent(in) :: self
+        real(dp), intent(in) :: time            !! From 0 to last_time(), s
+        real(dp), intent(in) :: step            !! s, at most 10 or so
+        integer, intent(in) :: steps
+        real(dp) :: state(STATE_SIZE, 0:steps)
+
+        real(dp) :: orbital(6), next(6), remainder
+        integer :: k
+
+        k = max(0, min(ubound(self%state, 2), floor(time/self%interval + 1e-9_dp)))
+        orbital = self%state([POSITION, VELOCITY], k)
+        remainder = time - k*self%interval
+        if (abs(remainder) > 1e-9_dp) then
+            call rkf78_step(self%motion, k*self%interval, orbital, remainder, next)
+            orbital = next
+        end if
+        state(:, 0) = self%motion%full_state(time, orbital)
+        do k = 1, steps
+            call rkf78_step(self%motion, time + (k - 1)*step, orbital, step, next)
+            orbital = next
+            state(:, k) = self%motion%full_state(time + k*step, orbital)
+        end do
+    end function states_from
+
+    !> The end of the revolutions that the samples cover, s from the epoch.
+    pure real(dp) function last_time(self)
+        type(nominal_orbit_t), intent(in) :: self
+
+        last_time = self%revolutions*self%revolution
+    end function last_time
 
     !> Position and velocity of (2-31).
     pure subroutine orbital_rate(self, t, y, dydt)

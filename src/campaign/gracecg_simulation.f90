@@ -9,6 +9,7 @@ module gracecg_simulation
     use gracecg_random, only: random_stream_t, new_stream
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_equations_of_motion, only: satellite_dynamics_t, POSITION, OMEGA, ATTITUDE
+    use gracecg_torque_rods, only: check_rod_sampling
     use gracecg_truth_arc, only: truth_arc_t, propagate_arc
     use gracecg_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_star_catalogue, only: star_catalogue_t
@@ -16,6 +17,7 @@ module gracecg_simulation
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
+    use gracecg_manoeuvre_limits, only: check_manoeuvre_limits
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
@@ -41,16 +43,23 @@ module gracecg_simulation
 
 contains
 
-    !> Propagates the truth of a case and finds the stars of every frame.
+    !> Propagates the truth of a case and finds the stars of every frame. Fails when the accelerometer's
+    !> samples cannot follow the manoeuvre, and when that goes beyond its limits.
     subroutine new_simulator(case, simulator, error)
         type(calibration_case_t), intent(in) :: case
         type(simulator_t), intent(out) :: simulator
         type(error_t), allocatable, intent(out) :: error
 
         simulator%case = case
+        call check_rod_sampling(case%setup%rods, case%accelerometer%sampling_interval, error)
+        call add_context(error, 'case '//trim(case%setup%name))
+        if (allocated(error)) return
         call find_strides(simulator, error)
         if (allocated(error)) return
         call propagate_case(case, simulator%arc, error)
+        if (allocated(error)) return
+        call check_manoeuvre_limits(case%setup, simulator%arc, error)
+        call add_context(error, 'case '//trim(case%setup%name))
         if (allocated(error)) return
         call find_stars(simulator, error)
     end subroutine new_simulator

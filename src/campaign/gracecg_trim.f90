@@ -16,6 +16,7 @@ module gracecg_trim
     implicit none
     private
     public :: trim_settings_t, trim_round_t, trim_offset
+    public :: trim_statistics_t, repeat_trim
 
     integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
 
@@ -35,7 +36,73 @@ module gracecg_trim
         real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
     end type trim_round_t
 
+    !> One round of many trims; RMS over the runs, body axes, m.
+    type :: trim_statistics_t
+        real(dp) :: offset(3) = 0           !! Of the true d
+        real(dp) :: estimate_error(3) = 0   !! Of estimate minus true d
+        real(dp) :: sigma(3) = 0            !! That the estimator states
+    end type trim_statistics_t
+
 contains
+
+    !> Trims a case many times, with the seeds from settings%seed on, settings%rounds rounds each
+    !> whatever the threshold, on `threads` threads.
+    !>
+    !> Fails when a trim fails: the error is that of the failed run with the lowest number.
+    subroutine repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+        type(calibration_case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs, threads
+        type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(trim_settings_t) :: own
+        type(trim_round_t), allocatable :: rounds(:)
+        type(trim_round_t) :: results(settings%rounds, runs)
+        type(error_t), allocatable :: failure
+        integer :: run, first_failed, i, axis
+
+        first_failed = runs + 1
+        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(own, rounds, failure)
+        do run = 1, runs
+            own = settings
+            own%seed = settings%seed + run - 1
+            own%threshold = 0
+            call trim_offset(case, algorithm, own, rounds, failure)
+            if (allocated(failure)) then
+                !$omp critical (gracecg_trim_failure)
+                if (run < first_failed) then
+                    first_failed = run
+                    error = failure
+                end if
+                !$omp end critical (gracecg_trim_failure)
+                cycle
+            end if
+            results(:, run) = rounds
+        end do
+        !$omp end parallel do
+        if (allocated(error)) then
+            call add_context(error, 'run '//integer_text(first_failed))
+            return
+        end if
+        do i = 1, settings%rounds
+            do axis = 1, 3
+                statistics(i)%offset(axis) = rms(results(i, :)%offset(axis))
+                statistics(i)%estimate_error(axis) = rms(results(i, :)%estimate(axis) - &
+                                                         results(i, :)%offset(axis))
+                statistics(i)%sigma(axis) = rms(results(i, :)%sigma(axis))
+            end do
+        end do
+
+    contains
+
+        pure real(dp) function rms(values)
+            real(dp), intent(in) :: values(:)
+
+            rms = norm2(values)/sqrt(real(size(values), dp))
+        end function rms
+    end subroutine repeat_trim
 
     !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold,
     !> or the last one allowed.

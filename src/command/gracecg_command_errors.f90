@@ -6,7 +6,7 @@ module gracecg_command_errors
     use gracecg_text, only: integer_text, join
     use gracecg_estimators, only: ESTIMATOR_NAMES
     use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_case_library, only: find_case
+    use gracecg_case_library, only: find_calibration
     use gracecg_error_sources, only: error_study_t, study_errors, STUDY_NAMES
     use gracecg_study_files, only: write_error_sources
     use gracecg_file, only: check_writable
@@ -63,7 +63,7 @@ contains
         if (allocated(misuse)) return
 
         call check_writable(path, error)
-        if (.not. allocated(error)) call find_case(case_name, case, error)
+        if (.not. allocated(error)) call find_calibration(case_name, case, error)
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')

@@ -3,6 +3,7 @@ module gracecg_command_estimate
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail
     use gracecg_text, only: string_t, integer_text
+    use gracecg_torque_rods, only: check_rods_fire
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t
     use gracecg_observation_files, only: read_observations
     use gracecg_calibration_solution, only: calibration_solution_t
@@ -72,6 +73,8 @@ contains
 
         call check_writable(page, error)
         if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
+        if (.not. allocated(error)) &
+            call check_rods_fire(observations%setup%rods, observations%setup%duration, error)
         if (allocated(error)) return
         if (page == '') then
             call estimate_offset(algorithm, observations, solution, error)

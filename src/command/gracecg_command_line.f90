@@ -19,6 +19,7 @@ module gracecg_command_line
     use gracecg_command_trim, only: declare_trim, run_trim
     use gracecg_command_timing, only: declare_timing, run_timing
     use gracecg_command_report, only: declare_report, run_report
+    use gracecg_command_design, only: declare_design, run_design
     use gracecg_command_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_command_model_star_camera, only: declare_star_camera, run_star_camera
@@ -62,6 +63,7 @@ contains
                       declare_timing, run_timing), &
             command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', &
                       declare_report, run_report), &
+            command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &

@@ -10,7 +10,7 @@ module gracecg_command_montecarlo
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_case_library, only: find_case
+    use gracecg_case_library, only: find_calibration
     use gracecg_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation, only: simulator_t, observe
     use gracecg_error_sources, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
@@ -168,7 +168,7 @@ contains
         type(simulator_t) :: simulator
         integer :: a
 
-        call find_case(plan%cases(i)%text, case, error)
+        call find_calibration(plan%cases(i)%text, case, error)
         if (.not. allocated(error)) call new_switched_simulator(case, plan%switches, simulator, error)
         if (.not. allocated(error)) call add_case(campaign, i, simulator%case, error)
         if (allocated(error)) return

@@ -4,6 +4,7 @@ module gracecg_command_simulate
     use gracecg_version, only: VERSION
     use gracecg_text, only: integer_text
     use gracecg_file, only: make_directory, remove_file
+    use gracecg_torque_rods, only: moves_rods
     use gracecg_observation_set, only: observation_set_t
     use gracecg_observation_files, only: write_observations, OBSERVATION_FILES
     use gracecg_calibration_case, only: calibration_case_t
@@ -102,6 +103,11 @@ contains
                               trim(merge(' positions', ' samples  ', i == 4)))
         end do
         call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
-        call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')
+        if (moves_rods(observations%setup%rods, observations%setup%duration)) then
+            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')
+        else
+            call console%message('warning: all torque rods are off: from these observations no CG offset can '// &
+                                 'be estimated')
+        end if
     end subroutine report
 end module gracecg_command_simulate

@@ -1,5 +1,6 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_command_trim
+    use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
     use gracecg_file, only: check_writable
@@ -8,8 +9,8 @@ module gracecg_command_trim
     use gracecg_csv, only: csv_writer_t
     use gracecg_estimators, only: ESTIMATOR_NAMES
     use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_case_library, only: find_case
-    use gracecg_trim, only: trim_settings_t, trim_round_t, trim_offset
+    use gracecg_case_library, only: find_calibration
+    use gracecg_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -19,6 +20,9 @@ module gracecg_command_trim
     character(*), parameter :: COLUMNS = 'round,dx_true_mm,dy_true_mm,dz_true_mm,'// &
                                          'dx_estimate_mm,dy_estimate_mm,dz_estimate_mm,'// &
                                          'sigma_x_mm,sigma_y_mm,sigma_z_mm'
+    character(*), parameter :: STATISTICS_COLUMNS = 'round,dx_true_rms_mm,dy_true_rms_mm,dz_true_rms_mm,'// &
+                               'dx_error_rms_mm,dy_error_rms_mm,dz_error_rms_mm,'// &
+                               'sigma_x_mm,sigma_y_mm,sigma_z_mm'
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     integer, parameter :: MOST_ROUNDS = 1000
@@ -45,6 +49,10 @@ contains
         call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')// &
                                   ' (default assest-fde)')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--runs', 'N', 'trim N times, with the seeds from S on, and show the RMS '// &
+                                  'over the runs of as many rounds as --rounds says (then default 2); the '// &
+                                  'threshold does not count')
+        call arguments%add_option('--threads', 'N', 'for --runs (default: as many as there are processors)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
     end subroutine declare_trim
 
@@ -58,23 +66,76 @@ contains
         type(trim_settings_t) :: settings
         type(trim_round_t), allocatable :: rounds(:)
         character(:), allocatable :: name, algorithm, path
+        integer :: runs, threads
 
         call arguments%get('--algorithm', algorithm, misuse, default='assest-fde', choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
         if (.not. allocated(misuse)) call read_settings(arguments, settings, misuse)
+        if (.not. allocated(misuse)) call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
+        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=1024)
         if (allocated(misuse)) return
+        if (runs > 1 .and. .not. arguments%has('--rounds')) settings%rounds = 2
         call check_writable(path, error)
         if (allocated(error)) return
 
         name = 'front-1'
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_case(name, case, error)
-        if (.not. allocated(error)) call trim_offset(case, algorithm, settings, rounds, error)
+        call find_calibration(name, case, error)
+        if (allocated(error)) return
+        if (runs > 1) then
+            call run_many(case, algorithm, settings, runs, threads, path, console, error)
+            return
+        end if
+        call trim_offset(case, algorithm, settings, rounds, error)
         if (allocated(error)) return
         call show(trim(case%setup%name)//', '//algorithm, rounds, console)
         call show_verdict(settings, rounds, console)
         if (path /= '') call write_file(path, trim(case%setup%name)//', '//algorithm, settings, rounds, error)
     end subroutine run_trim
+
+    !> RMS over many trims.
+    subroutine run_many(case, algorithm, settings, runs, threads, path, console, error)
+        type(calibration_case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs, threads
+        character(*), intent(in) :: path            !! Of the CSV file; empty: none
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(trim_statistics_t) :: statistics(settings%rounds)
+        type(csv_writer_t) :: file
+        character(120) :: row
+        integer :: i, axis
+
+        call console%progress('trim: '//trim(case%setup%name))
+        call repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+        if (allocated(error)) return
+        call console%line('RMS over '//integer_text(runs)//' trims of '//trim(case%setup%name)//', '// &
+                          algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
+        call console%line('estimate, and sigma that the estimator states')
+        call console%line('round     d_x true     error  sigma     d_y true     error  sigma     '// &
+                          'd_z true     error  sigma')
+        do i = 1, settings%rounds
+            write (row, '(a, t9, 3(f10.5, f10.5, f8.5, :, 2x))') integer_text(i), &
+                (statistics(i)%offset(axis)/MILLIMETRE, statistics(i)%estimate_error(axis)/MILLIMETRE, &
+                 statistics(i)%sigma(axis)/MILLIMETRE, axis=1, 3)
+            call console%line(trim(row))
+        end do
+        if (path == '') return
+        call file%open(path, STATISTICS_COLUMNS, &
+                       [character(200) :: 'gracecg '//VERSION//' trim', trim(case%setup%name)//', '// &
+                        algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
+                        integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
+                        ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
+        if (allocated(error)) return
+        do i = 1, settings%rounds
+            call file%row([real(i, dp), statistics(i)%offset/MILLIMETRE, &
+                           statistics(i)%estimate_error/MILLIMETRE, statistics(i)%sigma/MILLIMETRE])
+        end do
+        call file%commit(error)
+    end subroutine run_many
 
     subroutine read_settings(arguments, settings, misuse)
         type(arguments_t), intent(in) :: arguments

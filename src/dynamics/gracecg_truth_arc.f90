@@ -3,6 +3,7 @@ module gracecg_truth_arc
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_torque_rods, only: shortest_rod_period
     use gracecg_runge_kutta, only: rkf78_step, rkf78_integrate
     use gracecg_equations_of_motion, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
     implicit none
@@ -93,12 +94,7 @@ contains
         class(satellite_dynamics_t), intent(in) :: dynamics
 
         largest_step = huge(1.0_dp)
-        if (.not. dynamics%with_rods) return
-        associate (rods => dynamics%rods)
-            if (any(rods%activations(:rods%count)%frequency > 0)) then
-                largest_step = 0.1_dp/maxval(rods%activations(:rods%count)%frequency)
-            end if
-        end associate
+        if (dynamics%with_rods) largest_step = 0.1_dp*shortest_rod_period(dynamics%rods)
     end function largest_step
 
     !> Fails when a state is not finite, or lies below the ground or below the air's model.

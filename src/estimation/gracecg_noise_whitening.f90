@@ -16,7 +16,7 @@ module gracecg_noise_whitening
     use gracecg_observation_set, only: calibration_setup_t
     implicit none
     private
-    public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t
+    public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
 
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
@@ -233,6 +233,28 @@ contains
             call self%step(i, state, series(i), whitened)
         end do
     end function innovations
+
+    !> Multiplies one series in place with R^-1 freed of bias and drift, L^-T (I - Q Q^T) L^-1, R = L L^T the
+    !> covariance matrix of the noise and Q the whitened straight line. What any linear unbiased
+    !> estimate makes of a disturbance then is a sum over the unwhitened partials. L^-T is the transpose of
+    !> the filter, run backwards.
+    pure subroutine weigh_series(self, series)
+        type(whitener_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:)            !! (samples)
+
+        real(dp) :: later(N_POLES), innovation
+        integer :: i
+
+        call self%whiten_series(series)
+        series = series - matmul(matmul(self%line, series), self%line)
+        later = 0
+        do i = self%samples, 1, -1
+            later = self%decay(:, i)*later
+            innovation = self%inverse_deviation(i)*series(i) + dot_product(self%gain(:, i), later)
+            later = later - innovation
+            series(i) = innovation
+        end do
+    end subroutine weigh_series
 
     !> False for a sample that is left out.
     elemental logical function is_kept(self, i)

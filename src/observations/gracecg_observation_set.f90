@@ -9,8 +9,8 @@ module gracecg_observation_set
     use gracecg_settings, only: settings_t, FULL_RANGE
     use gracecg_time, only: utc_t, parse_utc, utc_text
     use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
-    use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
-        MAX_DIPOLE
+    use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
+        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_optimal_settings, only: optimal_settings_t, describe_optimal
     implicit none
     private
@@ -30,6 +30,10 @@ module gracecg_observation_set
         real(dp) :: mass = 0                            !! kg
         real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
         type(torque_rods_t) :: rods                     !! The manoeuvre
+        real(dp) :: rate_limit = 0.1_dp*DEGREE
+        !! Greatest angular velocity about any axis, rad/s: what the star cameras bear, CSR-TM-00-01 4.1
+        real(dp) :: pointing_limit = DEGREE
+        !! Greatest turn away from the attitude that is held without a manoeuvre, rad
         real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
         real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
@@ -74,7 +78,8 @@ module gracecg_observation_set
 
 contains
 
-    !> The settings of satellite and manoeuvre: groups calibration, mass_properties and rod.
+    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rod and
+    !> limits.
     subroutine describe_manoeuvre(settings, setup)
         class(settings_t), intent(inout) :: settings
         type(calibration_setup_t), intent(inout) :: setup
@@ -107,6 +112,12 @@ contains
                                  products(1), moments(2), products(2), &
                                  products(3), products(2), moments(3)], [3, 3])
         call describe_rods(settings, setup%rods)
+        call settings%group('limits', 'What the manoeuvre may do to the satellite')
+        call settings%real_value('rate_deg_s', setup%rate_limit, 1e-6_dp, 1e3_dp, &
+                                 'deg/s, angular velocity about any axis (star cameras)', DEGREE, 'deg/s')
+        call settings%real_value('pointing_deg', setup%pointing_limit, 1e-6_dp, 180.0_dp, &
+                                 'deg, turn away from the attitude held without a manoeuvre', DEGREE, 'deg')
+        call settings%end_group()
     end subroutine describe_manoeuvre
 
     !> The manoeuvre: one group `rod` for each activation of a torque rod.
@@ -116,6 +127,7 @@ contains
 
         type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
         type(error_t), allocatable :: problem
+        character(len(WAVEFORM_NAMES)) :: waveform
         integer :: n, i
 
         n = rods%count
@@ -127,7 +139,7 @@ contains
             return
         end if
         do i = 1, n
-            call settings%group('rod', 'Magnetic moment amplitude sin(2 pi frequency (t - start) + phase)', i)
+            call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
             call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
             call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
                                      'A m^2', unit='A m^2', required=.true.)
@@ -138,6 +150,13 @@ contains
             call settings%real_value('start', activations(i)%start, 0.0_dp, 86400.0_dp, 's', unit='s')
             call settings%real_value('stop', activations(i)%stop, 0.0_dp, 86400.0_dp, 's', unit='s', &
                                      required=.true.)
+            waveform = WAVEFORM_NAMES(activations(i)%waveform)
+            call settings%text_value('waveform', waveform, 'w', WAVEFORM_NAMES)
+            activations(i)%waveform = max(1, findloc(WAVEFORM_NAMES, waveform, 1))
+            call settings%real_value('taper', activations(i)%taper, 0.0_dp, 86400.0_dp, &
+                                     's, of a smooth start and stop; 0: abrupt', unit='s')
+            call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
+                                     's, of each edge of a square wave', unit='s')
             if (allocated(settings%failure)) return
             call new_torque_rods(rods, activations(:i), problem)
             if (allocated(problem)) call settings%reject('amplitude', problem%message)
@@ -301,6 +320,8 @@ contains
             call fail(error, 'star camera: head '//integer_text(setup%camera)//' does not exist')
         else
             call validate_mass_properties(mass_properties_t(setup%mass, setup%inertia), error)
+            if (.not. allocated(error)) &
+                call check_rod_sampling(setup%rods, setup%accelerometer_interval, error)
         end if
     end subroutine check_setup
 

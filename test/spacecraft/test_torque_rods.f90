@@ -37,7 +37,13 @@ contains
                     new_unittest('harmonic-moment', test_harmonic), &
                     new_unittest('several-activations', test_several), &
                     new_unittest('refuses-impossible', test_refuses), &
-                    new_unittest('limit-counts-what-is-active', test_limit)]
+                    new_unittest('limit-counts-what-is-active', test_limit), &
+                    new_unittest('waveforms', test_waveforms), &
+                    new_unittest('square-has-smooth-edges', test_edges), &
+                    new_unittest('taper-takes-the-mean-rate-away', test_taper), &
+                    new_unittest('refuses-impossible-shapes', test_shapes), &
+                    new_unittest('sampling-limit', test_sampling), &
+                    new_unittest('rods-that-are-off', test_off)]
     end subroutine collect_torque_rods
 
     !> Up to the common sign, which the report leaves open.
@@ -209,6 +215,229 @@ contains
         call new_torque_rods(rods, pair, failure)
         call check_passes(error, message_of(failure))
     end subroutine test_limit
+
+    !> The first rod's moment of one activation.
+    real(dp) function moment_of(activation, time)
+        type(rod_activation_t), intent(in) :: activation
+        real(dp), intent(in) :: time
+
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+        real(dp) :: moment(3)
+
+        call new_torque_rods(rods, [activation], failure)
+        moment = dipole_moment(rods, time)
+        moment_of = moment(1)
+        if (allocated(failure)) moment_of = ieee_value(1.0_dp, ieee_quiet_nan)
+    end function moment_of
+
+    !> Cosine is the sine a quarter later; a tapered sine is the sine between its tapers, and starts
+    !> and stops with the value and slope 0; away from its edges a square wave has the sign of the sine.
+    subroutine test_waveforms(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: sine_wave, other
+        real(dp) :: t, phase
+        integer :: i
+
+        sine_wave = rod_activation_t(1, 20.0_dp, 0.1_dp, 0.4_dp, 5.0_dp, 65.0_dp)
+        do i = 0, 600
+            t = 5 + i/10.0_dp
+            phase = 2*PI*0.1_dp*(t - 5) + 0.4_dp
+            other = sine_wave
+            other%waveform = COSINE
+            other%phase = 0.4_dp - PI/2
+            call check(error, moment_of(other, t), 20*sin(phase), thr=1e-12_dp)
+            if (allocated(error)) return
+            other%phase = 0.4_dp
+            other%waveform = TAPERED
+            other%taper = 8
+            if (t >= 13 .and. t <= 57) call check(error, moment_of(other, t), 20*sin(phase), thr=1e-12_dp)
+            if (allocated(error)) return
+            call check(error, abs(moment_of(other, t)) <= 20*abs(sin(phase)) + 1e-12_dp)
+            if (allocated(error)) return
+            other%waveform = SQUARE
+            other%taper = 0
+            other%rise_time = 2
+            ! the edge reaches 1 s to either side of a zero, 0.2 pi of phase
+            if (abs(sin(phase)) > sin(0.2_dp*PI) + 1e-9_dp) &
+                call check(error, moment_of(other, t), sign(20.0_dp, sin(phase)), thr=1e-12_dp)
+            if (allocated(error)) return
+            call check(error, moment_of(other, t)*sin(phase) >= -1e-9_dp)
+            if (allocated(error)) return
+        end do
+        other = sine_wave
+        other%waveform = TAPERED
+        other%taper = 8
+        call check(error, moment_of(other, 5.0_dp) == 0 .and. moment_of(other, 65.0_dp) == 0 .and. &
+                   abs(moment_of(other, 5.01_dp)) < 1e-5_dp .and. abs(moment_of(other, 64.99_dp)) < 1e-5_dp)
+    end subroutine test_waveforms
+
+    !> Value and slope of a square wave are continuous: differences over 1 ms stay below the edge's
+    !> greatest slope, 15/8 of the mean one, and change by no more than its curvature allows.
+    subroutine test_edges(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: STEP = 1e-3_dp
+        type(rod_activation_t) :: wave
+        real(dp) :: now, next, difference, last_difference, steepest
+        integer :: i
+
+        wave = rod_activation_t(1, 30.0_dp, 0.1_dp, -0.7_dp, 0.0_dp, 60.0_dp, SQUARE, 0.0_dp, 1.0_dp)
+        last_difference = 0
+        steepest = 0
+        do i = 0, 59998
+            now = moment_of(wave, i*STEP)
+            next = moment_of(wave, (i + 1)*STEP)
+            difference = (next - now)/STEP
+            steepest = max(steepest, abs(difference))
+            if (i > 0) call check(error, abs(difference - last_difference) < 1.01_dp*60*10/sqrt(3.0_dp)*STEP)
+            if (allocated(error)) return
+            last_difference = difference
+        end do
+        call check(error, steepest, 60*15/8.0_dp, rel=.true., thr=1e-3_dp)
+    end subroutine test_edges
+
+    !> The angular velocity is the integral of the moment. A sine that starts abruptly gives it the
+    !> mean amplitude/(2 pi frequency); with a taper of two periods less than a twenty-fifth of that is left.
+    subroutine test_taper(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: wave
+
+        wave = rod_activation_t(1, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 100.0_dp)
+        call check(error, mean_rate(wave), 1/(2*PI*0.1_dp), rel=.true., thr=1e-5_dp)
+        if (allocated(error)) return
+        wave%waveform = TAPERED
+        wave%taper = 20
+        call check(error, abs(mean_rate(wave)) < 0.04_dp/(2*PI*0.1_dp))
+
+    contains
+
+        !> Mean over the undisturbed periods, from 20 to 80 s, of the integral from 0 (trapezoids).
+        real(dp) function mean_rate(activation)
+            type(rod_activation_t), intent(in) :: activation
+
+            real(dp), parameter :: STEP = 0.01_dp
+            real(dp) :: rate
+            integer :: k
+
+            rate = 0
+            mean_rate = 0
+            do k = 1, 8000
+                rate = rate + STEP/2*(moment_of(activation, (k - 1)*STEP) + moment_of(activation, k*STEP))
+                if (k > 2000) mean_rate = mean_rate + rate/6000
+            end do
+        end function mean_rate
+    end subroutine test_taper
+
+    subroutine test_shapes(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(rod_activation_t) :: good, bad
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+
+        good = rod_activation_t(2, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp, SQUARE, 0.0_dp, 5.0_dp)
+        call new_torque_rods(rods, [good], failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        bad = good
+        bad%waveform = 5
+        call check_refused(error, [bad], 'waveform = 5')
+        if (allocated(error)) return
+        bad = good
+        bad%rise_time = 5.01_dp
+        call check_refused(error, [bad], 'rise_time = 5.01')
+        if (allocated(error)) return
+        bad%rise_time = 0
+        call check_refused(error, [bad], 'rise_time = 0')
+        if (allocated(error)) return
+        bad = good
+        bad%frequency = 0
+        call check_refused(error, [bad], 'frequency')
+        if (allocated(error)) return
+        bad = good
+        bad%waveform = TAPERED
+        call check_refused(error, [bad], 'needs a taper')
+        if (allocated(error)) return
+        bad%taper = 30.5_dp
+        call check_refused(error, [bad], 'taper = 30.5')
+        if (allocated(error)) return
+        bad%taper = ieee_value(1.0_dp, ieee_quiet_nan)
+        call check_refused(error, [bad], 'finite')
+    end subroutine test_shapes
+
+    !> At 10 samples a second: frequencies below 5 Hz, edges and tapers from 0.5 s on.
+    subroutine test_sampling(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: wave
+
+        wave = rod_activation_t(1, 1.0_dp, 4.99_dp, 0.0_dp, 0.0_dp, 60.0_dp)
+        call check_passes(error, sampling_message(wave))
+        if (allocated(error)) return
+        wave%frequency = 5
+        call check_fails(error, sampling_message(wave), [character(40) :: 'activation 1', &
+                                                         'frequency = 5 Hz', 'below 5 Hz'])
+        if (allocated(error)) return
+        wave = rod_activation_t(1, 1.0_dp, 0.1_dp, 0.0_dp, 0.0_dp, 60.0_dp, SQUARE, 0.0_dp, 0.5_dp)
+        call check_passes(error, sampling_message(wave))
+        if (allocated(error)) return
+        wave%rise_time = 0.4_dp
+        call check_fails(error, sampling_message(wave), [character(40) :: 'rise_time = 0.4', 'at least 0.5 s'])
+        if (allocated(error)) return
+        wave%rise_time = 1
+        wave%taper = 0.2_dp
+        call check_fails(error, sampling_message(wave), [character(40) :: 'taper = 0.2', 'at least 0.5 s'])
+    end subroutine test_sampling
+
+    function sampling_message(activation) result(message)
+        type(rod_activation_t), intent(in) :: activation
+        character(:), allocatable :: message
+
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+
+        call new_torque_rods(rods, [activation], failure)
+        if (.not. allocated(failure)) call check_rod_sampling(rods, 0.1_dp, failure)
+        message = message_of(failure)
+    end function sampling_message
+
+    !> No activation, amplitude 0, a start after the arc, a constant sine of 0: nothing moves.
+    subroutine test_off(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(torque_rods_t) :: rods
+        type(rod_activation_t) :: wave
+        type(error_t), allocatable :: failure
+
+        call check_rods_fire(rods, 60.0_dp, failure)
+        call check_fails(error, message_of(failure), ['all torque rods are off'])
+        wave = rod_activation_t(3, 1.0_dp, 0.1_dp, 0.0_dp, 10.0_dp, 90.0_dp)
+        if (.not. allocated(error)) call check_moves(.true.)
+        wave%start = 60
+        if (.not. allocated(error)) call check_moves(.false.)
+        wave%start = 0
+        wave%amplitude = 0
+        if (.not. allocated(error)) call check_moves(.false.)
+        wave%amplitude = 1
+        wave%frequency = 0
+        if (.not. allocated(error)) call check_moves(.false.)
+        wave%waveform = COSINE
+        if (.not. allocated(error)) call check_moves(.true.)
+
+    contains
+
+        subroutine check_moves(expected)
+            logical, intent(in) :: expected
+
+            call new_torque_rods(rods, [wave], failure)
+            call check(error, moves_rods(rods, 60.0_dp) .eqv. expected)
+            if (allocated(error)) return
+            call check_rods_fire(rods, 60.0_dp, failure)
+            call check(error, allocated(failure) .neqv. expected)
+        end subroutine check_moves
+    end subroutine test_off
 
     subroutine check_refused(error, activations, part_of_message)
         type(error_type), allocatable, intent(out) :: error
