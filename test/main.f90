@@ -44,6 +44,7 @@ program tester
     use test_truth_arc, only: collect_truth_arc
     use test_preprocessing, only: collect_preprocessing
     use test_noise_propagation, only: collect_noise_propagation
+    use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
     use test_campaign, only: collect_campaign
@@ -104,6 +105,7 @@ program tester
              new_testsuite('truth-arc', collect_truth_arc), &
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
+             new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
              new_testsuite('campaign', collect_campaign), &

@@ -23,12 +23,12 @@ module gracecg_coloured_noise
     use gracecg_random, only: random_stream_t
     implicit none
     private
-    public :: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED
+    public :: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED, N_POLES
 
     integer, parameter :: ONE_SIDED = 1     !! The power lies at frequencies from 0 to fs/2
     integer, parameter :: TWO_SIDED = 2     !! The power lies at frequencies from -fs/2 to fs/2
 
-    integer, parameter :: N_POLES = 10
+    integer, parameter :: N_POLES = 10      !! First-order processes whose sum is the flicker part
     integer :: i_pole    !! Index of the constant arrays below
 
     real(dp), parameter :: POLE_RATIO = sqrt(10.0_dp)
@@ -61,6 +61,7 @@ module gracecg_coloured_noise
         procedure :: restart
         procedure :: autocovariance
         procedure :: spectrum
+        procedure :: markov_form
     end type coloured_noise_t
 
 contains
@@ -164,4 +165,16 @@ contains
             sum(self%drive**2/((1 - self%phi)**2 + &
                                4*self%phi*sin(TWO_PI*f*self%sampling_interval/2)**2)))
     end function spectrum
+    !> The process as a sum of a white sequence and independent first-order Gauss-Markov sequences
+    !> x(k+1) = correlation x(k) + noise, for filters.
+    pure subroutine markov_form(self, white_variance, correlation, variance)
+        class(coloured_noise_t), intent(in) :: self
+        real(dp), intent(out) :: white_variance             !! Unit of the samples squared
+        real(dp), intent(out) :: correlation(N_POLES)       !! Of one sample with the next
+        real(dp), intent(out) :: variance(N_POLES)          !! Stationary, unit of the samples squared
+
+        white_variance = self%white_deviation**2
+        correlation = self%phi
+        variance = self%variance
+    end subroutine markov_form
 end module gracecg_coloured_noise
