@@ -15,7 +15,7 @@ module gracecg_field_fallback
     use gracecg_geomagnetic_field, only: igrf_t, igrf
     use gracecg_observation_set, only: observation_set_t, has_orbit, NO_FIELD_MODEL
     use gracecg_interpolation, only: interpolation_t, interpolation_at, interpolated, is_covered, &
-        last_not_after
+        cubic_interpolated, LONGEST_ORBIT_SPACING
     use gracecg_star_attitude, only: star_attitude_t
     implicit none
     private
@@ -33,7 +33,6 @@ module gracecg_field_fallback
         procedure :: evaluate
     end type model_field_t
 
-    real(dp), parameter :: LONGEST_ORBIT_SPACING = 60.0_dp      !! s
     real(dp), parameter :: LONGEST_ATTITUDE_GAP = 30.0_dp
     !! Between star-camera samples, s. The chord across a gap g misses the attitude by g^2/8 times the
     !! angular acceleration of up to 2e-5 rad/s^2: 2e-3 rad, or 60 nT, at most
@@ -148,31 +147,10 @@ contains
         end if
         earth_from_inertial = rotation_z(sidereal_angle(self%sidereal_angle, t))
         call self%igrf%evaluate(matmul(earth_from_inertial, &
-                                       cubic(self%orbit_time, self%position, t)), b)
+                                       cubic_interpolated(self%orbit_time, self%position, t)), b)
         q = normalised(interpolated(self%stars%quaternion, attitude))
         b = matmul(rotation_matrix(q), matmul(b, earth_from_inertial))
     end subroutine evaluate
-
-    !> Lagrange's cubic through the two samples before and the two after t (the nearest four at an end).
-    pure function cubic(times, values, t) result(value)
-        real(dp), intent(in) :: times(:)        !! Increasing, at least four
-        real(dp), intent(in) :: values(:, :)    !! (3, samples)
-        real(dp), intent(in) :: t
-        real(dp) :: value(3)
-
-        real(dp) :: factor
-        integer :: first, i, j
-
-        first = max(1, min(size(times) - 3, last_not_after(times, t) - 1))
-        value = 0
-        do i = first, first + 3
-            factor = 1
-            do j = first, first + 3
-                if (j /= i) factor = factor*(t - times(j))/(times(i) - times(j))
-            end do
-            value = value + factor*values(:, i)
-        end do
-    end function cubic
 
     !> The mean of magnetometer minus model over the magnetometer's samples, those left out where orbit
     !> or attitude do not reach; zero when there are too few.

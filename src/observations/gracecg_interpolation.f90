@@ -1,10 +1,10 @@
-!> Linear interpolation in a series of samples, CSR-TM-00-01 section 4.5.
+!> Interpolation in a series of samples: linear, CSR-TM-00-01 section 4.5, and cubic for an orbit.
 module gracecg_interpolation
     use gracecg_kinds, only: dp
     implicit none
     private
     public :: interpolation_t, interpolation_at, interpolated, is_covered, last_not_after
-    public :: LONGEST_GAP, REACH
+    public :: cubic_interpolated, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
 
     !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
     type :: interpolation_t
@@ -16,6 +16,9 @@ module gracecg_interpolation
     ! In sampling intervals of an instrument
     real(dp), parameter :: LONGEST_GAP = 2.5_dp     !! Between samples, that is still bridged
     real(dp), parameter :: REACH = 1.01_dp          !! Before the first and after the last sample
+
+    real(dp), parameter :: LONGEST_ORBIT_SPACING = 60.0_dp
+    !! Between positions of the orbit that a cubic is laid through, s
 
 contains
 
@@ -81,6 +84,27 @@ contains
             end if
         end do
     end function last_not_after
+
+    !> Lagrange's cubic through the two samples before and the two after t (the nearest four at an end).
+    pure function cubic_interpolated(times, values, t) result(value)
+        real(dp), intent(in) :: times(:)        !! Increasing, at least four
+        real(dp), intent(in) :: values(:, :)    !! (3, samples)
+        real(dp), intent(in) :: t
+        real(dp) :: value(3)
+
+        real(dp) :: factor
+        integer :: first, i, j
+
+        first = max(1, min(size(times) - 3, last_not_after(times, t) - 1))
+        value = 0
+        do i = first, first + 3
+            factor = 1
+            do j = first, first + 3
+                if (j /= i) factor = factor*(t - times(j))/(times(i) - times(j))
+            end do
+            value = value + factor*values(:, i)
+        end do
+    end function cubic_interpolated
 
     pure function interpolated(values, source) result(value)
         real(dp), intent(in) :: values(:, :)    !! (components, samples)

@@ -11,6 +11,7 @@ module gracecg_observation_set
     use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, MAX_ACTIVATIONS, &
         MAX_DIPOLE
+    use gracecg_optimal_settings, only: optimal_settings_t, describe_optimal
     implicit none
     private
     public :: observation_set_t, calibration_setup_t, check_observations, has_orbit
@@ -46,6 +47,7 @@ module gracecg_observation_set
         real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
         real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
         real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
+        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
     end type calibration_setup_t
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
@@ -183,7 +185,7 @@ contains
         call settings%end_group()
     end subroutine describe_instruments
 
-    !> Initial guesses and weights: group estimation.
+    !> Initial guesses and weights: groups estimation and optimal.
     subroutine describe_estimation(settings, setup)
         class(settings_t), intent(inout) :: settings
         type(calibration_setup_t), intent(inout) :: setup
@@ -205,6 +207,7 @@ contains
         call settings%real_value('combined_star_camera_weight', setup%combined_star_camera_weight, &
                                  tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
         call settings%end_group()
+        call describe_optimal(settings, setup%optimal)
     end subroutine describe_estimation
 
     !> Refuses a quaternion that is not of unit length.

@@ -28,6 +28,8 @@ module gracecg_preprocessing
         type(interpolation_t), allocatable :: attitude_source(:)    !! Where each comes from
         type(star_attitude_t) :: stars                  !! Star-camera samples before interpolation
         real(dp), allocatable :: torque(:, :)           !! m x B at 0, h/2 ... n h: (3, 2n + 1), N m
+        real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
+        real(dp), allocatable :: orbit_position(:, :)   !! (3, positions), inertial J2000, m
         type(string_t), allocatable :: warnings(:)      !! What is wrong with the data and bridged
     end type fitting_data_t
 
@@ -54,6 +56,12 @@ contains
         data%steps = nint(clean%setup%duration/data%interval)
         call take_accelerations(clean, data, error)
         if (allocated(error)) return
+        if (has_orbit(clean)) then
+            data%orbit_time = clean%orbit_time
+            data%orbit_position = clean%orbit_position
+        else
+            allocate (data%orbit_time(0), data%orbit_position(3, 0))
+        end if
         call take_star_attitude(clean, data%stars, data%warnings)
         call take_attitude(clean%setup%star_camera_interval, data, error)
         if (allocated(error)) return
