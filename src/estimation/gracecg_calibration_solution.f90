@@ -2,6 +2,7 @@
 module gracecg_calibration_solution
     use gracecg_kinds, only: dp
     use gracecg_text, only: string_t
+    use gracecg_running_estimate, only: running_estimate_t
     implicit none
     private
     public :: calibration_solution_t, store_offset
@@ -25,6 +26,8 @@ module gracecg_calibration_solution
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
+        type(running_estimate_t), allocatable :: running
+        !! The estimate on the way, of an estimator that filters
     end type calibration_solution_t
 
 contains

@@ -9,8 +9,8 @@ module gracecg_estimators
     private
     public :: estimate_offset, ESTIMATOR_NAMES
 
-    character(10), parameter :: ESTIMATOR_NAMES(4) = [character(10) :: 'assest-fde', 'assest-rde', &
-                                                      'ascfest', 'ascrest']
+    character(10), parameter :: ESTIMATOR_NAMES(5) = [character(10) :: 'assest-fde', 'assest-rde', &
+                                                      'ascfest', 'ascrest', 'sequential']
 
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
