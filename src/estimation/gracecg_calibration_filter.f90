@@ -196,17 +196,18 @@ contains
     !> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). With e the smoothed residual of a kept sample
     !> and v the variance of the smoothed prediction, in units of the white noise, that is e^2/(1 - v);
     !> for a sample that is not kept, e^2/(1 + v).
-    subroutine smooth_axis(problem, axis, filter, constants, disturbance, residual, chi_square)
+    subroutine smooth_axis(problem, axis, filter, constants, signal, disturbance, residual, chi_square)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(process_filter_t), intent(in) :: filter    !! At the last sample, with its history
         type(constants_t), intent(in) :: constants      !! After all observations
-        real(dp), intent(out) :: disturbance(:)         !! Output of the process at the samples, white noise = 1
+        real(dp), intent(in) :: signal(:)               !! Of the process' states those wanted: h, or a part of it
+        real(dp), intent(out) :: disturbance(:)         !! signal^T p at the samples, white noise = 1
         real(dp), intent(out) :: residual(:)            !! Smoothed residuals e
         real(dp), intent(out) :: chi_square(:)          !! (samples)
 
         type(process_smoother_t) :: smoother
-        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), v, spread_g
+        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), p(filter%n), v, spread_g
         integer :: i, k, j
 
         y = constants%solution()
@@ -223,8 +224,9 @@ contains
                     spread_g = dot_product(g(:j), root(:j, j))
                     v = v + spread_g**2
                 end do
-                disturbance(i) = dot_product(h, smoother%mean + matmul(smoother%gain, y))
-                residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - disturbance(i)
+                p = smoother%mean + matmul(smoother%gain, y)
+                disturbance(i) = dot_product(signal, p)
+                residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
                 if (problem%kept(i, axis)) then
                     chi_square(i) = residual(i)**2/max(1 - v, epsilon(v))
                 else

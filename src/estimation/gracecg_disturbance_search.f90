@@ -13,13 +13,13 @@
 module gracecg_disturbance_search
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t
     use gracecg_gauss_markov, only: gauss_markov_t, second_order_process, superposed
-    use gracecg_square_root_filter, only: constants_t, process_filter_t
-    use gracecg_calibration_filter, only: filter_problem_t, filter_axis, gather, gather_axis
+    use gracecg_square_root_filter, only: constants_t
+    use gracecg_process_whitening, only: whiten_by_process
+    use gracecg_calibration_filter, only: filter_problem_t, gather, gather_axis
     implicit none
     private
-    public :: disturbance_t, search_disturbance, with_disturbance, minus_two_log_likelihood, MOST_DISTURBANCES
+    public :: disturbance_t, search_disturbance, with_disturbance
 
     integer, parameter :: MOST_DISTURBANCES = 2         !! Processes of an axis
 
@@ -53,13 +53,12 @@ contains
     end function with_disturbance
 
     !> Finds the disturbances of one axis and adds them to its process.
-    subroutine search_disturbance(problem, axis, needed_gain, remainder, found, error)
+    subroutine search_disturbance(problem, axis, needed_gain, remainder, found)
         type(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
         type(disturbance_t), allocatable, intent(out) :: found(:)
-        type(error_t), allocatable, intent(out) :: error
 
         type(constants_t) :: others
         type(disturbance_t) :: best
@@ -69,41 +68,36 @@ contains
         allocate (found(0))
         allocate (trial, mold=remainder(:, :, axis))
         call gather(problem, remainder, others, without=axis)
-        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current, error)
-        if (allocated(error)) return
+        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current)
         do while (size(found) < MOST_DISTURBANCES)
             call strongest_line(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
             if (line < LINE_LIKELY_NOISE) exit
-            call best_disturbance(problem, axis, others, frequency, amplitude, trial, best, value, error)
-            if (allocated(error)) return
+            call best_disturbance(problem, axis, others, frequency, amplitude, trial, best, value)
             if (.not. current - value > needed_gain) exit
             problem%process(axis) = with_disturbance(problem%process(axis), best, problem%interval)
             found = [found, best]
             call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), &
-                                          current, error)
-            if (allocated(error)) return
+                                          current)
         end do
     end subroutine search_disturbance
 
     !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
-    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, value, error)
+    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, value)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(gauss_markov_t), intent(in) :: process
         type(constants_t), intent(in) :: others         !! From all but this axis
         real(dp), intent(out) :: remainder(:, :)        !! Of this axis
         real(dp), intent(out) :: value
-        type(error_t), allocatable, intent(out) :: error
 
-        type(process_filter_t) :: filter
         type(constants_t) :: constants
+        real(dp) :: log_variance
 
-        value = huge(1.0_dp)
-        call filter_axis(problem, axis, process, .false., filter, remainder, error)
-        if (allocated(error)) return
+        call whiten_by_process(process, problem%epoch, problem%kept(:, axis), problem%acceleration(:, :, axis), &
+                               remainder, log_variance)
         constants = others
         call gather_axis(problem, axis, remainder, constants)
-        value = filter%log_variance + constants%squares + constants%log_determinant()
+        value = log_variance + constants%squares + constants%log_determinant()
     end subroutine minus_two_log_likelihood
 
     !> The strongest line in the spectrum of the whitened residuals: 2 |sum u exp(i w t)|^2/n, for white
@@ -154,7 +148,7 @@ contains
 
     !> The disturbance near a line of the spectrum that makes the observations most likely: for each of
     !> a few dampings the size, then the frequency of the best of them.
-    subroutine best_disturbance(problem, axis, others, frequency, amplitude, remainder, best, value, error)
+    subroutine best_disturbance(problem, axis, others, frequency, amplitude, remainder, best, value)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(constants_t), intent(in) :: others
@@ -162,7 +156,6 @@ contains
         real(dp), intent(out) :: remainder(:, :)        !! Workspace
         type(disturbance_t), intent(out) :: best
         real(dp), intent(out) :: value                  !! -2 ln L
-        type(error_t), allocatable, intent(out) :: error
 
         type(disturbance_t) :: trial
         real(dp) :: trial_value, shift
@@ -172,8 +165,8 @@ contains
         best = disturbance_t(amplitude, frequency, 1.0_dp)
         do i = 1, size(DAMPINGS)
             trial = disturbance_t(amplitude, frequency, DAMPINGS(i))
+            call evaluate(trial, trial_value)
             call improve_sigma(trial, trial_value)
-            if (allocated(error)) return
             if (trial_value < value) then
                 value = trial_value
                 best = trial
@@ -181,8 +174,8 @@ contains
         end do
         shift = max(best%damping*frequency, 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval))
         call improve_frequency(best, value, shift)
-        if (allocated(error)) return
-        call improve_frequency(best, value, shift/2)
+        call improve_frequency(best, value, shift/4)
+        call improve_sigma(best, value)
 
     contains
 
@@ -192,26 +185,23 @@ contains
 
             call minus_two_log_likelihood(problem, axis, &
                                           with_disturbance(problem%process(axis), disturbance, problem%interval), &
-                                          others, remainder, result, error)
+                                          others, remainder, result)
         end subroutine evaluate
 
         !> Larger by factors as long as that helps; else smaller.
         subroutine improve_sigma(disturbance, lowest)
             type(disturbance_t), intent(inout) :: disturbance
-            real(dp), intent(out) :: lowest
+            real(dp), intent(inout) :: lowest           !! Of this disturbance on entry
 
             type(disturbance_t) :: changed
             real(dp) :: result, step
             integer :: n
 
-            call evaluate(disturbance, lowest)
-            if (allocated(error)) return
             step = FACTOR
-            changed = disturbance
             do n = 1, MOST_STEPS
+                changed = disturbance
                 changed%sigma = disturbance%sigma*step
                 call evaluate(changed, result)
-                if (allocated(error)) return
                 if (result < lowest) then
                     lowest = result
                     disturbance = changed
@@ -223,27 +213,37 @@ contains
             end do
         end subroutine improve_sigma
 
+        !> To the vertex of the parabola through the likelihoods at three frequencies.
         subroutine improve_frequency(disturbance, lowest, change)
             type(disturbance_t), intent(inout) :: disturbance
-            real(dp), intent(inout) :: lowest
+            real(dp), intent(inout) :: lowest           !! Of this disturbance on entry
             real(dp), intent(in) :: change              !! Hz
 
-            type(disturbance_t) :: changed
-            real(dp) :: result
-            integer :: side
+            type(disturbance_t) :: left, right, vertex
+            real(dp) :: at_left, at_right, at_vertex, curvature
 
-            do side = -1, 1, 2
-                changed = disturbance
-                changed%frequency = disturbance%frequency + side*change
-                if (.not. changed%frequency > 0) cycle
-                call evaluate(changed, result)
-                if (allocated(error)) return
-                if (result < lowest) then
-                    lowest = result
-                    disturbance = changed
-                    exit
+            left = disturbance
+            right = disturbance
+            vertex = disturbance
+            left%frequency = disturbance%frequency - min(change, disturbance%frequency/2)
+            right%frequency = disturbance%frequency + (disturbance%frequency - left%frequency)
+            call evaluate(left, at_left)
+            call evaluate(right, at_right)
+            curvature = at_left - 2*lowest + at_right
+            if (curvature > 0) then
+                vertex%frequency = disturbance%frequency + (right%frequency - disturbance%frequency)* &
+                                   max(-1.0_dp, min(1.0_dp, (at_left - at_right)/(2*curvature)))
+                call evaluate(vertex, at_vertex)
+                if (at_vertex < min(lowest, at_left, at_right)) then
+                    lowest = at_vertex
+                    disturbance = vertex
+                    return
                 end if
-            end do
+            end if
+            if (min(at_left, at_right) < lowest) then
+                disturbance = merge(left, right, at_left < at_right)
+                lowest = min(at_left, at_right)
+            end if
         end subroutine improve_frequency
     end subroutine best_disturbance
 end module gracecg_disturbance_search

@@ -17,10 +17,12 @@ module gracecg_sequential
     use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
         turn_between, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
+    use gracecg_gauss_markov, only: gauss_markov_t
     use gracecg_square_root_filter, only: constants_t, process_filter_t
     use gracecg_calibration_filter, only: filter_problem_t, flicker_process, filter_axis, gather, &
         run_through_time, smooth_axis, smooth_star_camera
     use gracecg_disturbance_search, only: disturbance_t, search_disturbance, with_disturbance
+    use gracecg_process_whitening, only: whiten_by_process
     use gracecg_spike_screen, only: is_spike, median_of
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
@@ -29,19 +31,23 @@ module gracecg_sequential
     private
     public :: estimate_sequential
 
-    !> The constants in their order: the offset last
+    !> The parameters of the physical model, and their places among the constants: the offset last
     integer, parameter :: ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, OFFSET]
-    integer, parameter :: M = size(ESTIMATED)
+    integer, parameter :: M = size(ESTIMATED) + 2           !! Number of constants
+    integer, parameter :: SHARED(2) = [M - 4, M - 3]
+    !! Parts of the disturbance found in one axis that the other two see
+    integer, parameter :: PLACE(18) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, M - 2, M - 1, M]
     !> What is known a priori, so little that it weighs nothing: standard deviations of attitude (rad),
     !> angular velocity (rad/s), torque (N m), drift (m/s^3), bias (m/s^2), offset (m)
-    real(dp), parameter :: PRIOR_SIGMA(M) = [1.0_dp, 1.0_dp, 1.0_dp, 0.1_dp, 0.1_dp, 0.1_dp, &
-                                             0.01_dp, 0.01_dp, 0.01_dp, 1e-4_dp, 1e-4_dp, 1e-4_dp, &
-                                             1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    real(dp), parameter :: PRIOR_SIGMA(18) = [1.0_dp, 1.0_dp, 1.0_dp, 0.1_dp, 0.1_dp, 0.1_dp, &
+                                              0.01_dp, 0.01_dp, 0.01_dp, 1e-4_dp, 1e-4_dp, 1e-4_dp, &
+                                              1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
     real(dp), parameter :: UNDETERMINED = 0.3_dp    !! A sigma of the offset that the data did not make, m
 
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
     integer, parameter :: MOST_EDITING_ROUNDS = 5
-    real(dp), parameter :: NEGLIGIBLE = 1e-3_dp     !! Correction, in standard deviations
+    real(dp), parameter :: NEGLIGIBLE = 1e-2_dp
+    !! Correction of the nominal trajectory, in standard deviations; the solution contains it anyway
     real(dp), parameter :: SPIKE_LIMIT = 8          !! Of the first screening, standard deviations
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
@@ -62,12 +68,14 @@ module gracecg_sequential
         type(filter_problem_t) :: problem
         real(dp) :: white_sigma(3) = 1                  !! Of the accelerometer, m/s^2
         real(dp), allocatable :: predicted(:, :)        !! (3, samples)
-        real(dp), allocatable :: partials(:, :, :)      !! (M, 3, samples)
+        real(dp), allocatable :: partials(:, :, :)      !! (parameters, 3, samples)
         real(dp), allocatable :: remainder(:, :, :)     !! (M + 1, samples, axis)
+        integer :: leading = 0                          !! Axis with the largest disturbance found; 0: none
         type(process_filter_t) :: filter(3)
         type(constants_t) :: constants
         type(found_t) :: found(3)                       !! By axis
         real(dp) :: star_sigma(3) = 1                   !! Of the star camera about its axes, rad
+        real(dp) :: shared_sigma = 1                    !! A priori, of the constants SHARED
         real(dp) :: residual_rms(3) = 0                 !! Of the accelerometer, m/s^2
     end type work_t
 
@@ -126,7 +134,7 @@ contains
         work%guess = work%state
         n = size(work%data%accelerometer_epoch)
         stars = size(work%data%stars%time)
-        allocate (work%predicted(3, n), work%partials(M, 3, n), work%remainder(M + 1, n, 3))
+        allocate (work%predicted(3, n), work%partials(size(ESTIMATED), 3, n), work%remainder(M + 1, n, 3))
         associate (problem => work%problem)
             problem%m = M
             problem%steps = work%data%steps
@@ -135,6 +143,8 @@ contains
             problem%star_time = work%data%stars%time
             allocate (problem%prior(M + 1, M), problem%acceleration(M + 1, n, 3), problem%kept(n, 3), &
                       problem%star(M + 1, 3, stars), problem%star_kept(stars))
+            problem%acceleration = 0
+            problem%star = 0
             problem%kept = .true.
             problem%star_kept = .true.
         end associate
@@ -142,6 +152,7 @@ contains
         if (allocated(error)) return
         call integrate_trajectory(work%model, work%state, work%trajectory)
         work%star_sigma = observations%setup%star_camera_sigma
+        work%shared_sigma = observations%setup%sequential%shared_part
         call linearise_stars(work)
         call screen_stars(work%problem)
     end subroutine prepare
@@ -199,22 +210,26 @@ contains
     subroutine linearise_stars(work)
         type(work_t), intent(inout) :: work
 
-        real(dp) :: angles(3), partials(M, 3), known(M)
+        real(dp) :: angles(3), partials(size(ESTIMATED), 3), known(size(ESTIMATED))
         integer :: i, j
 
         known = work%guess%value(ESTIMATED) - work%state%value(ESTIMATED)
         known(1:3) = turn_between(work%state%quaternion, work%guess%quaternion)
         work%problem%prior = 0
-        do i = 1, M
-            work%problem%prior(i, i) = 1/PRIOR_SIGMA(i)
-            work%problem%prior(M + 1, i) = known(i)/PRIOR_SIGMA(i)
+        do i = 1, size(ESTIMATED)
+            work%problem%prior(PLACE(i), PLACE(i)) = 1/PRIOR_SIGMA(i)
+            work%problem%prior(M + 1, PLACE(i)) = known(i)/PRIOR_SIGMA(i)
+        end do
+        do i = 1, size(SHARED)
+            work%problem%prior(SHARED(i), SHARED(i)) = 1/work%shared_sigma
         end do
         associate (stars => work%data%stars)
             do i = 1, size(stars%time)
                 call star_angles(work%model, work%trajectory, stars%time(i), stars%head(i), stars%quaternion(:, i), &
                                  angles, partials)
                 do j = 1, 3
-                    work%problem%star(:, j, i) = [partials(:, j), angles(j)]/work%star_sigma(j)
+                    work%problem%star(PLACE, j, i) = partials(:, j)/work%star_sigma(j)
+                    work%problem%star(M + 1, j, i) = angles(j)/work%star_sigma(j)
                 end do
             end do
         end associate
@@ -231,7 +246,7 @@ contains
         associate (problem => work%problem)
             do axis = 1, 3
                 do i = 1, size(problem%epoch)
-                    problem%acceleration(:M, i, axis) = work%partials(:, axis, i)/work%white_sigma(axis)
+                    problem%acceleration(PLACE, i, axis) = work%partials(:, axis, i)/work%white_sigma(axis)
                     problem%acceleration(M + 1, i, axis) = (work%data%acceleration(axis, i) - &
                                                             work%predicted(axis, i))/work%white_sigma(axis)
                 end do
@@ -300,24 +315,24 @@ contains
                       'guess_angular_velocity')
             return
         end if
-        call correct_state(work%model, correction, work%state)
+        call correct_state(work%model, correction(PLACE), work%state)
         call integrate_trajectory(work%model, work%state, work%trajectory)
     end subroutine advance_nominal
 
-    !> The largest of the first corrections in units of their standard deviations.
+    !> The largest correction of the first parameters of the model in units of their standard deviations.
     pure real(dp) function corrections_in_sigmas(constants, correction, n) result(largest)
         type(constants_t), intent(in) :: constants
-        real(dp), intent(in) :: correction(:)
+        real(dp), intent(in) :: correction(M)
         integer, intent(in) :: n
 
-        real(dp) :: root(size(correction), size(correction))
+        real(dp) :: root(M, M)
 
         root = constants%inverse_root()
-        largest = maxval(abs(correction(:n))/norm2(root(:n, :), 2))
+        largest = maxval(abs(correction(PLACE(:n)))/norm2(root(PLACE(:n), :), 2))
     end function corrections_in_sigmas
 
-    !> Filters about the nominal trajectory until the corrections vanish. On the way the disturbances of
-    !> the axes are searched for, if they are to be found from the data.
+    !> Corrects the nominal trajectory until nothing changes, then filters about it. The disturbances of
+    !> the axes are searched for in the first iteration, if they are to be found from the data.
     subroutine fit(setup, work, iterations, converged, error)
         type(calibration_setup_t), intent(in) :: setup
         type(work_t), intent(inout) :: work
@@ -326,7 +341,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: y(M)
-        integer :: axis
         logical :: searching
 
         call set_noise(setup, work, error)
@@ -334,31 +348,27 @@ contains
         searching = setup%sequential%acceleration == ADAPTIVE
         converged = .false.
         do iterations = 1, MOST_ITERATIONS
-            do axis = 1, 3
-                call filter_axis(work%problem, axis, work%problem%process(axis), .not. searching, &
-                                 work%filter(axis), work%remainder(:, :, axis), error)
-                if (allocated(error)) return
-            end do
+            call whiten(work)
             if (searching) then
                 call search(setup%sequential%likelihood_gain, work, error)
                 if (allocated(error)) return
+                searching = .false.
             end if
             call gather(work%problem, work%remainder, work%constants)
             y = work%constants%solution()
-            converged = corrections_in_sigmas(work%constants, y, M) < NEGLIGIBLE .and. .not. searching
+            converged = corrections_in_sigmas(work%constants, y, size(ESTIMATED)) < NEGLIGIBLE
             if (converged) exit
-            searching = .false.
             call advance_nominal(work, y, error)
             if (allocated(error)) return
             call linearise_stars(work)
             call linearise_accelerations(work)
         end do
         iterations = min(iterations, MOST_ITERATIONS)
-        if (.not. converged) call refilter(work, error)
+        call filter(work, error)
     end subroutine fit
 
     !> Filters about the present nominal trajectory with what the smoother needs.
-    subroutine refilter(work, error)
+    subroutine filter(work, error)
         type(work_t), intent(inout) :: work
         type(error_t), allocatable, intent(out) :: error
 
@@ -370,20 +380,85 @@ contains
             if (allocated(error)) return
         end do
         call gather(work%problem, work%remainder, work%constants)
-    end subroutine refilter
+    end subroutine filter
 
+    !> What the axes' samples say of the constants, without a smoother.
+    subroutine whiten(work)
+        type(work_t), intent(inout) :: work
+
+        real(dp) :: unused
+        integer :: axis
+
+        do axis = 1, 3
+            associate (problem => work%problem)
+                call whiten_by_process(problem%process(axis), problem%epoch, problem%kept(:, axis), &
+                                       problem%acceleration(:, :, axis), work%remainder(:, :, axis), unused)
+            end associate
+        end do
+    end subroutine whiten
+
+    !> Searches all axes for disturbances. Drag varies along its own direction: of what the axis with the
+    !> largest disturbance shows, the others see a part that is estimated, even where it is too small to
+    !> be found by itself. So that axis comes first, and the others know of it.
     subroutine search(needed_gain, work, error)
         real(dp), intent(in) :: needed_gain
         type(work_t), intent(inout) :: work
         type(error_t), allocatable, intent(out) :: error
 
+        type(gauss_markov_t) :: noise(3)
+        real(dp) :: largest(3), unused
         integer :: axis
 
+        noise = work%problem%process
+        work%leading = 0
+        work%problem%acceleration(SHARED, :, :) = 0
         do axis = 1, 3
-            call search_disturbance(work%problem, axis, needed_gain, work%remainder, work%found(axis)%list, error)
-            if (allocated(error)) return
+            call search_disturbance(work%problem, axis, needed_gain, work%remainder, work%found(axis)%list)
+            largest(axis) = work%white_sigma(axis)*maxval([0.0_dp, work%found(axis)%list%sigma])
+        end do
+        if (.not. maxval(largest) > 0) return
+        work%leading = maxloc(largest, 1)
+        call take_disturbance(noise(work%leading)%n, work, error)
+        if (allocated(error)) return
+        do axis = 1, 3
+            if (axis == work%leading) cycle
+            work%problem%process(axis) = noise(axis)
+            call whiten_by_process(noise(axis), work%problem%epoch, work%problem%kept(:, axis), &
+                                   work%problem%acceleration(:, :, axis), work%remainder(:, :, axis), unused)
+            call search_disturbance(work%problem, axis, needed_gain, work%remainder, work%found(axis)%list)
         end do
     end subroutine search
+
+    !> Smooths the disturbance of the leading axis and lets the other two see a part of it.
+    subroutine take_disturbance(noise_states, work, error)
+        integer, intent(in) :: noise_states         !! Of the leading axis: those of the instrument's noise
+        type(work_t), intent(inout) :: work
+        type(error_t), allocatable, intent(out) :: error
+
+        type(process_filter_t) :: filter
+        type(constants_t) :: constants
+        real(dp), dimension(size(work%problem%epoch)) :: disturbance, unused_residual, unused_chi_square
+        real(dp), allocatable :: signal(:)
+        integer :: axis, other
+
+        associate (leading => work%leading)
+            call filter_axis(work%problem, leading, work%problem%process(leading), .true., filter, &
+                             work%remainder(:, :, leading), error)
+            if (allocated(error)) return
+            call gather(work%problem, work%remainder, constants)
+            signal = work%problem%process(leading)%output
+            signal(:noise_states) = 0
+            call smooth_axis(work%problem, leading, filter, constants, signal, disturbance, unused_residual, &
+                             unused_chi_square)
+            other = 0
+            do axis = 1, 3
+                if (axis == leading) cycle
+                other = other + 1
+                work%problem%acceleration(SHARED(other), :, axis) = disturbance*work%white_sigma(leading)/ &
+                                                                    work%white_sigma(axis)
+            end do
+        end associate
+    end subroutine take_disturbance
 
     !> Decides anew which samples are kept: those whose chi-square against all others is below the limit
     !> of as many standard deviations, in units of what is usual if that is more than noise.
@@ -402,7 +477,8 @@ contains
         limit = setup%sequential%edit_sigma**2
         allocate (disturbance(n), residual(n), chi_square(n), kept(n))
         do axis = 1, 3
-            call smooth_axis(work%problem, axis, work%filter(axis), work%constants, disturbance, residual, chi_square)
+            call smooth_axis(work%problem, axis, work%filter(axis), work%constants, &
+                             work%problem%process(axis)%output, disturbance, residual, chi_square)
             kept = chi_square <= limit*max(1.0_dp, median_of(chi_square)/MEDIAN_1)
             changed = changed .or. any(kept .neqv. work%problem%kept(:, axis))
             work%residual_rms(axis) = work%white_sigma(axis)* &
@@ -442,7 +518,7 @@ contains
         call run_through_time(work%problem, work%remainder, work%state%value(OFFSET), constants, solution%running)
         y = constants%solution()
         final = work%state
-        call correct_state(work%model, y, final)
+        call correct_state(work%model, y(PLACE), final)
         solution%offset = final%value(OFFSET)
         solution%drift = final%value(DRIFT)
         solution%bias = final%value(BIAS)
