@@ -48,6 +48,7 @@ program tester
     use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
+    use test_calibration_model, only: collect_calibration_model
     use test_campaign, only: collect_campaign
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
@@ -110,6 +111,7 @@ program tester
              new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
+             new_testsuite('calibration-model', collect_calibration_model), &
              new_testsuite('campaign', collect_campaign), &
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &

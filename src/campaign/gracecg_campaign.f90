@@ -34,6 +34,8 @@ module gracecg_campaign
         type(error_statistics_t) :: statistics      !! mm
         real(dp) :: predicted(3) = 0                !! RMS error by theory, mm
         real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
+        real(dp) :: normalised = 0
+        !! Mean error squared in units of the estimates' own covariances; 0: not known
     end type campaign_entry_t
 
     type :: campaign_t
@@ -141,6 +143,7 @@ contains
             entry%offset = results%offset/MILLIMETRE
             entry%converged = results%converged
             entry%predicted = prediction%rms/MILLIMETRE
+            entry%normalised = sum(results%normalised)/size(results%normalised)
         end associate
         call summarise(campaign, a, i)
     end subroutine run_entry

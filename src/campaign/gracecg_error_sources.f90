@@ -1,13 +1,16 @@
 !> The error sources of CSR-TM-00-01 section 6.3: simulations in which one of them is switched off.
 module gracecg_error_sources
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
+    use gracecg_error, only: error_t, fail
+    use gracecg_text, only: join
+    use gracecg_value, only: did_you_mean
     use gracecg_truth_arc, only: truth_arc_t
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_simulation, only: simulator_t, new_simulator
     implicit none
     private
     public :: error_switches_t, new_switched_simulator, study_switches, STUDY_NAMES
+    public :: switch_off, SOURCE_NAMES
 
     !> The error sources that act. The estimator knows nothing of the switches: its weights stay.
     type :: error_switches_t
@@ -15,14 +18,42 @@ module gracecg_error_sources
         !! The non-gravitational acceleration is not linear in time, and the density wave acts
         logical :: accelerometer_noise = .true.
         logical :: star_camera_noise = .true.
-        logical :: magnetometer_errors = .true.     !! Noise and bias
+        logical :: magnetometer_noise = .true.
+        logical :: magnetometer_bias = .true.
+        logical :: scale_factors = .true.           !! The accelerometer's, linear to cubic
     end type error_switches_t
 
     !> The five simulations of Figure 6.5, in its order
     character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
                                                   'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
 
+    character(19), parameter :: SOURCE_NAMES(7) = [character(19) :: 'curved-force', 'accelerometer-noise', &
+        'star-camera-noise', 'magnetometer-noise', 'magnetometer-bias', 'scale-factors', 'systematic']
+    !! What can be switched off by name; systematic stands for curved-force, magnetometer-bias and
+    !! scale-factors together
+
 contains
+
+    !> Switches off a source by its name. Fails for a name that is none of SOURCE_NAMES.
+    subroutine switch_off(switches, name, error)
+        type(error_switches_t), intent(inout) :: switches
+        character(*), intent(in) :: name
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. any(SOURCE_NAMES == name)) then
+            call fail(error, 'no error source "'//name//'"; there are '//join(SOURCE_NAMES, ', ')// &
+                      did_you_mean(name, SOURCE_NAMES))
+            return
+        end if
+        associate (systematic => name == 'systematic')
+            if (name == 'curved-force' .or. systematic) switches%curved_force = .false.
+            if (name == 'accelerometer-noise') switches%accelerometer_noise = .false.
+            if (name == 'star-camera-noise') switches%star_camera_noise = .false.
+            if (name == 'magnetometer-noise') switches%magnetometer_noise = .false.
+            if (name == 'magnetometer-bias' .or. systematic) switches%magnetometer_bias = .false.
+            if (name == 'scale-factors' .or. systematic) switches%scale_factors = .false.
+        end associate
+    end subroutine switch_off
 
     !> The switches of one of STUDY_NAMES; everything acts in one of another name.
     pure function study_switches(name) result(switches)
@@ -32,7 +63,8 @@ contains
         switches%curved_force = name /= 'linear-ng'
         switches%accelerometer_noise = name /= 'no-acc-noise'
         switches%star_camera_noise = name /= 'no-sca-noise'
-        switches%magnetometer_errors = name /= 'no-mag-noise'
+        switches%magnetometer_noise = name /= 'no-mag-noise'
+        switches%magnetometer_bias = name /= 'no-mag-noise'
     end function study_switches
 
     !> The simulator of a case in which only the error sources that are switched on act. Fails as
@@ -51,9 +83,12 @@ contains
             switched%star_camera%catalogue_noise = 0
             switched%star_camera%measurement_noise = 0
         end if
-        if (.not. switches%magnetometer_errors) then
-            switched%magnetometer%noise = 0
-            switched%magnetometer%bias = 0
+        if (.not. switches%magnetometer_noise) switched%magnetometer%noise = 0
+        if (.not. switches%magnetometer_bias) switched%magnetometer%bias = 0
+        if (.not. switches%scale_factors) then
+            switched%accelerometer%scale1 = 1
+            switched%accelerometer%scale2 = 0
+            switched%accelerometer%scale3 = 0
         end if
         call new_simulator(switched, simulator, error)
         if (allocated(error) .or. switches%curved_force) return

@@ -4,8 +4,10 @@ module gracecg_monte_carlo
     use gracecg_constants, only: PI
     use gracecg_error, only: error_t, add_context
     use gracecg_text, only: integer_text
+    use gracecg_vectors, only: inverse_3x3
     use gracecg_thermosphere, only: density_wave_t
     use gracecg_observation_set, only: observation_set_t
+    use gracecg_optimal_settings, only: NOISE_GIVEN
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset
     use gracecg_simulation, only: simulator_t, observe, observe_without_noise
@@ -18,6 +20,9 @@ module gracecg_monte_carlo
         integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! (3, runs), m
         logical, allocatable :: converged(:)        !! (runs)
+        real(dp), allocatable :: normalised(:)
+        !! Error squared in units of the estimate's own covariance: a chi-square with 3 degrees of freedom
+        !! if that is honest. (runs); 0 where the algorithm gives no covariance with the estimate
     end type monte_carlo_t
 
     !> Statistics of the errors of the offset, mm.
@@ -73,7 +78,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: i, first_failed
 
-        allocate (results%offset(3, size(runs)), results%converged(size(runs)))
+        allocate (results%offset(3, size(runs)), results%converged(size(runs)), results%normalised(size(runs)))
         results%run = runs
         first_failed = size(runs) + 1
         !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
@@ -95,10 +100,27 @@ contains
             end if
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
+            results%normalised(i) = normalised_error(solution%offset - simulator%case%offset, solution%covariance)
         end do
         !$omp end parallel do
         if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
     end subroutine run_monte_carlo
+
+    !> e^T C^-1 e, after scaling C to a unit diagonal; 0 without a covariance.
+    pure real(dp) function normalised_error(deviation, covariance) result(square)
+        real(dp), intent(in) :: deviation(3)        !! m
+        real(dp), intent(in) :: covariance(3, 3)    !! m^2
+
+        real(dp) :: sigma(3), scaled(3, 3), e(3)
+        integer :: i
+
+        square = 0
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+        if (.not. all(sigma > 0)) return
+        scaled = covariance/(spread(sigma, 1, 3)*spread(sigma, 2, 3))
+        e = deviation/sigma
+        square = dot_product(e, matmul(inverse_3x3(scaled), e))
+    end function normalised_error
 
     !> Statistics of a column of estimates. In millimetres, as the files have them, so that estimates
     !> read back from a file give the same statistics to the last bit.
@@ -131,21 +153,25 @@ contains
         type(density_wave_t) :: wave
         integer :: i
 
-        call estimate_without_noise(simulator, algorithm, density_wave_t(), .true., still, error)
-        if (allocated(error)) return
+        associate (random => simulator%case%density_wave_random)
+            call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
+            if (allocated(error)) return
+            prediction%bias = still%offset - simulator%case%offset
+            prediction%wave = 0
+            if (random) then
+                wave = simulator%case%density_wave
+                wave%phase = 0
+                call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
+                if (allocated(error)) return
+                wave%phase = PI/2
+                ! the covariance of an estimator that responds to the wave is that with the wave
+                call estimate_without_noise(simulator, algorithm, wave, .true., cosine, error)
+                if (allocated(error)) return
+                prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
+                still%covariance = cosine%covariance
+            end if
+        end associate
         prediction%noise = [(sqrt(still%covariance(i, i)), i=1, 3)]
-        prediction%bias = still%offset - simulator%case%offset
-        prediction%wave = 0
-        if (simulator%case%density_wave_random) then
-            wave = simulator%case%density_wave
-            wave%phase = 0
-            call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
-            if (allocated(error)) return
-            wave%phase = PI/2
-            call estimate_without_noise(simulator, algorithm, wave, .false., cosine, error)
-            if (allocated(error)) return
-            prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
-        end if
         prediction%rms = sqrt(prediction%noise**2 + prediction%bias**2 + prediction%wave**2)
     end subroutine predict_errors
 
@@ -160,6 +186,7 @@ contains
         type(observation_set_t) :: observations
 
         call observe_without_noise(simulator, wave, observations)
+        observations%setup%optimal%noise = NOISE_GIVEN      ! there is none to estimate
         call estimate_offset(algorithm, observations, solution, error, with_covariance)
     end subroutine estimate_without_noise
 end module gracecg_monte_carlo

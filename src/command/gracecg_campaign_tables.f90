@@ -55,7 +55,7 @@ contains
                     call console%line(label//trim(row))
                     label = wide('', width)
                     if (any(entries%published(axis) > 0)) then
-                        write (row, '(t6, a, t17, *(f12.5))') 'report', entries%published(axis)
+                        write (row, '(t6, a, t17, *(a12))') 'report', (or_dash(entries(a)%published(axis)), a=1, n)
                         call console%line(label//trim(row))
                     end if
                     write (row, '(t6, a, t17, *(f12.5))') 'theory', entries%predicted(axis)
@@ -63,8 +63,40 @@ contains
                 end do
             end associate
         end do
+        call show_honesty(campaign, width, console)
         call show_verdict(campaign_verdict(campaign), runs, console)
     end subroutine show_campaign
+
+    !> A number, or a dash for 0.
+    function or_dash(value) result(text)
+        real(dp), intent(in) :: value
+        character(12) :: text
+
+        write (text, '(f12.5)') value
+        if (.not. value > 0) text = repeat(' ', 11)//'-'
+    end function or_dash
+
+    !> How honest the sigmas are that estimators give with their estimates.
+    subroutine show_honesty(campaign, width, console)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: width            !! Of the column of the cases
+        type(console_t), intent(inout) :: console
+
+        character(160) :: row
+        integer :: a, i, n, runs
+
+        if (.not. any(campaign%entries%normalised > 0)) return
+        n = size(campaign%algorithms)
+        runs = size(campaign%entries(1, 1)%run)
+        call console%line('')
+        write (row, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
+            'those are honest; one sigma ', sqrt(6.0_dp/runs), ')'
+        call console%line(trim(row))
+        do i = 1, size(campaign%cases)
+            write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%normalised), a=1, n)
+            call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))
+        end do
+    end subroutine show_honesty
 
     !> How ours, the report's and theory agree.
     subroutine show_verdict(verdict, runs, console)

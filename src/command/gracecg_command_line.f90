@@ -11,6 +11,7 @@ module gracecg_command_line
     use gracecg_command_verify, only: declare_verify, run_verify
     use gracecg_command_simulate, only: declare_simulate, run_simulate
     use gracecg_command_estimate, only: declare_estimate, run_estimate
+    use gracecg_command_bound, only: declare_bound, run_bound
     use gracecg_command_montecarlo, only: declare_montecarlo, run_montecarlo
     use gracecg_command_merge, only: declare_merge, run_merge
     use gracecg_command_errors, only: declare_errors, run_errors
@@ -44,6 +45,8 @@ contains
                       declare_simulate, run_simulate), &
             command_t('estimate', 'the CG offset from an observation set', &
                       declare_estimate, run_estimate), &
+            command_t('bound', 'the least error that a manoeuvre allows (Cramer-Rao)', &
+                      declare_bound, run_bound), &
             command_t('montecarlo', 'RMS errors over many calibrations: Tables 6.1 and 6.2', &
                       declare_montecarlo, run_montecarlo), &
             command_t('merge', 'puts the shards of a Monte Carlo together', &

@@ -3,16 +3,17 @@
 module gracecg_command_montecarlo
     use omp_lib, only: omp_get_num_procs
     use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, fail
-    use gracecg_text, only: string_t, integer_text, join, padded, parse_integer
+    use gracecg_error, only: error_t, fail, add_context
+    use gracecg_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_file, only: check_writable
     use gracecg_observation_set, only: observation_set_t
     use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_case_library, only: find_case
     use gracecg_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use gracecg_simulation, only: simulator_t, observe
+    use gracecg_error_sources, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
     use gracecg_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
     use gracecg_campaign_files, only: write_table, write_runs
     use gracecg_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
@@ -30,6 +31,7 @@ module gracecg_command_montecarlo
         type(string_t), allocatable :: cases(:), algorithms(:)
         integer :: runs = REPORT_RUNS, seed = 1, threads = 1
         integer :: shard = 1, shards = 1
+        type(error_switches_t) :: switches
         character(:), allocatable :: table_file, runs_file      !! Empty: none
     end type plan_t
 
@@ -47,10 +49,13 @@ contains
                                 'gracecg montecarlo --cases front-3,back-3 --algorithms assest-fde --runs 100')
         call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas (default: '// &
                                   'the six built-in cases)')
-        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default: all)')
+        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
+                                  ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
                                   'of the whole campaign')
+        call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
+                                  join(SOURCE_NAMES, ', ')//' (the three others that are no noise)')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); '// &
                                   'the numbers do not depend on it')
@@ -95,16 +100,36 @@ contains
 
         call arguments%get('--cases', plan%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
         if (.not. allocated(misuse)) call arguments%get('--algorithms', plan%algorithms, misuse, &
-                                                        default=join(ESTIMATOR_NAMES, ','), &
+                                                        default=join(REPORT_ESTIMATORS, ','), &
                                                         choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, &
                                                         low=1, high=MOST_RUNS)
         if (.not. allocated(misuse)) call read_shard(arguments, plan, misuse)
+        if (.not. allocated(misuse)) call read_switches(arguments, plan, misuse)
         if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
         if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
                                                         default=omp_get_num_procs(), low=1, high=MOST_THREADS)
         if (.not. allocated(misuse)) call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
     end subroutine read_plan
+
+    subroutine read_switches(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(inout) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        type(string_t), allocatable :: names(:)
+        character(:), allocatable :: text
+        integer :: i
+
+        call arguments%get('--without', text, misuse, default='')
+        if (allocated(misuse) .or. text == '') return
+        names = split(text, ',')
+        do i = 1, size(names)
+            call switch_off(plan%switches, names(i)%text, misuse)
+            call add_context(misuse, 'option --without')
+            if (allocated(misuse)) return
+        end do
+    end subroutine read_switches
 
     subroutine read_shard(arguments, plan, misuse)
         type(arguments_t), intent(in) :: arguments
@@ -141,8 +166,8 @@ contains
         integer :: a
 
         call find_case(plan%cases(i)%text, case, error)
-        if (.not. allocated(error)) call add_case(campaign, i, case, error)
-        if (.not. allocated(error)) call new_simulator(case, simulator, error)
+        if (.not. allocated(error)) call new_switched_simulator(case, plan%switches, simulator, error)
+        if (.not. allocated(error)) call add_case(campaign, i, simulator%case, error)
         if (allocated(error)) return
         do a = 1, size(plan%algorithms)
             call console%progress('montecarlo: '//trim(case%setup%name)//', '//plan%algorithms(a)%text// &

@@ -8,10 +8,11 @@
 !> multiplicative: R(q) = C(zeta) R(q*), d zeta/dt = -omega* x zeta + d omega. J_p stands for the
 !> inertia about the centre of mass, from which it differs by 1e-6 (4-6).
 !>
-!> Accelerometer: S [(A~ + G) d + alpha t + beta + waves], (3-7), (4-17), with S = diag(1 + s).
+!> Accelerometer: S [(A~ + G) d + alpha t + beta + w (a sin + b cos)(2 pi (f + df) t)], (3-7), (4-17), with
+!> S = diag(1 + s) and a density wave along the airflow w, from the orbit (body x without one).
 module gracecg_calibration_model
     use gracecg_kinds, only: dp
-    use gracecg_constants, only: EARTH_GM, TWO_PI
+    use gracecg_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
     use gracecg_error, only: number_text
     use gracecg_text, only: append
     use gracecg_vectors, only: cross, cross_matrix, inverse_3x3, unit
@@ -19,6 +20,7 @@ module gracecg_calibration_model
         conjugate_quaternion, normalised
     use gracecg_torque_rods, only: dipole_moment
     use gracecg_observation_set, only: calibration_setup_t, HEADS
+    use gracecg_optimal_settings, only: WAVE_GIVEN
     use gracecg_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_preprocessing, only: fitting_data_t
@@ -30,10 +32,10 @@ module gracecg_calibration_model
     public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
     public :: correct_state, turned_by, turn_between
     public :: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
-    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, INERTIA, TORQUE_CHANGE
-    public :: ALWAYS_ESTIMATED
+    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
+    public :: ALWAYS_ESTIMATED, airflow_at
 
-    integer, parameter :: PARAMETERS = 40
+    integer, parameter :: PARAMETERS = 37
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch, rad
     integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch, rad/s
@@ -44,18 +46,18 @@ module gracecg_calibration_model
     integer, parameter :: SCALE_FACTORS(3) = [19, 20, 21]   !! s: scale factor minus 1
     integer, parameter :: ROD_GAIN = 22                     !! g: gain minus 1
     integer, parameter :: FIELD_BIAS(3) = [23, 24, 25]      !! b, T
-    integer, parameter :: WAVE_SINE(3) = [26, 27, 28]       !! Amplitudes of a harmonic acceleration, m/s^2
-    integer, parameter :: WAVE_COSINE(3) = [29, 30, 31]
-    integer, parameter :: INERTIA(6) = [32, 33, 34, 35, 36, 37]
+    integer, parameter :: WAVE_SINE = 26, WAVE_COSINE = 27  !! Amplitudes of the density wave, m/s^2
+    integer, parameter :: WAVE_FREQUENCY = 28               !! Error of the wave's frequency, Hz
+    integer, parameter :: INERTIA(6) = [29, 30, 31, 32, 33, 34]
     !! Errors of J's elements xx, yy, zz, xy, yz, zx, kg m^2
-    integer, parameter :: TORQUE_CHANGE(3) = [38, 39, 40]   !! T', N m
+    integer, parameter :: TORQUE_CHANGE(3) = [35, 36, 37]   !! T', N m
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
 
     character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
         'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
         'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
         'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
-        'wave_sin_x', 'wave_sin_y', 'wave_sin_z', 'wave_cos_x', 'wave_cos_y', 'wave_cos_z', &
+        'wave_sin', 'wave_cos', 'wave_freq', &
         'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
 
     !> Rows and columns of the elements of INERTIA
@@ -70,10 +72,14 @@ module gracecg_calibration_model
         real(dp), allocatable :: dipole(:, :)           !! m, (3, 0:2n), A m^2
         real(dp), allocatable :: rate_squared(:)        !! mu/r^3, (0:2n), 1/s^2; 0 without an orbit
         real(dp), allocatable :: upwards(:, :)          !! r/|r|, inertial, (3, 0:2n)
-        real(dp) :: wave_period = 0                     !! Of the harmonic acceleration, s; 0: none
+        real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
+        logical :: airflow_known = .false.              !! False: the body's x axis stands in
+        real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp) :: camera_from_body(3, 3, HEADS) = 0
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
+        integer, allocatable :: place(:)
+        !! Where an estimated parameter stands among the rotational ones; 0: nowhere
     end type calibration_model_t
 
     !> Values of all parameters. The angles are zero: q* holds the attitude.
@@ -119,12 +125,14 @@ contains
             model%dipole(:, j) = dipole_moment(setup%rods, j*data%interval/2)
         end do
         call take_gravity(data, model)
-        model%wave_period = setup%optimal%density_wave_period
+        if (setup%optimal%density_wave == WAVE_GIVEN) &
+            model%wave_frequency = 1/setup%optimal%density_wave_period
         do head = 1, HEADS
             model%camera_from_body(:, :, head) = rotation_matrix(setup%mounting(:, head))
         end do
         model%estimated = estimated
         model%rotational = pack(estimated, [(is_rotational(estimated(j)), j=1, size(estimated))])
+        model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
     end subroutine prepare_model
 
     !> Does a parameter act on attitude and angular velocity?
@@ -135,7 +143,7 @@ contains
                             == parameter)
     end function is_rotational
 
-    !> mu/r^3 and the direction upwards along the orbit.
+    !> mu/r^3, the direction upwards and that of the airflow along the orbit.
     subroutine take_gravity(data, model)
         type(fitting_data_t), intent(inout) :: data
         type(calibration_model_t), intent(inout) :: model
@@ -147,6 +155,7 @@ contains
         associate (n => model%steps)
             allocate (model%rate_squared(0:2*n), source=0.0_dp)
             allocate (model%upwards(3, 0:2*n), source=0.0_dp)
+            allocate (model%airflow(3, 0:n), source=0.0_dp)
             if (size(data%orbit_time) == 0) then
                 call append(data%warnings, 'no orbit: the gravity gradient is left out of rotation and '// &
                             'acceleration')
@@ -164,8 +173,24 @@ contains
                 position = cubic_interpolated(data%orbit_time, data%orbit_position, t)
                 model%rate_squared(j) = EARTH_GM/norm2(position)**3
                 model%upwards(:, j) = unit(position)
+                if (mod(j, 2) == 0) model%airflow(:, j/2) = unit(velocity_in_air(position, t))
             end do
+            model%airflow_known = .true.
         end associate
+
+    contains
+
+        !> Relative to air that turns with the Earth; the orbit's velocity by differences over 2 s.
+        pure function velocity_in_air(position, t) result(velocity)
+            real(dp), intent(in) :: position(3), t
+            real(dp) :: velocity(3)
+
+            real(dp), parameter :: STEP = 1         ! s
+
+            velocity = (cubic_interpolated(data%orbit_time, data%orbit_position, t + STEP) - &
+                        cubic_interpolated(data%orbit_time, data%orbit_position, t - STEP))/(2*STEP) - &
+                       EARTH_ROTATION_RATE*[-position(2), position(1), 0.0_dp]
+        end function velocity_in_air
     end subroutine take_gravity
 
     !> The initial guess of the setup.
@@ -321,11 +346,11 @@ contains
         type(calibration_state_t), intent(in) :: state
         type(inertia_t), intent(in) :: inertia_tensor
         integer, intent(in) :: half
-        real(dp), intent(in) :: q(4), omega(3), x(:, :)
-        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(:, :)
+        real(dp), intent(in) :: q(4), omega(3), x(6, size(model%rotational))
+        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(6, size(model%rotational))
 
         real(dp) :: c(3), jc(3), momentum(3), gradient_torque(3), acting(3)
-        real(dp) :: by_angles(3, 3), by_rate(3, 3), forcing(3)
+        real(dp) :: by_angles(3, 3), by_rate(3, 3)
         integer :: i
 
         associate (j => inertia_tensor%j, three_mu => 3*model%rate_squared(half))
@@ -344,11 +369,11 @@ contains
                                         matmul(matmul(cross_matrix(c), j) - cross_matrix(jc), cross_matrix(c)))
             by_rate = -matmul(inertia_tensor%inverse, matmul(cross_matrix(omega), j) - cross_matrix(momentum))
         end associate
-        do i = 1, size(x, 2)
-            forcing = generalised_torque(model%rotational(i))
+        do i = 1, size(model%rotational)
             x_rate(1:3, i) = x(4:6, i) - cross(omega, x(1:3, i))
-            x_rate(4:6, i) = matmul(by_angles, x(1:3, i)) + matmul(by_rate, x(4:6, i)) + &
-                             matmul(inertia_tensor%inverse, forcing)
+            x_rate(4:6, i) = times(by_angles, x(1:3, i)) + times(by_rate, x(4:6, i))
+            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) cycle
+            x_rate(4:6, i) = x_rate(4:6, i) + times(inertia_tensor%inverse, generalised_torque(model%rotational(i)))
         end do
 
     contains
@@ -380,6 +405,14 @@ contains
         end function generalised_torque
     end subroutine derivatives
 
+    !> m v; where it stands in inner loops the compiler puts it in line, matmul not always.
+    pure function times(m, v)
+        real(dp), intent(in) :: m(3, 3), v(3)
+        real(dp) :: times(3)
+
+        times = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
+    end function times
+
     !> What the accelerometer would show at the samples' epochs, and the partials of the estimated
     !> parameters.
     pure subroutine predict_accelerations(model, state, trajectory, epoch, predicted, partials)
@@ -390,21 +423,23 @@ contains
         real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), harmonic(2), t
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), wave(3, 3), t
         integer :: i, k
 
         factor = 1 + state%value(SCALE_FACTORS)
         do i = 1, size(epoch)
             k = epoch(i)
             t = k*model%interval
-            harmonic = harmonics(model, t)
             matrix = acceleration_matrix(model, trajectory, k)
-            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + &
-                       state%value(WAVE_SINE)*harmonic(1) + state%value(WAVE_COSINE)*harmonic(2)
+            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS)
+            if (model%wave_frequency > 0) then
+                wave = wave_partials(model, state, trajectory, k)
+                unscaled = unscaled + wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE)
+            end if
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
-                                           partials(:, :, i))
+                                           wave, partials(:, :, i))
         end do
     end subroutine predict_accelerations
 
@@ -429,30 +464,50 @@ contains
         c = matmul(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
     end function vertical_at
 
-    !> Sine and cosine of the harmonic acceleration.
-    pure function harmonics(model, t) result(values)
+    !> The unscaled acceleration of the density wave by its parameters: sine, cosine, frequency.
+    pure function wave_partials(model, state, trajectory, k) result(partials)
         type(calibration_model_t), intent(in) :: model
-        real(dp), intent(in) :: t       !! s
-        real(dp) :: values(2)
+        type(calibration_state_t), intent(in) :: state
+        type(calibration_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: partials(3, 3)          !! (axis, parameter); the last one in m/s^2/Hz
 
-        values = 0
-        if (model%wave_period > 0) values = [sin(TWO_PI*t/model%wave_period), cos(TWO_PI*t/model%wave_period)]
-    end function harmonics
+        real(dp) :: along(3), angle, t
 
-    pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, partials)
+        along = airflow_at(model, trajectory%q(:, k), k)
+        t = k*model%interval
+        angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
+        partials(:, 1) = along*sin(angle)
+        partials(:, 2) = along*cos(angle)
+        partials(:, 3) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
+    end function wave_partials
+
+    !> The direction of the airflow at k h.
+    pure function airflow_at(model, q, k) result(along)
+        type(calibration_model_t), intent(in) :: model
+        real(dp), intent(in) :: q(4)            !! Attitude, inertial to body
+        integer, intent(in) :: k
+        real(dp) :: along(3)                    !! Unit vector, body axes
+
+        along = [1.0_dp, 0.0_dp, 0.0_dp]
+        if (model%airflow_known) along = matmul(rotation_matrix(q), model%airflow(:, k))
+    end function airflow_at
+
+    pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, wave, &
+                                          partials)
         type(calibration_model_t), intent(in) :: model
         type(calibration_state_t), intent(in) :: state
         type(calibration_trajectory_t), intent(in) :: trajectory
         integer, intent(in) :: k
         real(dp), intent(in) :: factor(3), matrix(3, 3), unscaled(3)
+        real(dp), intent(in) :: wave(3, 3)          !! Of wave_partials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), harmonic(2)
-        integer :: i, rotational, axis
+        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3)
+        integer :: i, axis
 
         associate (d => state%value(OFFSET), t => k*model%interval)
-            harmonic = harmonics(model, t)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
             by_angles = 0
             if (model%rate_squared(2*k) > 0) then
@@ -462,16 +517,15 @@ contains
                      spread(c, 2, 3)*spread(matmul(d, cross_matrix(c)), 1, 3)
                 by_angles = -3*model%rate_squared(2*k)*cd
             end if
-            rotational = 0
+            if (model%wave_frequency > 0 .and. model%airflow_known) by_angles = by_angles + cross_matrix( &
+                wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE))
             partials = 0
             do i = 1, size(model%estimated)
-                associate (p => model%estimated(i))
-                    if (is_rotational(p)) then
-                        rotational = rotational + 1
-                        partials(i, :) = matmul(by_rate, trajectory%rates(:, rotational, k)) + &
-                                         matmul(by_angles, trajectory%angles(:, rotational, k)) + &
-                                         cross(trajectory%accelerations(:, rotational, k), d)
-                        partials(i, :) = factor*partials(i, :)
+                associate (p => model%estimated(i), r => model%place(i))
+                    if (r > 0) then
+                        partials(i, :) = factor*(times(by_rate, trajectory%rates(:, r, k)) + &
+                                                 times(by_angles, trajectory%angles(:, r, k)) + &
+                                                 cross(trajectory%accelerations(:, r, k), d))
                         cycle
                     end if
                     axis = mod(p - 1, 3) + 1    ! of the groups of three
@@ -484,10 +538,8 @@ contains
                         partials(i, axis) = factor(axis)
                     case (SCALE_FACTORS(1):SCALE_FACTORS(3))
                         partials(i, axis) = unscaled(axis)
-                    case (WAVE_SINE(1):WAVE_SINE(3))
-                        partials(i, p - WAVE_SINE(1) + 1) = factor(p - WAVE_SINE(1) + 1)*harmonic(1)
-                    case (WAVE_COSINE(1):WAVE_COSINE(3))
-                        partials(i, p - WAVE_COSINE(1) + 1) = factor(p - WAVE_COSINE(1) + 1)*harmonic(2)
+                    case (WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY)
+                        partials(i, :) = factor*wave(:, p - WAVE_SINE + 1)
                     end select
                 end associate
             end do
@@ -507,7 +559,7 @@ contains
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
         real(dp) :: computed(4), column(3), tau
-        integer :: k, i, rotational
+        integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
         tau = time - k*model%interval
@@ -515,15 +567,15 @@ contains
             computed = turned_by(tau*omega + tau**2/2*trajectory%omega_dot(:, k), trajectory%q(:, k))
             angles = matmul(camera, turn_between(computed, quaternion))
             if (.not. present(partials)) return
-            rotational = 0
             partials = 0
             do i = 1, size(model%estimated)
-                if (.not. is_rotational(model%estimated(i))) cycle
-                rotational = rotational + 1
-                column = trajectory%angles(:, rotational, k)
-                column = column + tau*(trajectory%rates(:, rotational, k) - cross(omega, column)) + &
-                         tau**2/2*trajectory%accelerations(:, rotational, k)
-                partials(i, :) = matmul(camera, column)
+                associate (r => model%place(i))
+                    if (r == 0) cycle
+                    column = trajectory%angles(:, r, k)
+                    column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
+                             tau**2/2*trajectory%accelerations(:, r, k)
+                    partials(i, :) = times(camera, column)
+                end associate
             end do
         end associate
     end subroutine star_angles

@@ -5,7 +5,14 @@ module gracecg_calibration_solution
     use gracecg_running_estimate, only: running_estimate_t
     implicit none
     private
-    public :: calibration_solution_t, store_offset
+    public :: calibration_solution_t, estimated_parameter_t, store_offset
+
+    !> A parameter beside the offset.
+    type :: estimated_parameter_t
+        character(12) :: name = ''
+        real(dp) :: value = 0           !! SI units
+        real(dp) :: sigma = 0
+    end type estimated_parameter_t
 
     type :: calibration_solution_t
         character(:), allocatable :: algorithm  !! Name as on the command line
@@ -24,6 +31,14 @@ module gracecg_calibration_solution
         !! Of the normal matrix with unit diagonal: of the offset's in ASSEST, of the whole one in
         !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
+        type(estimated_parameter_t), allocatable :: parameters(:)
+        !! Of `optimal`: unknown torque, and what the settings ask for; else empty
+        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` weighted with
+        real(dp) :: noise_corner(3) = 0         !! Hz
+        real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
+        real(dp) :: variance_factor = 0
+        !! Of `optimal`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
         type(running_estimate_t), allocatable :: running

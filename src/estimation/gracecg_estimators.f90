@@ -7,10 +7,13 @@ module gracecg_estimators
     use gracecg_calibration_solution, only: calibration_solution_t
     implicit none
     private
-    public :: estimate_offset, ESTIMATOR_NAMES
+    public :: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
 
-    character(10), parameter :: ESTIMATOR_NAMES(5) = [character(10) :: 'assest-fde', 'assest-rde', &
-                                                      'ascfest', 'ascrest', 'sequential']
+    character(10), parameter :: REPORT_ESTIMATORS(4) = [character(10) :: 'assest-fde', 'assest-rde', &
+                                                        'ascfest', 'ascrest']
+    !! Those of CSR-TM-00-01
+    character(10), parameter :: ESTIMATOR_NAMES(6) = [character(10) :: REPORT_ESTIMATORS, 'optimal', &
+                                                      'sequential']
 
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
@@ -20,7 +23,7 @@ module gracecg_estimators
             type(observation_set_t), intent(in) :: observations
             type(calibration_solution_t), intent(out) :: solution
             type(error_t), allocatable, intent(out) :: error
-            logical, intent(in), optional :: with_covariance    !! Compute the covariance: true when absent
+            logical, intent(in), optional :: with_covariance    !! Compute the covariance and check the fit: true when absent
         end subroutine estimate_offset
     end interface
 end module gracecg_estimators

@@ -5,6 +5,7 @@ submodule (gracecg_estimators) gracecg_estimators_choice
     use gracecg_value, only: did_you_mean
     use gracecg_assest, only: estimate_assest
     use gracecg_combined_estimation, only: estimate_combined
+    use gracecg_optimal_estimation, only: estimate_optimal
     use gracecg_sequential, only: estimate_sequential
     implicit none
 
@@ -30,6 +31,8 @@ contains
             call estimate_combined(observations, .false., solution, error, covariance)
         case ('ascrest')
             call estimate_combined(observations, .true., solution, error, covariance)
+        case ('optimal')
+            call estimate_optimal(observations, solution, error, covariance)
         case ('sequential')
             call estimate_sequential(observations, solution, error, covariance)
         case default

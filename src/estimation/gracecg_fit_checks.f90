@@ -12,6 +12,10 @@ module gracecg_fit_checks
     implicit none
     private
     public :: refuse_stuck_axis, check_accelerations, check_torque, estimate_torque_factor
+    public :: judge_torque, judge_noise, RODS_OFF
+
+    character(*), parameter :: RODS_OFF = &
+        'the torque rods are off all the time: the offset is hardly observable'
 
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
@@ -75,12 +79,22 @@ contains
                                    setup%accelerometer_psd_sides, setup%accelerometer_interval, error)
             if (allocated(error)) return
             deviation = sqrt(noise%autocovariance([0]))
-            if (.not. deviation(1) > 0 .or. rms <= MUCH_NOISE*deviation(1)) cycle
-            call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
-                        number_text(rms)//' m/s^2, '//number_text(rms/deviation(1))//' times the noise '// &
-                        'of the setup: check the unit of the samples; the offset may be wrong')
+            if (deviation(1) > 0) call judge_noise(axis, rms, deviation(1), warnings)
         end do
     end subroutine check_accelerations
+
+    !> Warns of residuals that are much larger than the noise.
+    subroutine judge_noise(axis, rms, deviation, warnings)
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: rms             !! Of the axis's residuals, m/s^2
+        real(dp), intent(in) :: deviation       !! Standard deviation of the noise, m/s^2
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        if (rms <= MUCH_NOISE*deviation) return
+        call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
+                    number_text(rms)//' m/s^2, '//number_text(rms/deviation)//' times the noise '// &
+                    'of the setup: check the unit of the samples; the offset may be wrong')
+    end subroutine judge_noise
 
     !> Compares the magnetic torque m x B of the setup and the magnetometer with the turn that the star
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
@@ -92,15 +106,25 @@ contains
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: found, doubt
         real(dp) :: factor, sigma, misfit
 
         if (.not. any(abs(problem%data%torque) > 0)) then
-            call append(warnings, 'the torque rods are off all the time: the offset is hardly observable')
+            call append(warnings, RODS_OFF)
             return
         end if
         call estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) call judge_torque(factor, sigma, misfit, warnings, error)
+    end subroutine check_torque
+
+    !> What a factor of the magnetic torque that was estimated means.
+    subroutine judge_torque(factor, sigma, misfit, warnings, error)
+        real(dp), intent(in) :: factor, sigma
+        real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: found, doubt
+
         doubt = ''
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
@@ -116,7 +140,7 @@ contains
         else
             call append(warnings, found//'; the offset may be off by as much')
         end if
-    end subroutine check_torque
+    end subroutine judge_torque
 
     !> The factor of the magnetic torque that would fit the attitude best, estimated together with
     !> attitude and angular velocity at the epoch and a constant torque about each axis (air, gravity

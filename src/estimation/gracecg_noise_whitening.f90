@@ -30,11 +30,13 @@ module gracecg_noise_whitening
         !! (2, samples); what is orthogonal to them does not depend on a bias and a drift
         real(dp), allocatable, private :: gain(:, :)            !! (N_POLES, samples)
         real(dp), allocatable, private :: decay(:, :)           !! To the next epoch, (N_POLES, samples)
-        real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations; 0: left out
+        real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations
+        logical, allocatable, private :: used(:)                !! False: left out
     contains
         procedure :: whiten
         procedure :: whiten_series
         procedure :: step
+        procedure :: innovations
         procedure :: is_kept
     end type whitener_t
 
@@ -77,22 +79,23 @@ contains
         end if
         if (allocated(error)) return
         allocate (whitener%gain(N_POLES, n), whitener%decay(N_POLES, n), whitener%inverse_deviation(n))
+        allocate (whitener%used(n), source=.true.)
+        if (present(kept)) whitener%used = kept
         whitener%gain = 0
-        whitener%inverse_deviation = 0
         covariance = 0
         do p = 1, N_POLES
             covariance(p, p) = variance(p)
         end do
         do i = 1, n
-            if (is_used(i)) then
-                innovation_variance = sum(covariance) + white_variance
+            innovation_variance = sum(covariance) + white_variance
+            whitener%inverse_deviation(i) = 1/sqrt(innovation_variance)
+            if (whitener%used(i)) then
                 associate (gain => whitener%gain(:, i))
                     gain = sum(covariance, 2)/innovation_variance
                     do p = 1, N_POLES
                         covariance(:, p) = covariance(:, p) - gain*gain(p)*innovation_variance
                     end do
                 end associate
-                whitener%inverse_deviation(i) = 1/sqrt(innovation_variance)
                 whitener%log_determinant = whitener%log_determinant + log(innovation_variance)
             end if
             if (i == n) exit
@@ -106,15 +109,6 @@ contains
         end do
         whitener%decay(:, n) = 0
         call orthonormal_line(epoch, whitener)
-
-    contains
-
-        pure logical function is_used(i)
-            integer, intent(in) :: i
-
-            is_used = .true.
-            if (present(kept)) is_used = kept(i)
-        end function is_used
     end subroutine new_whitener
 
     !> The whiteners of the accelerometer's axes, from the spectra that the setup gives. Fails, naming
@@ -186,7 +180,8 @@ contains
         real(dp) :: innovation
 
         innovation = value - sum(state%predicted)
-        whitened = innovation*self%inverse_deviation(i)
+        whitened = 0
+        if (self%used(i)) whitened = innovation*self%inverse_deviation(i)
         state%predicted = self%decay(:, i)*(state%predicted + self%gain(:, i)*innovation)
     end subroutine step
 
@@ -222,11 +217,28 @@ contains
         end do
     end subroutine whiten_series
 
+    !> How far every sample is from what the kept samples before it let expect, in standard deviations;
+    !> also for samples that are left out.
+    pure function innovations(self, series) result(normalised)
+        class(whitener_t), intent(in) :: self
+        real(dp), intent(in) :: series(:)               !! (samples)
+        real(dp) :: normalised(size(series))
+
+        type(whitening_state_t) :: state
+        real(dp) :: whitened
+        integer :: i
+
+        do i = 1, self%samples
+            normalised(i) = (series(i) - sum(state%predicted))*self%inverse_deviation(i)
+            call self%step(i, state, series(i), whitened)
+        end do
+    end function innovations
+
     !> False for a sample that is left out.
     elemental logical function is_kept(self, i)
         class(whitener_t), intent(in) :: self
         integer, intent(in) :: i
 
-        is_kept = self%inverse_deviation(i) > 0
+        is_kept = self%used(i)
     end function is_kept
 end module gracecg_noise_whitening

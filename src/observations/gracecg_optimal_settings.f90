@@ -11,8 +11,10 @@ module gracecg_optimal_settings
     implicit none
     private
     public :: optimal_settings_t, describe_optimal, NOISE_GIVEN, NOISE_ESTIMATED
+    public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED
 
     character(*), parameter :: NOISE_GIVEN = 'given', NOISE_ESTIMATED = 'estimate'
+    character(*), parameter :: WAVE_NONE = 'none', WAVE_GIVEN = 'given', WAVE_SEARCHED = 'search'
 
     type :: optimal_settings_t
         character(16) :: noise = NOISE_GIVEN
@@ -21,8 +23,10 @@ module gracecg_optimal_settings
         logical :: estimate_scale_factors = .false.
         logical :: estimate_rod_gain = .false.
         logical :: estimate_magnetometer_bias = .false.
-        real(dp) :: density_wave_period = 0
-        !! Of a harmonic acceleration, sine and cosine along each axis, that is estimated too, s; 0: none
+        character(16) :: density_wave = WAVE_SEARCHED
+        !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
+        !! with its period where the residuals show one
+        real(dp) :: density_wave_period = 12    !! If given, s
         real(dp) :: sigma_scale_factors(3) = [0.0101_dp, 0.0159_dp, 0.0119_dp]
         !! Of the accelerometer's scale factors, relative
         real(dp) :: sigma_rod_gain = 0.005_dp
@@ -52,9 +56,11 @@ contains
         call settings%logical_value('estimate_rod_gain', optimal%estimate_rod_gain, &
                                     'a factor of all dipole moments, too')
         call settings%logical_value('estimate_magnetometer_bias', optimal%estimate_magnetometer_bias, 'too')
-        call settings%real_value('density_wave_period', optimal%density_wave_period, 0.0_dp, 1e6_dp, &
-                                 's, of a harmonic acceleration along each axis, estimated too; 0: none', &
-                                 unit='s')
+        call settings%text_value('density_wave', optimal%density_wave, 'a harmonic acceleration along the '// &
+                                 'airflow: with the period given, or searched for in the residuals', &
+                                 [character(8) :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED])
+        call settings%real_value('density_wave_period', optimal%density_wave_period, 1e-2_dp, 1e6_dp, &
+                                 's, if given', unit='s')
         call settings%real_values('sigma_scale_factors', optimal%sigma_scale_factors, SMALLEST, 1.0_dp, &
                                   'of the accelerometer, relative, a priori')
         call settings%real_value('sigma_rod_gain', optimal%sigma_rod_gain, SMALLEST, 1.0_dp, &

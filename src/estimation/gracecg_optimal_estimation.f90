@@ -1,0 +1,295 @@
+!> `optimal`: the batch estimate of least variance. Gauss-Newton iteration of the physical model
+!> (gracecg_calibration_model) on whitened observations (gracecg_calibration_problem), with editing of
+!> outliers and, where the noise is not known, variance components from the data.
+module gracecg_optimal_estimation
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: ARCSECOND
+    use gracecg_error, only: error_t, add_context, number_text
+    use gracecg_text, only: append
+    use gracecg_lapack, only: solve_normal_equations
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_observation_set, only: observation_set_t, calibration_setup_t
+    use gracecg_optimal_settings, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_preprocessing, only: fitting_data_t, preprocess
+    use gracecg_calibration_model
+    use gracecg_calibration_problem, only: calibration_problem_t, assumed_noise_t, prepare_calibration, set_noise, &
+        information_matrix, estimated_parameters, with_parameters
+    use gracecg_wave_search, only: density_wave_found_t, search_wave
+    use gracecg_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_variance_components, only: estimate_spectrum, estimate_variance
+    use gracecg_outlier_editing, only: edit_samples, report_edited
+    use gracecg_fit_checks, only: refuse_stuck_axis, judge_torque, judge_noise, RODS_OFF
+    use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
+    implicit none
+    private
+    public :: estimate_optimal
+
+    integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
+    real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
+    real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
+    real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
+    !> Below what any instrument has: data without noise
+    real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
+
+contains
+
+    !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
+    !> costs nothing and is always given.
+    !>
+    !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
+    !> series would have to be left out, and, with the checks, when the satellite did not turn as the
+    !> torque rods should have made it.
+    subroutine estimate_optimal(observations, solution, error, with_checks)
+        type(observation_set_t), intent(in) :: observations
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
+
+        type(calibration_problem_t) :: problem
+        type(fitting_data_t) :: data
+        type(batch_solution_t) :: batch
+
+        solution%algorithm = 'optimal'
+        call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
+        if (allocated(error)) return
+        call prepare_calibration(observations%setup, data, estimated_parameters(observations%setup), problem)
+        solution%warnings = problem%data%warnings
+        call fit_repeatedly(observations%setup, problem, batch, solution, error)
+        if (.not. allocated(error)) call report_edited(problem, solution%edited, solution%warnings, error)
+        if (.not. allocated(error)) call store(problem, batch, solution)
+        if (.not. allocated(error) .and. with_checks) call check_fit(observations%setup, problem, batch, &
+                                                                     solution, error)
+        call add_context(error, 'optimal')
+    end subroutine estimate_optimal
+
+    !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
+    subroutine fit_repeatedly(setup, problem, batch, solution, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(calibration_problem_t), intent(inout) :: problem
+        type(batch_solution_t), intent(out) :: batch
+        type(calibration_solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(batch_settings_t), parameter :: SETTINGS = batch_settings_t(tolerance=1e-6_dp)
+        logical :: unknown_level(3), unknown_angle(3), changed, edited, searched
+        integer :: round
+
+        searched = .false.
+        call find_unknown(setup, problem%noise, unknown_level, unknown_angle)
+        do round = 1, MOST_ROUNDS
+            call set_noise(problem, error)
+            if (.not. allocated(error)) call process_batch(problem, SETTINGS, batch, error)
+            if (allocated(error)) return
+            solution%iterations = solution%iterations + batch%iterations
+            changed = .false.
+            if (any(unknown_level)) call update_spectra(problem, unknown_level, changed, error)
+            if (allocated(error)) return
+            if (any(unknown_angle)) call update_angles(problem, batch, unknown_angle, changed)
+            call edit_samples(problem, edited)
+            if (changed .or. edited) cycle
+            if (searched .or. setup%optimal%density_wave /= WAVE_SEARCHED) exit
+            searched = .true.       ! once; with outliers in the data every spectrum has lines
+            call add_wave(setup, batch, problem, solution, changed)
+            if (.not. changed) exit
+        end do
+        solution%converged = batch%converged .and. round <= MOST_ROUNDS
+        if (any(unknown_level) .or. any(unknown_angle)) &
+            call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
+    end subroutine fit_repeatedly
+
+    !> Adds a density wave to the parameters if the residuals show one. Its frequency stays what the search
+    !> found: its error changes the offset and its sigma by far less than the noise.
+    subroutine add_wave(setup, batch, problem, solution, added)
+        type(calibration_setup_t), intent(in) :: setup
+        type(batch_solution_t), intent(in) :: batch
+        type(calibration_problem_t), intent(inout) :: problem
+        type(calibration_solution_t), intent(inout) :: solution
+        logical, intent(out) :: added
+
+        type(calibration_problem_t) :: larger
+        type(density_wave_found_t) :: wave
+
+        wave = search_wave(problem, batch)
+        added = wave%found
+        if (.not. added) return
+        problem%model%wave_frequency = wave%frequency
+        problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
+        call with_parameters(setup, problem, [problem%model%estimated, WAVE_SINE, WAVE_COSINE], larger)
+        problem = larger
+        call append(solution%warnings, 'the residuals of the accelerometer show a wave of period '// &
+                    number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
+                    ' m/s^2 along the airflow: it is estimated, too')
+    end subroutine add_wave
+
+    !> Which levels are to be estimated; something to begin with stands in for them.
+    subroutine find_unknown(setup, noise, unknown_level, unknown_angle)
+        type(calibration_setup_t), intent(in) :: setup
+        type(assumed_noise_t), intent(inout) :: noise
+        logical, intent(out) :: unknown_level(3), unknown_angle(3)
+
+        unknown_level = setup%optimal%noise == NOISE_ESTIMATED .or. .not. setup%accelerometer_psd_level > 0
+        unknown_angle = setup%optimal%noise == NOISE_ESTIMATED .or. .not. setup%star_camera_sigma > 0
+        where (.not. noise%level > 0) noise%level = FIRST_LEVEL
+        where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
+    end subroutine find_unknown
+
+    !> Level and corner frequency of the accelerometer axes whose noise is not known. What the fit
+    !> takes from an axis, as far as it matters: offset, drift, bias and harmonic acceleration.
+    subroutine update_spectra(problem, unknown, changed, error)
+        type(calibration_problem_t), intent(inout) :: problem
+        logical, intent(in) :: unknown(3)
+        logical, intent(inout) :: changed
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: regressors(:, :)
+        real(dp) :: level, corner
+        integer :: axis
+
+        do axis = 1, 3
+            if (.not. unknown(axis)) cycle
+            regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
+            associate (noise => problem%noise)
+                call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
+                                       problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
+                                       regressors, level, corner, error)
+                if (allocated(error)) return
+                level = max(level, SMALLEST_LEVEL)
+                changed = changed .or. abs(level/noise%level(axis) - 1) > SAME_LEVEL .or. &
+                          abs(corner - noise%corner(axis)) > SAME_LEVEL*max(corner, noise%corner(axis))
+                noise%level(axis) = level
+                noise%corner(axis) = corner
+            end associate
+        end do
+    end subroutine update_spectra
+
+    !> Places, among the estimated parameters, of those that an accelerometer axis depends on directly.
+    pure function places_of(problem, axis) result(places)
+        type(calibration_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        integer, allocatable :: places(:)
+
+        integer :: i
+
+        places = pack([(i, i=1, size(problem%model%estimated))], &
+                      [(any([OFFSET, DRIFT(axis), BIAS(axis), WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY] == &
+                            problem%model%estimated(i)), i=1, size(problem%model%estimated))])
+    end function places_of
+
+    !> Noise of the star camera about those axes for which it is not known.
+    subroutine update_angles(problem, batch, unknown, changed)
+        type(calibration_problem_t), intent(inout) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        logical, intent(in) :: unknown(3)
+        logical, intent(inout) :: changed
+
+        integer, allocatable :: rows(:)
+        real(dp) :: factor
+        integer :: axis, i
+
+        do axis = 1, 3
+            if (.not. unknown(axis)) cycle
+            rows = pack([(3*i - 3 + axis, i=1, size(problem%star_kept))], problem%star_kept)
+            factor = estimate_variance(batch%residuals(rows), batch%gain(:, rows), batch%inverse)
+            changed = changed .or. abs(factor - 1) > SAME_LEVEL
+            associate (sigma => problem%noise%star_camera_sigma(axis))
+                sigma = max(sigma*sqrt(factor), SMALLEST_ANGLE)
+            end associate
+        end do
+    end subroutine update_angles
+
+    subroutine store(problem, batch, solution)
+        type(calibration_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(calibration_solution_t), intent(inout) :: solution
+
+        integer :: i, axis, redundancy
+
+        associate (state => problem%state, estimated => problem%model%estimated)
+            solution%offset = state%value(OFFSET)
+            solution%drift = state%value(DRIFT)
+            solution%bias = state%value(BIAS)
+            solution%quaternion = state%quaternion
+            solution%angular_velocity = state%value(RATE)
+            solution%covariance = batch%inverse(OFFSET, OFFSET)     ! estimated begins with ALWAYS_ESTIMATED
+            solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(estimated(i)), state%value(estimated(i)), &
+                                                          sqrt(batch%inverse(i, i))), i=1, size(estimated))]
+            solution%parameters = pack(solution%parameters, &
+                                       [(estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i)), &
+                                         i=1, size(estimated))])
+        end associate
+        solution%condition = batch%condition
+        do axis = 1, 3
+            associate (left => pack(problem%left_over(axis, :), problem%acceleration_kept(axis, :)))
+                solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
+            end associate
+        end do
+        solution%noise_level = problem%noise%level
+        solution%noise_corner = problem%noise%corner
+        solution%star_camera_sigma = problem%noise%star_camera_sigma
+        redundancy = 3*count(problem%star_kept) + count(problem%acceleration_kept) + &
+                     (problem%observations - problem%star_rows - problem%acceleration_rows) - &
+                     size(problem%model%estimated)
+        solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
+    end subroutine store
+
+    !> Whether noise and torque are what the setup says: warnings, or an error.
+    subroutine check_fit(setup, problem, batch, solution, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(calibration_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(calibration_solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(coloured_noise_t) :: noise
+        real(dp) :: deviation(1), factor, sigma, misfit
+        integer :: axis
+
+        do axis = 1, 3
+            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
+                                   problem%model%interval, error)
+            if (allocated(error)) return
+            deviation = sqrt(noise%autocovariance([0]))
+            call judge_noise(axis, solution%residual_rms(axis), deviation(1), solution%warnings)
+        end do
+        if (.not. any(abs(problem%data%torque) > 0)) then
+            call append(solution%warnings, RODS_OFF)
+            return
+        end if
+        misfit = sqrt(sum(batch%residuals(:problem%star_rows)**2)/max(1, 3*count(problem%star_kept)))
+        call estimate_gain(setup, problem, factor, sigma, error)
+        if (.not. allocated(error)) call judge_torque(factor, sigma*max(1.0_dp, misfit), misfit, &
+                                                      solution%warnings, error)
+    end subroutine check_fit
+
+    !> The factor of the magnetic torque that fits best, without a-priori knowledge, by one linear step.
+    subroutine estimate_gain(setup, problem, factor, sigma, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(calibration_problem_t), intent(in) :: problem
+        real(dp), intent(out) :: factor, sigma
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_setup_t) :: free
+        type(calibration_problem_t) :: trial
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:), step(:), covariance(:, :)
+        real(dp) :: condition
+        integer :: n
+
+        factor = 1
+        sigma = 0
+        free = setup
+        free%optimal%sigma_rod_gain = 0         ! no a-priori knowledge
+        associate (estimated => problem%model%estimated)
+            call with_parameters(free, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
+        end associate
+        call set_noise(trial, error)
+        if (allocated(error)) return
+        call information_matrix(trial, information, rhs, residuals)
+        n = size(rhs)
+        allocate (step(n), covariance(n, n))
+        call solve_normal_equations(information, rhs, step, covariance, condition, error, trial%names)
+        if (allocated(error)) return
+        factor = 1 + trial%state%value(ROD_GAIN) + step(n)
+        sigma = sqrt(covariance(n, n))
+    end subroutine estimate_gain
+end module gracecg_optimal_estimation

@@ -1,0 +1,250 @@
+!> The physical calibration model: partials of every parameter against differences, torques against the
+!> dynamics of the simulation, conservation of angular momentum.
+module test_calibration_model
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: EARTH_GM
+    use gracecg_error, only: error_t, message_of
+    use gracecg_vectors, only: cross, unit, identity, cross_matrix
+    use gracecg_quaternion, only: normalised, rotation_matrix, rotation_angle_between
+    use gracecg_torques, only: gravity_gradient_torque
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_preprocessing, only: fitting_data_t, preprocess
+    use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
+        prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
+        correct_state, PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
+        SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
+        INERTIA, TORQUE_CHANGE
+    use test_estimators, only: example, OMEGA_0, Q_0
+    use fixture, only: check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_calibration_model, add_orbit
+
+    real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
+    !> What a change of a parameter to measure its effect may be
+    real(dp), parameter :: SIZES(PARAMETERS) = [spread(1e-4_dp, 1, 3), spread(1e-6_dp, 1, 3), &
+                                                spread(1e-5_dp, 1, 3), spread(1e-3_dp, 1, 3), &
+                                                spread(1e-9_dp, 1, 3), spread(1e-6_dp, 1, 3), &
+                                                spread(1e-2_dp, 1, 3), 1e-2_dp, spread(1e-7_dp, 1, 3), &
+                                                1e-8_dp, 1e-8_dp, 1e-4_dp, &
+                                                spread(1e-2_dp, 1, 6), &
+                                                spread(1e-5_dp, 1, 3)]
+
+contains
+
+    subroutine collect_calibration_model(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('partials-of-every-parameter-against-differences', test_partials), &
+                    new_unittest('gravity-gradient-torque-is-that-of-the-dynamics', test_gravity_torque), &
+                    new_unittest('angular-momentum-is-conserved', test_momentum), &
+                    new_unittest('turns-and-rotation-vectors-are-inverse', test_turns), &
+                    new_unittest('no-orbit-no-gravity-gradient', test_no_orbit)]
+    end subroutine collect_calibration_model
+
+    !> A circular orbit that the satellite of the example follows, every 5 s.
+    subroutine add_orbit(observations)
+        type(observation_set_t), intent(inout) :: observations
+
+        real(dp), parameter :: RADIUS = 6838e3_dp, MOTION = 1.117e-3_dp
+        integer :: i
+
+        observations%orbit_time = [(5.0_dp*i, i=0, 12)]
+        allocate (observations%orbit_position(3, 13))
+        do i = 1, 13
+            associate (angle => MOTION*observations%orbit_time(i))
+                observations%orbit_position(:, i) = RADIUS*[cos(angle), 0.1_dp*sin(angle), sin(angle)]
+            end associate
+        end do
+    end subroutine add_orbit
+
+    subroutine prepare(model, data, error, with_orbit)
+        type(calibration_model_t), intent(out) :: model
+        type(fitting_data_t), intent(out) :: data
+        type(error_type), allocatable, intent(out) :: error
+        logical, intent(in) :: with_orbit
+
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call example(observations, error, interval=0.2_dp)
+        if (allocated(error)) return
+        if (with_orbit) call add_orbit(observations)
+        observations%setup%optimal%density_wave = 'given'
+        observations%setup%optimal%density_wave_period = 13
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call prepare_model(observations%setup, data, [(i, i=1, PARAMETERS)], model)
+    end subroutine prepare
+
+    !> A state in which no parameter is zero.
+    function general_state() result(state)
+        type(calibration_state_t) :: state
+
+        state%quaternion = normalised(Q_0)
+        state%value(RATE) = OMEGA_0
+        state%value(TORQUE) = [1e-5_dp, -2e-5_dp, 3e-5_dp]
+        state%value(OFFSET) = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]
+        state%value(DRIFT) = [1e-10_dp, -2e-10_dp, 3e-10_dp]
+        state%value(BIAS) = [-6e-7_dp, -2.3e-5_dp, 1e-6_dp]
+        state%value(SCALE_FACTORS) = [0.0101_dp, -0.0159_dp, -0.0119_dp]
+        state%value(ROD_GAIN) = 0.02_dp
+        state%value(FIELD_BIAS) = [50e-9_dp, -30e-9_dp, 25e-9_dp]
+        state%value(WAVE_SINE) = 1e-8_dp
+        state%value(WAVE_COSINE) = -3e-8_dp
+        state%value(WAVE_FREQUENCY) = 0.002_dp
+        state%value(INERTIA) = [0.1_dp, -0.2_dp, 0.3_dp, 0.1_dp, -0.1_dp, 0.2_dp]
+        state%value(TORQUE_CHANGE) = [-1e-6_dp, 2e-6_dp, 1e-6_dp]
+    end function general_state
+
+    subroutine test_partials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_model_t) :: model
+        type(calibration_state_t) :: state, changed
+        type(calibration_trajectory_t) :: trajectory, other
+        type(fitting_data_t) :: data
+        real(dp), allocatable :: partials(:, :, :), predicted(:, :, :)
+        real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
+        real(dp) :: change(PARAMETERS)
+        integer :: p, i, side, n
+
+        call prepare(model, data, error, .true.)
+        if (allocated(error)) return
+        state = general_state()
+        n = size(data%accelerometer_epoch)
+        allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2))
+        call integrate_trajectory(model, state, trajectory)
+        call predict_accelerations(model, state, trajectory, data%accelerometer_epoch, predicted(:, :, 1), partials)
+        do i = 1, size(STAR_TIMES)
+            call star_angles(model, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
+                             angles(:, i, 1), star_partials(:, :, i))
+        end do
+        do p = 1, PARAMETERS
+            do side = 1, 2
+                change = 0
+                change(p) = merge(SIZES(p), -SIZES(p), side == 1)
+                changed = state
+                call correct_state(model, change, changed)
+                call integrate_trajectory(model, changed, other)
+                call predict_accelerations(model, changed, other, data%accelerometer_epoch, predicted(:, :, side))
+                do i = 1, size(STAR_TIMES)          ! computed minus nominal
+                    call star_angles(model, other, STAR_TIMES(i), 2, &
+                                     trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), angles(:, i, side))
+                end do
+            end do
+            predicted(:, :, 1) = (predicted(:, :, 1) - predicted(:, :, 2))/(2*SIZES(p))
+            call check_close(partials(p, :, :), predicted(:, :, 1), 2e-6_dp, ', accelerometer')
+            if (allocated(error)) return
+            angles(:, :, 1) = -(angles(:, :, 1) - angles(:, :, 2))/(2*SIZES(p))
+            call check_close(star_partials(p, :, :), angles(:, :, 1), 2e-4_dp, ', star camera')
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        !> Within a tolerance of the greatest value; nothing where there must be nothing.
+        subroutine check_close(found, expected, tolerance, which)
+            real(dp), intent(in) :: found(:, :), expected(:, :), tolerance
+            character(*), intent(in) :: which
+
+            call check(error, maxval(abs(found - expected)) <= tolerance*maxval(abs(expected)), &
+                       trim(PARAMETER_NAMES(p))//which)
+        end subroutine check_close
+    end subroutine test_partials
+
+    !> At the epoch, without rods: J d omega/dt + omega x J omega is the simulation's torque (2-23).
+    subroutine test_gravity_torque(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_model_t) :: model
+        type(calibration_state_t) :: state
+        type(calibration_trajectory_t) :: trajectory
+        type(fitting_data_t) :: data
+        real(dp) :: torque(3), expected(3), r
+
+        call prepare(model, data, error, .true.)
+        if (allocated(error)) return
+        model%magnetic_torque = 0
+        state%quaternion = normalised([0.3_dp, -0.5_dp, 0.2_dp, 0.7_dp])
+        state%value(RATE) = OMEGA_0
+        call integrate_trajectory(model, state, trajectory)
+        torque = matmul(model%inertia, trajectory%omega_dot(:, 0)) + &
+                 cross(OMEGA_0, matmul(model%inertia, OMEGA_0))
+        r = norm2(data%orbit_position(:, 1))
+        expected = gravity_gradient_torque(EARTH_GM, r, matmul(rotation_matrix(state%quaternion), &
+                                                               data%orbit_position(:, 1)/r), model%inertia)
+        call check(error, norm2(expected) > 1e-5_dp)
+        if (allocated(error)) return
+        call check(error, norm2(torque - expected) < 1e-12_dp*norm2(expected))
+    end subroutine test_gravity_torque
+
+    !> Without torque R^T J omega does not change.
+    subroutine test_momentum(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_model_t) :: model
+        type(calibration_state_t) :: state
+        type(calibration_trajectory_t) :: trajectory
+        type(fitting_data_t) :: data
+        real(dp) :: first(3), last(3)
+
+        call prepare(model, data, error, .false.)
+        if (allocated(error)) return
+        model%magnetic_torque = 0
+        state%quaternion = normalised(Q_0)
+        state%value(RATE) = [0.03_dp, -0.02_dp, 0.05_dp]
+        call integrate_trajectory(model, state, trajectory)
+        associate (n => model%steps)
+            first = matmul(matmul(model%inertia, trajectory%omega(:, 0)), rotation_matrix(trajectory%q(:, 0)))
+            last = matmul(matmul(model%inertia, trajectory%omega(:, n)), rotation_matrix(trajectory%q(:, n)))
+            call check(error, rotation_angle_between(trajectory%q(:, 0), trajectory%q(:, n)) > 1)
+        end associate
+        if (allocated(error)) return
+        call check(error, norm2(first - last) < 1e-10_dp*norm2(first))
+    end subroutine test_momentum
+
+    subroutine test_turns(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp) :: q(4), zeta(3), turned(3, 3)
+        integer :: i
+
+        q = normalised(Q_0)
+        do i = 0, 10
+            zeta = 0.25_dp*i*[0.6_dp, -0.64_dp, 0.48_dp]
+            call check(error, maxval(abs(turn_between(q, turned_by(zeta, q)) - zeta)) < 1e-14_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(turn_between(q, -turned_by(zeta, q)) - zeta)) < 1e-14_dp, 'sign')
+            if (allocated(error)) return
+        end do
+        zeta = 1e-5_dp*[1, -2, 3]
+        turned = matmul(identity(3) - cross_matrix(zeta), rotation_matrix(q))
+        call check(error, maxval(abs(rotation_matrix(turned_by(zeta, q)) - turned)) < 1e-9_dp, 'C(zeta) R(q)')
+    end subroutine test_turns
+
+    subroutine test_no_orbit(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_model_t) :: model
+        type(fitting_data_t) :: data
+        integer :: before
+
+        call prepare(model, data, error, .true.)
+        if (allocated(error)) return
+        before = size(data%warnings)
+        call check(error, all(model%rate_squared > 1.2e-6_dp .and. model%rate_squared < 1.3e-6_dp))
+        if (allocated(error)) return
+        call prepare(model, data, error, .false.)
+        if (allocated(error)) return
+        call check(error, all(abs(model%rate_squared) <= 0))
+        if (allocated(error)) return
+        call check(error, size(data%warnings) == before + 1)
+        if (allocated(error)) return
+        call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
+    end subroutine test_no_orbit
+end module test_calibration_model
