@@ -35,9 +35,11 @@ module gracecg_disturbance_search
     real(dp), parameter :: LINE_LIKELY_NOISE = 15
     !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, and of
     !! about 100 independent ones the largest exceeds 15 in 5 % of the arcs
-    real(dp), parameter :: DAMPINGS(3) = [0.003_dp, 0.05_dp, 1.0_dp]    !! Where the search begins
-    real(dp), parameter :: FACTOR = 2.5_dp              !! Steps of sigma
+    real(dp), parameter :: DAMPINGS(4) = [1e-5_dp, 0.003_dp, 0.05_dp, 1.0_dp]
+    !! Where the search begins: a pure tone, oscillations that wander more and more, a smooth wander
+    real(dp), parameter :: COARSE = 2.5_dp, FINER = 1.5_dp  !! Steps of the search
     integer, parameter :: MOST_STEPS = 5
+    integer, parameter :: SIZE_OF = 1, DAMPING = 2
 
 contains
 
@@ -166,7 +168,7 @@ contains
         do i = 1, size(DAMPINGS)
             trial = disturbance_t(amplitude, frequency, DAMPINGS(i))
             call evaluate(trial, trial_value)
-            call improve_sigma(trial, trial_value)
+            call improve(SIZE_OF, COARSE, trial, trial_value)
             if (trial_value < value) then
                 value = trial_value
                 best = trial
@@ -175,7 +177,9 @@ contains
         shift = max(best%damping*frequency, 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval))
         call improve_frequency(best, value, shift)
         call improve_frequency(best, value, shift/4)
-        call improve_sigma(best, value)
+        call improve_frequency(best, value, shift/16)
+        call improve(DAMPING, FINER*FINER, best, value)
+        call improve(SIZE_OF, FINER, best, value)
 
     contains
 
@@ -188,8 +192,10 @@ contains
                                           others, remainder, result)
         end subroutine evaluate
 
-        !> Larger by factors as long as that helps; else smaller.
-        subroutine improve_sigma(disturbance, lowest)
+        !> Size or damping larger by factors as long as that helps; else smaller.
+        subroutine improve(which, factor, disturbance, lowest)
+            integer, intent(in) :: which                !! SIZE_OF or DAMPING
+            real(dp), intent(in) :: factor
             type(disturbance_t), intent(inout) :: disturbance
             real(dp), intent(inout) :: lowest           !! Of this disturbance on entry
 
@@ -197,21 +203,25 @@ contains
             real(dp) :: result, step
             integer :: n
 
-            step = FACTOR
+            step = factor
             do n = 1, MOST_STEPS
                 changed = disturbance
-                changed%sigma = disturbance%sigma*step
+                if (which == SIZE_OF) then
+                    changed%sigma = disturbance%sigma*step
+                else
+                    changed%damping = min(1.0_dp, disturbance%damping*step)
+                end if
                 call evaluate(changed, result)
                 if (result < lowest) then
                     lowest = result
                     disturbance = changed
                 else if (n == 1) then
-                    step = 1/FACTOR
+                    step = 1/factor
                 else
                     exit
                 end if
             end do
-        end subroutine improve_sigma
+        end subroutine improve
 
         !> To the vertex of the parabola through the likelihoods at three frequencies.
         subroutine improve_frequency(disturbance, lowest, change)

@@ -16,7 +16,7 @@ module gracecg_sequential
     use gracecg_preprocessing, only: fitting_data_t, preprocess
     use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
-        turn_between, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
+        turn_between, airflow_at, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
     use gracecg_gauss_markov, only: gauss_markov_t
     use gracecg_square_root_filter, only: constants_t, process_filter_t
     use gracecg_calibration_filter, only: filter_problem_t, flicker_process, filter_axis, gather, &
@@ -51,6 +51,7 @@ module gracecg_sequential
     real(dp), parameter :: SPIKE_LIMIT = 8          !! Of the first screening, standard deviations
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
+    real(dp), parameter :: ALONG_THE_AIRFLOW = 0.7_dp   !! Cosine of the angle to an axis that drag acts along
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> The disturbances found in one axis.
@@ -75,7 +76,8 @@ module gracecg_sequential
         type(constants_t) :: constants
         type(found_t) :: found(3)                       !! By axis
         real(dp) :: star_sigma(3) = 1                   !! Of the star camera about its axes, rad
-        real(dp) :: shared_sigma = 1                    !! A priori, of the constants SHARED
+        real(dp) :: shared_part(2) = 0                  !! A priori, the constants SHARED
+        real(dp) :: shared_sigma = 1                    !! and their standard deviation
         real(dp) :: residual_rms(3) = 0                 !! Of the accelerometer, m/s^2
     end type work_t
 
@@ -222,6 +224,7 @@ contains
         end do
         do i = 1, size(SHARED)
             work%problem%prior(SHARED(i), SHARED(i)) = 1/work%shared_sigma
+            work%problem%prior(M + 1, SHARED(i)) = work%shared_part(i)/work%shared_sigma
         end do
         associate (stars => work%data%stars)
             do i = 1, size(stars%time)
@@ -429,7 +432,8 @@ contains
         end do
     end subroutine search
 
-    !> Smooths the disturbance of the leading axis and lets the other two see a part of it.
+    !> Smooths the disturbance of the leading axis and lets the other two see a part of it: a priori that
+    !> of an acceleration along the airflow, if that is anywhere near the leading axis.
     subroutine take_disturbance(noise_states, work, error)
         integer, intent(in) :: noise_states         !! Of the leading axis: those of the instrument's noise
         type(work_t), intent(inout) :: work
@@ -439,6 +443,7 @@ contains
         type(constants_t) :: constants
         real(dp), dimension(size(work%problem%epoch)) :: disturbance, unused_residual, unused_chi_square
         real(dp), allocatable :: signal(:)
+        real(dp) :: airflow(3)
         integer :: axis, other
 
         associate (leading => work%leading)
@@ -450,14 +455,18 @@ contains
             signal(:noise_states) = 0
             call smooth_axis(work%problem, leading, filter, constants, signal, disturbance, unused_residual, &
                              unused_chi_square)
+            airflow = airflow_at(work%model, work%trajectory%q(:, work%model%steps/2), work%model%steps/2)
             other = 0
             do axis = 1, 3
                 if (axis == leading) cycle
                 other = other + 1
+                work%shared_part(other) = 0
+                if (abs(airflow(leading)) > ALONG_THE_AIRFLOW) work%shared_part(other) = airflow(axis)/airflow(leading)
                 work%problem%acceleration(SHARED(other), :, axis) = disturbance*work%white_sigma(leading)/ &
                                                                     work%white_sigma(axis)
             end do
         end associate
+        call linearise_stars(work)              ! with the a-priori knowledge
     end subroutine take_disturbance
 
     !> Decides anew which samples are kept: those whose chi-square against all others is below the limit

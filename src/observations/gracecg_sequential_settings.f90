@@ -17,9 +17,9 @@ module gracecg_sequential_settings
         real(dp) :: process_period = 12             !! Of its undamped oscillation, s
         real(dp) :: process_damping = 1             !! Its damping ratio, 0 < zeta <= 1
         real(dp) :: likelihood_gain = 10            !! Of 2 ln L, that an adaptive process must bring
-        real(dp) :: shared_part = 0.1_dp
-        !! Standard deviation of the part of an axis' process, found from the data, that the other axes
-        !! see: drag varies along its direction, which is not quite an axis
+        real(dp) :: shared_part = 0.03_dp
+        !! Of the process found in one axis the others see a part, as drag acts along the airflow. Its
+        !! standard deviation about that of the air that turns with the Earth: wind of 200 m/s makes 0.03
         real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
     end type sequential_settings_t
 
@@ -45,7 +45,8 @@ contains
         call settings%real_value('likelihood_gain', sequential%likelihood_gain, 0.0_dp, 1e6_dp, &
                                  'of 2 ln L, that a process found from the data must bring')
         call settings%real_value('shared_part', sequential%shared_part, 1e-6_dp, 10.0_dp, &
-                                 'sigma of the part of a process found in one axis that the others see')
+                                 'sigma of the part of a process found in one axis that the others see, about that '// &
+                                 'of an acceleration along the airflow')
         call settings%real_value('edit_sigma', sequential%edit_sigma, 3.0_dp, 1e6_dp, &
                                  'samples farther off than so many standard deviations are edited')
         call settings%end_group()
