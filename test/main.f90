@@ -49,6 +49,8 @@ program tester
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
     use test_calibration_model, only: collect_calibration_model
+    use test_optimal, only: collect_optimal
+    use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
@@ -61,7 +63,7 @@ program tester
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
-    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies']
+    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'optimal-monte-carlo']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
@@ -112,6 +114,9 @@ program tester
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
              new_testsuite('calibration-model', collect_calibration_model), &
+             new_testsuite('optimal', collect_optimal), &
+             new_testsuite('bound', collect_bound), &
+             new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &

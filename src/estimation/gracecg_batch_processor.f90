@@ -57,6 +57,7 @@ module gracecg_batch_processor
         real(dp), allocatable :: inverse(:, :)      !! (H^T W H)^-1, parameters x parameters
         real(dp), allocatable :: gain(:, :)         !! W H as rows: parameters x observations
         real(dp), allocatable :: residuals(:)       !! After the last correction (linearised)
+        real(dp), allocatable :: correction(:)      !! The last one
     end type batch_solution_t
 
 contains
@@ -107,5 +108,6 @@ contains
             partials(:, i) = partials(:, i)*weights(i)
         end do
         call move_alloc(partials, solution%gain)
+        call move_alloc(correction, solution%correction)
     end subroutine process_batch
 end module gracecg_batch_processor

@@ -82,6 +82,7 @@ contains
             if (.not. allocated(error)) call process_batch(problem, SETTINGS, batch, error)
             if (allocated(error)) return
             solution%iterations = solution%iterations + batch%iterations
+            call refresh_residuals(batch, problem)
             changed = .false.
             if (any(unknown_level)) call update_spectra(problem, unknown_level, changed, error)
             if (allocated(error)) return
@@ -133,6 +134,19 @@ contains
         where (.not. noise%level > 0) noise%level = FIRST_LEVEL
         where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
     end subroutine find_unknown
+
+    !> The accelerometer's residuals after the last correction; the problem's are from before it.
+    pure subroutine refresh_residuals(batch, problem)
+        type(batch_solution_t), intent(in) :: batch
+        type(calibration_problem_t), intent(inout) :: problem
+
+        integer :: i
+
+        do i = 1, size(problem%left_over, 2)
+            problem%left_over(:, i) = problem%left_over(:, i) - &
+                                      matmul(batch%correction, problem%acceleration_partials(:, :, i))
+        end do
+    end subroutine refresh_residuals
 
     !> Level and corner frequency of the accelerometer axes whose noise is not known. What the fit
     !> takes from an axis, as far as it matters: offset, drift, bias and harmonic acceleration.

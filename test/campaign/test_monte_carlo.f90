@@ -7,7 +7,7 @@ module test_monte_carlo
     use gracecg_simulation, only: simulator_t, new_simulator
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
-    use gracecg_estimators, only: ESTIMATOR_NAMES
+    use gracecg_estimators, only: REPORT_ESTIMATORS
     use gracecg_published_rms, only: published_rms, allowed_by_fifteen_runs
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none
@@ -123,11 +123,11 @@ contains
         do i = 1, size(REPORT_CASE_NAMES)
             call prepare(i, simulator, error)
             if (allocated(error)) return
-            do a = 1, size(ESTIMATOR_NAMES)
-                call predict_errors(simulator, trim(ESTIMATOR_NAMES(a)), prediction, failure)
+            do a = 1, size(REPORT_ESTIMATORS)
+                call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), prediction, failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
-                associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(ESTIMATOR_NAMES(a))))
+                associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(REPORT_ESTIMATORS(a))))
                     published = published + count(rms > 0)
                     inside = inside + count(allowed_by_fifteen_runs(rms, prediction%rms/MILLIMETRE))
                 end associate
@@ -152,17 +152,17 @@ contains
 
         call prepare(6, simulator, error)
         if (allocated(error)) return
-        do a = 1, size(ESTIMATOR_NAMES)
-            call predict_errors(simulator, trim(ESTIMATOR_NAMES(a)), prediction, failure)
+        do a = 1, size(REPORT_ESTIMATORS)
+            call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), 12, first_runs(100), 2, results, &
+                call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), 12, first_runs(100), 2, results, &
                                      failure)
             end if
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.21_dp, &
-                       ESTIMATOR_NAMES(a))
+                       REPORT_ESTIMATORS(a))
             if (allocated(error)) return
         end do
     end subroutine test_every_algorithm

@@ -13,7 +13,7 @@ module test_algorithms
     use gracecg_attitude_problem, only: small_angles, small_rotation
     use gracecg_combined_estimation, only: combined_problem_t, prepare_combined
     use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimators, only: estimate_offset, REPORT_ESTIMATORS
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_simulation, only: simulator_t, new_simulator, observe
@@ -244,12 +244,12 @@ contains
         case%setup%rods%activations%stop = 300
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
-        do a = 1, size(ESTIMATOR_NAMES)
+        do a = 1, size(REPORT_ESTIMATORS)
             if (.not. allocated(failure)) &
-                call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, solution, failure)
+                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, solution, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            call check(error, solution%converged, ESTIMATOR_NAMES(a))
+            call check(error, solution%converged, REPORT_ESTIMATORS(a))
             if (allocated(error)) return
         end do
     end subroutine test_long_arc
@@ -269,17 +269,17 @@ contains
             call report_case(REPORT_CASE_NAMES(i), case, failure)
             if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
             if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
-            if (.not. allocated(failure)) call estimate_offset(ESTIMATOR_NAMES(1), observations, first, failure)
+            if (.not. allocated(failure)) call estimate_offset(REPORT_ESTIMATORS(1), observations, first, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            do a = 2, size(ESTIMATOR_NAMES)
-                call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, other, failure)
+            do a = 2, size(REPORT_ESTIMATORS)
+                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, other, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
-                call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//ESTIMATOR_NAMES(a))
+                call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a))
                 if (allocated(error)) return
                 call check(error, maxval(abs(other%offset - first%offset)), 0.0_dp, &
-                           REPORT_CASE_NAMES(i)//', '//ESTIMATOR_NAMES(a), thr=1e-9_dp)
+                           REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a), thr=1e-9_dp)
                 if (allocated(error)) return
                 call check(error, maxval(abs(other%covariance/first%covariance - 1)) < 1e-3_dp, 'covariance')
                 if (allocated(error)) return

@@ -17,7 +17,7 @@ module test_estimators
     use gracecg_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_offset_model, only: offset_matrix
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_calibration_solution, only: calibration_solution_t
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -319,8 +319,8 @@ contains
         end do
         call fill(observations, normalised(Q_0), error)
         if (allocated(error)) return
-        do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure)
+        do i = 1, size(REPORT_ESTIMATORS)
+            call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, solution, failure)
             call check_fails(error, message_of(failure), [character(12) :: 'AS', 'singular', 'd_'])
             if (allocated(error)) return
         end do
@@ -416,22 +416,22 @@ contains
         integer :: run, i
 
         limits = chi_square_limits(3*RUNS)
-        do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), clean, reference, failure)
+        do i = 1, size(REPORT_ESTIMATORS)
+            call estimate_offset(trim(REPORT_ESTIMATORS(i)), clean, reference, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             weight = inverse(reference%covariance)
             total = 0
             do run = 1, RUNS
                 call draw(observations)
-                call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure, &
+                call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, solution, failure, &
                                      with_covariance=.false.)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 deviation = solution%offset - reference%offset
                 total = total + dot_product(deviation, matmul(weight, deviation))
             end do
-            write (found, '(2a, f9.2, a, 2f9.2)') ESTIMATOR_NAMES(i), ': chi-square', total, &
+            write (found, '(2a, f9.2, a, 2f9.2)') REPORT_ESTIMATORS(i), ': chi-square', total, &
                 ', limits', limits
             call check(error, total > limits(1) .and. total < limits(2), trim(found))
             if (allocated(error)) return

@@ -1,0 +1,421 @@
+!> The estimator optimal: editing, noise levels, waves and extra parameters on observations made from
+!> known dynamics, noise drawn here.
+module test_optimal
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: ARCSECOND, TWO_PI
+    use gracecg_error, only: error_t, message_of
+    use gracecg_vectors, only: unit
+    use gracecg_quaternion, only: quaternion_product, quaternion_from_axis_angle
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_torque_rods, only: new_torque_rods, rod_activation_t
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_estimators, only: estimate_offset
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_variance_components, only: estimate_spectrum
+    use test_estimators, only: example, OFFSET
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_optimal
+
+    real(dp), parameter :: LEVEL(3) = [1e-20_dp, 1e-18_dp, 1e-20_dp]    ! m^2 s^-4/Hz
+    real(dp), parameter :: CORNER(3) = [0.005_dp, 0.1_dp, 0.005_dp]     ! Hz
+    real(dp), parameter :: SIGMA(3) = [5e-6_dp, 5e-6_dp, 4e-5_dp]       ! Star camera, rad
+
+contains
+
+    subroutine collect_optimal(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('star-camera-between-the-steps', test_own_epochs), &
+                    new_unittest('spikes-and-wrong-quaternions-are-left-out', test_editing), &
+                    new_unittest('clean-data-stay-whole', test_clean), &
+                    new_unittest('half-a-series-of-outliers-is-refused', test_too_many), &
+                    new_unittest('noise-spectrum-from-data', test_spectrum), &
+                    new_unittest('noise-levels-of-a-calibration-from-its-data', test_levels), &
+                    new_unittest('a-wave-is-found-and-removed', test_wave), &
+                    new_unittest('rod-gain-and-magnetometer-bias-are-estimated', test_extra), &
+                    new_unittest('without-rods', test_without_rods), &
+                    new_unittest('rods-that-did-not-fire', test_not_fired)]
+    end subroutine collect_optimal
+
+    !> The example with noise of the spectra above.
+    subroutine noisy_example(observations, run, error)
+        type(observation_set_t), intent(out) :: observations
+        integer, intent(in) :: run              !! Of the random numbers
+        type(error_type), allocatable, intent(out) :: error
+
+        type(random_stream_t) :: stream
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: samples(:)
+        real(dp) :: turn(3)
+        integer :: axis, i
+
+        call example(observations, error, interval=0.2_dp, star_camera_interval=1.0_dp)
+        if (allocated(error)) return
+        observations%setup%accelerometer_psd_level = LEVEL
+        observations%setup%accelerometer_psd_corner = CORNER
+        observations%setup%star_camera_sigma = SIGMA
+        allocate (samples(size(observations%accelerometer_time)))
+        stream = new_stream(31, 1, 1, run, 1)
+        do axis = 1, 3
+            noise = coloured_noise(LEVEL(axis), CORNER(axis), TWO_SIDED, 0.2_dp, failure)
+            call noise%generate(stream, samples)
+            observations%acceleration(axis, :) = observations%acceleration(axis, :) + samples
+        end do
+        do i = 1, size(observations%quaternion, 2)
+            call stream%normals(turn)
+            turn = SIGMA*turn
+            observations%quaternion(:, i) = quaternion_product(quaternion_from_axis_angle(unit(turn), norm2(turn)), &
+                                                               observations%quaternion(:, i))
+        end do
+    end subroutine noisy_example
+
+    subroutine estimate(observations, solution, error, with_checks)
+        type(observation_set_t), intent(in) :: observations
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_type), allocatable, intent(out) :: error
+        logical, intent(in), optional :: with_checks
+
+        type(error_t), allocatable :: failure
+        logical :: checks
+
+        checks = .false.
+        if (present(with_checks)) checks = with_checks
+        call estimate_offset('optimal', observations, solution, failure, checks)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, solution%converged)
+    end subroutine estimate
+
+    !> Star-camera epochs that are no multiples of the accelerometer's interval.
+    subroutine test_own_epochs(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: fine, observations
+        type(calibration_solution_t) :: solution
+        integer :: i
+
+        call example(fine, error, interval=0.1_dp)
+        if (allocated(error)) return
+        observations = fine
+        observations%accelerometer_time = fine%accelerometer_time(2::2)     ! every 0.2 s
+        observations%acceleration = fine%acceleration(:, 2::2)
+        observations%setup%accelerometer_interval = 0.2_dp
+        observations%setup%star_camera_interval = 0.6_dp                    ! at 0.1, 0.7, 1.3 ... s
+        observations%star_camera_time = fine%star_camera_time(1::6)
+        observations%star_camera_head = fine%star_camera_head(1::6)
+        observations%quaternion = fine%quaternion(:, 1::6)
+        i = size(observations%star_camera_time)
+        call estimate(observations, solution, error)
+        if (allocated(error)) return
+        call check(error, norm2(solution%offset - OFFSET), 0.0_dp, thr=1e-9_dp)
+        if (allocated(error)) return
+        call check(error, solution%variance_factor < 1e-4_dp)
+    end subroutine test_own_epochs
+
+    !> A large spike, a small one, a run of three, and two wrong quaternions: found, and without
+    !> influence: the estimate differs from that of the clean data by what the lost samples would have
+    !> told.
+    subroutine test_editing(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: clean, observations
+        type(calibration_solution_t) :: reference, solution
+        integer :: i
+
+        call noisy_example(clean, 1, error)
+        if (allocated(error)) return
+        call estimate(clean, reference, error)
+        if (allocated(error)) return
+        call check(error, sum(reference%edited), 0)
+        if (allocated(error)) return
+        observations = clean
+        observations%acceleration(1, 50) = observations%acceleration(1, 50) + 1e-5_dp
+        observations%acceleration(1, 200) = observations%acceleration(1, 200) - 5e-9_dp
+        observations%acceleration(2, 120:122) = observations%acceleration(2, 120:122) + 2e-7_dp
+        do i = 20, 21
+            observations%quaternion(:, i) = quaternion_product( &
+                quaternion_from_axis_angle([0.0_dp, 1.0_dp, 0.0_dp], 0.01_dp*i), observations%quaternion(:, i))
+        end do
+        call estimate(observations, solution, error)
+        if (allocated(error)) return
+        call check(error, all(solution%edited == [5, 2]), 'samples left out')
+        if (allocated(error)) return
+        call check(error, size(solution%warnings) >= 3)
+        if (allocated(error)) return
+        do i = 1, 3
+            call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
+            if (allocated(error)) return
+            call check(error, solution%covariance(i, i) >= reference%covariance(i, i))
+            if (allocated(error)) return
+        end do
+    end subroutine test_editing
+
+    !> In 60 arcs nothing is left out and no wave is found.
+    subroutine test_clean(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        integer :: run
+
+        do run = 1, 60
+            call noisy_example(observations, run, error)
+            if (allocated(error)) return
+            call estimate(observations, solution, error)
+            if (allocated(error)) return
+            call check(error, sum(solution%edited), 0)
+            if (allocated(error)) return
+            call check(error, size(solution%parameters), 3)
+            if (allocated(error)) return
+            call check(error, abs(solution%variance_factor - 1) < 5*sqrt(2/900.0_dp), 'variance factor')
+            if (allocated(error)) return
+        end do
+    end subroutine test_clean
+
+    !> Where a third of an axis is scattered, the samples cannot be told from the faults.
+    subroutine test_too_many(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call noisy_example(observations, 1, error)
+        if (allocated(error)) return
+        observations%acceleration(3, ::6) = observations%acceleration(3, ::6) + 1e-6_dp
+        observations%acceleration(3, 3::6) = observations%acceleration(3, 3::6) - 1e-6_dp
+        call estimate_offset('optimal', observations, solution, failure)
+        call check_fails(error, message_of(failure), [character(20) :: 'optimal', 'axis z', 'samples', 'noise levels'])
+    end subroutine test_too_many
+
+    !> Level and corner of 80 records of a minute with a straight line in them. A level's standard
+    !> deviation is some 6 % a record, so the mean must come out within 3 %; the corner of the weak
+    !> flicker cannot be seen in a minute, that of the strong one only roughly.
+    subroutine test_spectrum(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RECORDS = 80, N = 600
+        type(random_stream_t) :: stream
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp) :: series(N), line(2, N), levels(RECORDS), corners(RECORDS)
+        logical :: kept(N)
+        integer :: i, k, which
+
+        kept = .true.
+        kept(100:105) = .false.
+        line(1, :) = 1
+        line(2, :) = [(k/600.0_dp, k=1, N)]
+        stream = new_stream(32, 1, 1, 1, 1)
+        do which = 1, 2
+            noise = coloured_noise(LEVEL(which), CORNER(which), TWO_SIDED, 0.1_dp, failure)
+            do i = 1, RECORDS
+                call noise%restart()
+                call noise%generate(stream, series)
+                series = series + 1e-6_dp*line(1, :) - 2e-7_dp*line(2, :)
+                series(100:105) = 1
+                call estimate_spectrum(0.1_dp, TWO_SIDED, [(k, k=1, N)], kept, series, line, levels(i), &
+                                       corners(i), failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+            end do
+            call check(error, abs(sum(levels)/RECORDS/LEVEL(which) - 1) < 0.03_dp, 'level')
+            if (allocated(error)) return
+            if (which == 1) then
+                call check(error, count(corners < 0.05_dp) > 0.9_dp*RECORDS, 'small corner')
+            else
+                call check(error, abs(sum(corners)/RECORDS/CORNER(which) - 1) < 0.25_dp, 'corner')
+            end if
+            if (allocated(error)) return
+        end do
+    end subroutine test_spectrum
+
+    !> The setup says nothing of the noise: mean levels of 20 calibrations, and the estimate.
+    subroutine test_levels(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 20
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: known, solution
+        real(dp) :: levels(3), angles(3)
+        integer :: run, i
+
+        levels = 0
+        angles = 0
+        do run = 1, RUNS
+            call noisy_example(observations, run, error)
+            if (allocated(error)) return
+            call estimate(observations, known, error)
+            if (allocated(error)) return
+            if (mod(run, 2) == 0) then
+                observations%setup%optimal%noise = 'estimate'
+                observations%setup%accelerometer_psd_level = 3*LEVEL
+            else
+                observations%setup%accelerometer_psd_level = 0
+                observations%setup%star_camera_sigma = 0
+            end if
+            call estimate(observations, solution, error)
+            if (allocated(error)) return
+            levels = levels + solution%noise_level/LEVEL/RUNS
+            angles = angles + solution%star_camera_sigma**2/SIGMA**2/RUNS
+            do i = 1, 3
+                call check(error, abs(solution%offset(i) - known%offset(i)) < sqrt(known%covariance(i, i)), 'offset')
+                if (allocated(error)) return
+                call check(error, abs(solution%covariance(i, i)/known%covariance(i, i) - 1) < 1, 'sigma')
+                if (allocated(error)) return
+            end do
+        end do
+        ! a level's relative standard deviation is sqrt(2/300), more with a corner; of 60 angles sqrt(2/60)
+        call check(error, maxval(abs(levels - 1)) < 0.1_dp, 'levels')
+        if (allocated(error)) return
+        call check(error, maxval(abs(angles - 1)) < 4*sqrt(2.0_dp/(60*RUNS)), 'angles')
+    end subroutine test_levels
+
+    !> A wave along x (without an orbit the airflow is taken along x) of unknown period.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: PERIOD = 12.7_dp, AMPLITUDE = 2e-9_dp
+        type(observation_set_t) :: clean, observations
+        type(calibration_solution_t) :: reference, solution
+        integer :: i, n
+
+        call noisy_example(clean, 5, error)
+        if (allocated(error)) return
+        call estimate(clean, reference, error)
+        if (allocated(error)) return
+        observations = clean
+        observations%acceleration(1, :) = clean%acceleration(1, :) + &
+                                          AMPLITUDE*sin(TWO_PI*clean%accelerometer_time/PERIOD + 1)
+        call estimate(observations, solution, error)
+        if (allocated(error)) return
+        n = size(solution%parameters)
+        call check(error, n, 5)
+        if (allocated(error)) return
+        call check(error, norm2(solution%parameters(n - 1:)%value), AMPLITUDE, thr=0.1_dp*AMPLITUDE)
+        if (allocated(error)) return
+        do i = 1, 3
+            call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
+            if (allocated(error)) return
+        end do
+        observations%setup%optimal%density_wave = 'none'
+        call estimate(observations, solution, error)
+        if (allocated(error)) return
+        call check(error, size(solution%parameters), 3)
+        if (allocated(error)) return
+        call check(error, solution%variance_factor > 2, 'the wave is left in the residuals')
+        if (allocated(error)) return
+        observations%setup%optimal%density_wave = 'given'
+        observations%setup%optimal%density_wave_period = PERIOD
+        call estimate(observations, solution, error)
+        if (allocated(error)) return
+        call check(error, solution%variance_factor < 1.2_dp)
+    end subroutine test_wave
+
+    !> Rods that are 2 % stronger than the setup says, then a magnetometer's bias: the offset is wrong by
+    !> a per cent, or right when the parameter is estimated. (Both together cannot be told apart while
+    !> the rods are in phase; of the bias, only what changes the torque can be seen: b_y - b_z.)
+    subroutine test_extra(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: GAIN = 0.02_dp, FIELD(3) = [0.0_dp, 3e-7_dp, -2e-7_dp]
+        type(observation_set_t) :: clean, observations
+        type(calibration_solution_t) :: solution
+        integer :: i
+
+        call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
+        if (allocated(error)) return
+        clean%setup%optimal%sigma_rod_gain = 1
+        clean%setup%optimal%sigma_magnetometer_bias = 1e-4_dp
+        clean%setup%optimal%sigma_scale_factors = 1e-6_dp
+        clean%setup%optimal%estimate_scale_factors = .true.
+
+        observations = clean
+        observations%setup%rods%activations%amplitude = clean%setup%rods%activations%amplitude/(1 + GAIN)
+        call check_offset(.false., 'gain not estimated')
+        if (allocated(error)) return
+        observations%setup%optimal%estimate_rod_gain = .true.
+        call check_offset(.true., 'gain estimated')
+        if (allocated(error)) return
+        call check(error, value_of('rod_gain'), GAIN, thr=1e-4_dp)
+        if (allocated(error)) return
+        do i = 1, size(solution%parameters)     ! known a priori, and nothing says otherwise
+            if (index(solution%parameters(i)%name, 'scale') /= 1) cycle
+            call check(error, abs(solution%parameters(i)%value) < 1e-6_dp .and. &
+                       solution%parameters(i)%sigma <= 1e-6_dp .and. solution%parameters(i)%sigma > 0.99e-6_dp)
+            if (allocated(error)) return
+        end do
+
+        observations = clean
+        do i = 1, size(observations%field, 2)
+            observations%field(:, i) = observations%field(:, i) + FIELD
+        end do
+        call check_offset(.false., 'bias not estimated')
+        if (allocated(error)) return
+        observations%setup%optimal%estimate_magnetometer_bias = .true.
+        call check_offset(.true., 'bias estimated')
+        if (allocated(error)) return
+        call check(error, value_of('field_bias_y') - value_of('field_bias_z'), FIELD(2) - FIELD(3), thr=2e-9_dp)
+
+    contains
+
+        subroutine check_offset(right, name)
+            logical, intent(in) :: right
+            character(*), intent(in) :: name
+
+            call estimate(observations, solution, error)
+            if (allocated(error)) return
+            associate (difference => norm2(solution%offset - OFFSET)/norm2(OFFSET))
+                call check(error, merge(difference < 1e-4_dp, difference > 5e-3_dp, right), name)
+            end associate
+        end subroutine check_offset
+
+        real(dp) function value_of(name) result(value)
+            character(*), intent(in) :: name
+
+            value = sum(solution%parameters%value, mask=solution%parameters%name == name)
+        end function value_of
+    end subroutine test_extra
+
+    !> Rods at rest: the offset is hardly observable, or not at all; said, or an error.
+    subroutine test_without_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        type(rod_activation_t) :: none(0)
+
+        call noisy_example(observations, 1, error)
+        if (allocated(error)) return
+        call new_torque_rods(observations%setup%rods, none, failure)
+        observations%setup%inertia = 0
+        observations%setup%inertia(1, 1) = 70
+        observations%setup%inertia(2, 2) = 345
+        observations%setup%inertia(3, 3) = 388
+        observations%setup%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
+        observations%quaternion = spread(observations%quaternion(:, 1), 2, size(observations%quaternion, 2))
+        call estimate_offset('optimal', observations, solution, failure)
+        call check_fails(error, message_of(failure), [character(12) :: 'optimal', 'singular', 'd_'])
+    end subroutine test_without_rods
+
+    !> The satellite turned by its rods, but the setup has them at rest during most of the arc.
+    subroutine test_not_fired(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call noisy_example(observations, 1, error)
+        if (allocated(error)) return
+        observations%setup%rods%activations%amplitude = -observations%setup%rods%activations%amplitude
+        call estimate_offset('optimal', observations, solution, failure)
+        call check_fails(error, message_of(failure), ['optimal'])
+    end subroutine test_not_fired
+end module test_optimal
