@@ -3,10 +3,12 @@ module gracecg_command_estimate
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail
     use gracecg_text, only: string_t, integer_text
+    use gracecg_file, only: check_writable
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t
     use gracecg_observation_files, only: read_observations
     use gracecg_calibration_solution, only: calibration_solution_t
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_running_file, only: write_running_estimate
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t, number_fields
     implicit none
@@ -33,6 +35,8 @@ contains
                                 'gracecg estimate run1 --algorithm assest-fde')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
+                                  'sequential alone has one')
     end subroutine declare_estimate
 
     function algorithm_help() result(text)
@@ -53,15 +57,22 @@ contains
 
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: solution
-        character(:), allocatable :: algorithm, output_format
+        character(:), allocatable :: algorithm, output_format, running_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) &
             call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        if (.not. allocated(misuse)) call arguments%get('--running', running_file, misuse, default='')
+        if (.not. allocated(misuse) .and. running_file /= '' .and. algorithm /= 'sequential') &
+            call fail(misuse, '--running: '//algorithm//' estimates from all samples at once and has no '// &
+                      'running estimate; use --algorithm sequential')
         if (allocated(misuse)) return
 
-        call read_observations(arguments%positional(1), observations, error)
+        call check_writable(running_file, error)
+        if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) call estimate_offset(algorithm, observations, solution, error)
+        if (.not. allocated(error) .and. running_file /= '') &
+            call write_running_estimate(running_file, solution%running, error)
         if (allocated(error)) return
         call warn(observations%setup, solution, console)
         if (output_format == 'csv') then

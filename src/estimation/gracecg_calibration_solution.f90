@@ -33,11 +33,11 @@ module gracecg_calibration_solution
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
         type(estimated_parameter_t), allocatable :: parameters(:)
         !! Of `optimal`: unknown torque, and what the settings ask for; else empty
-        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` weighted with
+        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` and `sequential` weighted with
         real(dp) :: noise_corner(3) = 0         !! Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
         real(dp) :: variance_factor = 0
-        !! Of `optimal`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        !! Of `optimal` and `sequential`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
         integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit

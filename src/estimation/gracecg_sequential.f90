@@ -114,7 +114,7 @@ contains
         end do
         solution%converged = solution%converged .and. .not. changed
         solution%warnings = work%data%warnings
-        call store_solution(work, solution, error)
+        call store_solution(observations%setup, work, solution, error)
         if (allocated(error)) return
         if (with_checks) call check_rotation(observations%setup, work, solution, error)
     end subroutine estimate_sequential
@@ -514,7 +514,8 @@ contains
     end function chi_square_of_three
 
     !> The last estimate with its covariance, and what is to be said of it.
-    subroutine store_solution(work, solution, error)
+    subroutine store_solution(setup, work, solution, error)
+        type(calibration_setup_t), intent(in) :: setup
         type(work_t), intent(inout) :: work
         type(calibration_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
@@ -535,6 +536,10 @@ contains
         solution%angular_velocity = final%value(RATE)
         solution%residual_rms = work%residual_rms
         solution%condition = condition_of(constants)
+        solution%noise_level = setup%accelerometer_psd_level
+        solution%noise_corner = setup%accelerometer_psd_corner
+        solution%star_camera_sigma = setup%star_camera_sigma
+        solution%edited = [count(.not. work%problem%kept), count(.not. work%problem%star_kept)]
         call constants%last_covariance(unused, solution%covariance)
         if (.not. maxval(solution%running%sigma(:, work%problem%steps)) < UNDETERMINED) then
             call fail(error, 'sequential: the observations do not determine the offset: its standard '// &
@@ -580,6 +585,7 @@ contains
 
         n = count(work%problem%kept) + 3*count(work%problem%star_kept) - M
         variance = constants%squares/max(1, n)
+        solution%variance_factor = variance
         if (.not. variance > 1 + SIGNIFICANT*sqrt(2.0_dp/max(1, n))) return
         solution%covariance = variance*solution%covariance
         solution%running%sigma = sqrt(variance)*solution%running%sigma
