@@ -43,6 +43,10 @@ program tester
     use test_equations_of_motion, only: collect_equations_of_motion
     use test_truth_arc, only: collect_truth_arc
     use test_preprocessing, only: collect_preprocessing
+    use test_square_root_filter, only: collect_square_root_filter
+    use test_gauss_markov, only: collect_gauss_markov
+    use test_spike_screen, only: collect_spike_screen
+    use test_sequential, only: collect_sequential
     use test_noise_propagation, only: collect_noise_propagation
     use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
@@ -121,6 +125,10 @@ program tester
              new_testsuite('equations-of-motion', collect_equations_of_motion), &
              new_testsuite('truth-arc', collect_truth_arc), &
              new_testsuite('preprocessing', collect_preprocessing), &
+             new_testsuite('square-root-filter', collect_square_root_filter), &
+             new_testsuite('gauss-markov', collect_gauss_markov), &
+             new_testsuite('spike-screen', collect_spike_screen), &
+             new_testsuite('sequential', collect_sequential), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &

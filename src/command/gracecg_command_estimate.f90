@@ -11,6 +11,7 @@ module gracecg_command_estimate
     use gracecg_file, only: check_writable
     use gracecg_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_running_file, only: write_running_estimate
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t, number_fields
     implicit none
@@ -41,6 +42,8 @@ contains
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
                                   'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
                                   'into the folder FILE_files')
+        call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
+                                  'sequential alone has one')
     end subroutine declare_estimate
 
     function algorithm_help() result(text)
@@ -63,15 +66,20 @@ contains
         type(observation_set_t) :: observations
         type(calibration_solution_t) :: solution
         type(fit_record_t) :: record
-        character(:), allocatable :: algorithm, output_format, page
+        character(:), allocatable :: algorithm, output_format, page, running_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         if (.not. allocated(misuse)) &
             call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
         if (.not. allocated(misuse)) call arguments%get('--report', page, misuse, default='')
+        if (.not. allocated(misuse)) call arguments%get('--running', running_file, misuse, default='')
+        if (.not. allocated(misuse) .and. running_file /= '' .and. algorithm /= 'sequential') &
+            call fail(misuse, '--running: '//algorithm//' estimates from all samples at once and has no '// &
+                      'running estimate; use --algorithm sequential')
         if (allocated(misuse)) return
 
         call check_writable(page, error)
+        if (.not. allocated(error)) call check_writable(running_file, error)
         if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) &
             call check_rods_fire(observations%setup%rods, observations%setup%duration, error)
@@ -81,6 +89,8 @@ contains
         else
             call estimate_offset(algorithm, observations, solution, error, record=record)
         end if
+        if (.not. allocated(error) .and. running_file /= '') &
+            call write_running_estimate(running_file, solution%running, error)
         if (allocated(error)) return
         call warn(observations%setup, solution, console)
         if (output_format == 'csv') then

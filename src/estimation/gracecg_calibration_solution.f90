@@ -2,6 +2,7 @@
 module gracecg_calibration_solution
     use gracecg_kinds, only: dp
     use gracecg_text, only: string_t
+    use gracecg_running_estimate, only: running_estimate_t
     implicit none
     private
     public :: calibration_solution_t, estimated_parameter_t, store_offset
@@ -33,15 +34,17 @@ module gracecg_calibration_solution
         !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
         type(estimated_parameter_t), allocatable :: parameters(:)
-        !! Of `optimal`: unknown torque, and what the settings ask for. Not allocated by the report's four
-        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` weighted with
+        !! Of `optimal`: unknown torque, and what the settings ask for; not allocated by the report's four
+        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` and `sequential` weighted with
         real(dp) :: noise_corner(3) = 0         !! Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
         real(dp) :: variance_factor = 0
-        !! Of `optimal`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        !! Of `optimal` and `sequential`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
         integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
+        type(running_estimate_t), allocatable :: running
+        !! The estimate on the way, of an estimator that filters
     end type calibration_solution_t
 
 contains

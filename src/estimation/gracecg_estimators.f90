@@ -14,7 +14,8 @@ module gracecg_estimators
     character(10), parameter :: REPORT_ESTIMATORS(4) = [character(10) :: 'assest-fde', 'assest-rde', &
                                                         'ascfest', 'ascrest']
     !> All algorithms, as on the command line
-    character(10), parameter :: ESTIMATOR_NAMES(5) = [character(10) :: REPORT_ESTIMATORS, 'optimal']
+    character(10), parameter :: ESTIMATOR_NAMES(6) = [character(10) :: REPORT_ESTIMATORS, 'optimal', &
+                                                      'sequential']
 
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of

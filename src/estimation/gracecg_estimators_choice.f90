@@ -6,6 +6,7 @@ submodule (gracecg_estimators) gracecg_estimators_choice
     use gracecg_assest, only: estimate_assest
     use gracecg_combined_estimation, only: estimate_combined
     use gracecg_optimal_estimation, only: estimate_optimal
+    use gracecg_sequential, only: estimate_sequential
     implicit none
 
 contains
@@ -33,6 +34,8 @@ contains
             call estimate_combined(observations, .true., solution, error, covariance, record)
         case ('optimal')
             call estimate_optimal(observations, solution, error, covariance)
+        case ('sequential')
+            call estimate_sequential(observations, solution, error, covariance)
         case default
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))

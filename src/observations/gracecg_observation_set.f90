@@ -12,6 +12,7 @@ module gracecg_observation_set
     use gracecg_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
         MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_optimal_settings, only: optimal_settings_t, describe_optimal
+    use gracecg_sequential_settings, only: sequential_settings_t, describe_sequential
     implicit none
     private
     public :: observation_set_t, calibration_setup_t, check_observations, has_orbit
@@ -53,6 +54,7 @@ module gracecg_observation_set
         real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
         real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
         type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
+        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
     end type calibration_setup_t
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
@@ -206,7 +208,7 @@ contains
         call settings%end_group()
     end subroutine describe_instruments
 
-    !> Initial guesses and weights: groups estimation and optimal.
+    !> Initial guesses and weights: groups estimation, optimal and sequential.
     subroutine describe_estimation(settings, setup)
         class(settings_t), intent(inout) :: settings
         type(calibration_setup_t), intent(inout) :: setup
@@ -229,6 +231,7 @@ contains
                                  tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
         call settings%end_group()
         call describe_optimal(settings, setup%optimal)
+        call describe_sequential(settings, setup%sequential)
     end subroutine describe_estimation
 
     !> Refuses a quaternion that is not of unit length.

@@ -1,0 +1,534 @@
+!> The estimator `sequential` on simulated calibrations. Systematic errors (scale factors, biases) are off
+!> but where said: they are not what filter and batch differ in.
+module test_sequential
+    use gracecg_kinds, only: dp
+    use gracecg_constants, only: TWO_PI
+    use gracecg_error, only: error_t, message_of
+    use gracecg_text, only: string_t
+    use gracecg_vectors, only: inverse_3x3
+    use gracecg_random, only: random_stream_t, new_stream
+    use gracecg_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
+    use gracecg_square_root_filter, only: process_filter_t, new_process_filter
+    use gracecg_process_whitening, only: whiten_by_process
+    use gracecg_observation_set, only: observation_set_t
+    use gracecg_sequential_settings, only: STRAIGHT_LINE, GIVEN
+    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_estimators, only: estimate_offset
+    use gracecg_calibration_case, only: calibration_case_t
+    use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation, only: simulator_t, observe
+    use gracecg_error_sources, only: error_switches_t, new_switched_simulator
+    use statistics, only: chi_square_limits
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_sequential
+
+    integer, parameter :: SEED = 3
+
+contains
+
+    subroutine collect_sequential(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('two-forms-of-the-filter-agree', test_two_forms), &
+                    new_unittest('straight-line-equals-optimal', test_straight), &
+                    new_unittest('sigmas-are-honest', test_honest), &
+                    new_unittest('wave-is-found-and-followed', test_wave), &
+                    new_unittest('wandering-drag-beats-the-batch', test_wander), &
+                    new_unittest('given-process', test_given), &
+                    new_unittest('spikes-are-edited', test_spikes), &
+                    new_unittest('gaps-are-bridged', test_gaps), &
+                    new_unittest('running-estimate', test_running), &
+                    new_unittest('no-noise-level', test_no_noise_level), &
+                    new_unittest('offset-not-determined', test_rods_off), &
+                    new_unittest('unknown-disturbances-enlarge-the-sigmas', test_misfit)]
+    end subroutine collect_sequential
+
+    !> A case without systematic errors; its drag a straight line or as it is.
+    subroutine prepare(name, straight, simulator, error, wave)
+        character(*), intent(in) :: name
+        logical, intent(in) :: straight
+        type(simulator_t), intent(out) :: simulator
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
+
+        type(calibration_case_t) :: case
+        type(error_switches_t) :: switches
+        type(error_t), allocatable :: failure
+
+        call report_case(name, case, failure)
+        case%accelerometer%scale1 = 1
+        case%accelerometer%scale2 = 0
+        case%accelerometer%scale3 = 0
+        case%accelerometer%bias = 0
+        case%magnetometer%bias = 0
+        case%density_wave%amplitude = 0
+        if (present(wave)) case%density_wave%amplitude = wave(1)
+        if (present(wave)) case%density_wave%period = wave(2)
+        switches%curved_force = .not. straight
+        if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
+        if (allocated(failure)) call test_failed(error, failure%message)
+    end subroutine prepare
+
+    !> One simulated set of a case with straight drag.
+    subroutine straight_set(name, run, observations, true_offset, error)
+        character(*), intent(in) :: name
+        integer, intent(in) :: run
+        type(observation_set_t), intent(out) :: observations
+        real(dp), intent(out) :: true_offset(3)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call prepare(name, .true., simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+        true_offset = simulator%case%offset
+    end subroutine straight_set
+
+    subroutine solve(algorithm, observations, solution, error)
+        character(*), intent(in) :: algorithm
+        type(observation_set_t), intent(in) :: observations
+        type(calibration_solution_t), intent(out) :: solution
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_t), allocatable :: failure
+
+        call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+        else if (.not. solution%converged) then
+            call test_failed(error, algorithm//' did not converge')
+        end if
+    end subroutine solve
+
+    pure function sigma_of(solution) result(sigma)
+        type(calibration_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)
+
+        integer :: i
+
+        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end function sigma_of
+
+    !> Error squared in units of the covariance: chi-square with 3 degrees of freedom.
+    pure real(dp) function normalised_square(solution, true_offset) result(value)
+        type(calibration_solution_t), intent(in) :: solution
+        real(dp), intent(in) :: true_offset(3)
+
+        associate (e => solution%offset - true_offset)
+            value = dot_product(e, matmul(inverse_3x3(solution%covariance), e))
+        end associate
+    end function normalised_square
+
+    !> The Kalman filter of the search leaves what the square-root information filter leaves.
+    subroutine test_two_forms(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: M = 4, N = 80
+        type(gauss_markov_t) :: process
+        type(process_filter_t) :: filter
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: rows(M, N), whitened(M, N), remainder(M), log_variance
+        integer :: epoch(N), i, k
+        logical :: kept(N)
+
+        process = superposed(superposed(first_order_process(2.0_dp, 0.95_dp), &
+                                        second_order_process(5.0_dp, 0.6_dp, 0.05_dp, 0.1_dp)), &
+                             first_order_process(1.0_dp, 0.3_dp))
+        stream = new_stream(SEED, 1, 0, 0, 0)
+        do i = 1, N
+            call stream%normals(rows(:, i))
+        end do
+        epoch = [(merge(i, i + 7, i <= 40), i=1, N)]            ! with a gap
+        kept = [(mod(i, 11) /= 0, i=1, N)]
+        call whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
+        call new_process_filter(process, M - 1, 0, filter, failure)
+        do i = 1, N
+            do k = epoch(1) + filter%step + 1, epoch(i)
+                call filter%advance()
+            end do
+            if (.not. kept(i)) cycle
+            call filter%observe(process%output, rows(:, i), remainder)
+            call check(error, min(maxval(abs(remainder - whitened(:, i))), &
+                                  maxval(abs(remainder + whitened(:, i)))) < 1e-10_dp, 'innovations')
+            if (allocated(error)) return
+        end do
+        call check(error, filter%log_variance, log_variance, thr=1e-9_dp)
+    end subroutine test_two_forms
+
+    !> Drag a straight line: estimate and sigma of the batch, in every case.
+    subroutine test_straight(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: sequential, optimal
+        real(dp) :: true_offset(3)
+        integer :: i
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call straight_set(trim(REPORT_CASE_NAMES(i)), 1, observations, true_offset, error)
+            if (.not. allocated(error)) call solve('optimal', observations, optimal, error)
+            if (.not. allocated(error)) call solve('sequential', observations, sequential, error)
+            if (allocated(error)) return
+            call check(error, maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal)) < 0.02_dp, &
+                       REPORT_CASE_NAMES(i)//': estimate')
+            if (allocated(error)) return
+            call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
+                       REPORT_CASE_NAMES(i)//': sigma')
+            if (allocated(error)) return
+        end do
+    end subroutine test_straight
+
+    !> The normalised error squared of 10 runs of each case: chi-square with 180 degrees of freedom.
+    subroutine test_honest(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 10
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: total, limits(2)
+        integer :: i, run
+
+        total = 0
+        do i = 1, size(REPORT_CASE_NAMES)
+            call prepare(trim(REPORT_CASE_NAMES(i)), .true., simulator, error)
+            if (allocated(error)) return
+            do run = 1, RUNS
+                call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+                call solve('sequential', observations, solution, error)
+                if (allocated(error)) return
+                total = total + normalised_square(solution, simulator%case%offset)
+            end do
+        end do
+        limits = chi_square_limits(3*RUNS*size(REPORT_CASE_NAMES))
+        call check(error, total > limits(1) .and. total < limits(2))
+    end subroutine test_honest
+
+    !> The report's density wave: found in x with its period; without a process the wave ruins the
+    !> estimate.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 8
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: followed, ignored, limits(2)
+        integer :: run
+
+        call prepare('front-1', .false., simulator, error, wave=[0.003_dp, 9.0_dp])
+        if (allocated(error)) return
+        followed = 0
+        ignored = 0
+        do run = 1, RUNS
+            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+            call solve('sequential', observations, solution, error)
+            if (allocated(error)) return
+            call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
+            if (allocated(error)) return
+            followed = followed + normalised_square(solution, simulator%case%offset)
+            observations%setup%sequential%acceleration = STRAIGHT_LINE
+            call solve('sequential', observations, solution, error)
+            if (allocated(error)) return
+            ignored = ignored + normalised_square(solution, simulator%case%offset)
+        end do
+        limits = chi_square_limits(3*RUNS)
+        call check(error, followed < limits(2), 'errors within the sigmas')
+        if (allocated(error)) return
+        call check(error, ignored > 2*followed, 'the straight line does not follow the wave')
+    end subroutine test_wave
+
+    !> The period that a solution says of axis x; 0 if none.
+    real(dp) function found_period(solution) result(period)
+        type(calibration_solution_t), intent(in) :: solution
+
+        character(*), parameter :: BEGIN = 'a period of '
+        integer :: i, at
+
+        period = 0
+        do i = 1, size(solution%warnings)
+            associate (text => solution%warnings(i)%text)
+                at = index(text, BEGIN)
+                if (index(text, 'of axis x') == 0 .or. at == 0) cycle
+                read (text(at + len(BEGIN):), *) period
+                return
+            end associate
+        end do
+    end function found_period
+
+    !> Adds a second-order Gauss-Markov process along the drag.
+    subroutine add_wander(simulator, run, relative, period, damping, observations)
+        type(simulator_t), intent(in) :: simulator
+        integer, intent(in) :: run
+        real(dp), intent(in) :: relative, period, damping
+        type(observation_set_t), intent(inout) :: observations
+
+        type(gauss_markov_t) :: process
+        type(random_stream_t) :: stream
+        real(dp) :: p(2), draws(2)
+        integer :: k
+
+        process = second_order_process(relative, TWO_PI/period, damping, simulator%arc%interval)
+        stream = new_stream(SEED, run, 7, 0, 0)
+        call stream%normals(p)
+        p = relative*p
+        do k = 1, size(observations%acceleration, 2)
+            call stream%normals(draws)
+            p = matmul(process%transition, p) + matmul(process%noise_root, draws)
+            observations%acceleration(:, k) = observations%acceleration(:, k) + p(1)*simulator%arc%loads(k)%drag
+        end do
+    end subroutine add_wander
+
+    !> Drag that is neither a straight line nor a wave: errors well below those of `optimal`, and the sigmas
+    !> say so.
+    subroutine test_wander(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 10
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: sequential, optimal, total, limits(2)
+        integer :: run
+
+        call prepare('front-1', .false., simulator, error)
+        if (allocated(error)) return
+        sequential = 0
+        optimal = 0
+        total = 0
+        do run = 1, RUNS
+            call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
+            call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
+            call solve('sequential', observations, solution, error)
+            if (allocated(error)) return
+            sequential = sequential + (solution%offset(3) - simulator%case%offset(3))**2
+            total = total + normalised_square(solution, simulator%case%offset)
+            call solve('optimal', observations, solution, error)
+            if (allocated(error)) return
+            optimal = optimal + (solution%offset(3) - simulator%case%offset(3))**2
+        end do
+        call check(error, sqrt(sequential) < 0.7_dp*sqrt(optimal), 'RMS of d_z against optimal')
+        if (allocated(error)) return
+        limits = chi_square_limits(3*RUNS)
+        call check(error, total < limits(2), 'errors within the sigmas')
+    end subroutine test_wander
+
+    !> A given process widens the sigma, and none is searched for.
+    subroutine test_given(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: straight, with_process
+        real(dp) :: true_offset(3)
+
+        call straight_set('front-1', 2, observations, true_offset, error)
+        if (allocated(error)) return
+        call solve('sequential', observations, straight, error)
+        if (allocated(error)) return
+        associate (settings => observations%setup%sequential)
+            settings%acceleration = GIVEN
+            settings%process_sigma = [1e-9_dp, 0.0_dp, 0.0_dp]
+            settings%process_period = 12
+            settings%process_damping = 0.3_dp
+        end associate
+        call solve('sequential', observations, with_process, error)
+        if (allocated(error)) return
+        associate (wider => sigma_of(with_process)/sigma_of(straight))
+            call check(error, wider(3) > 1.2_dp .and. wider(3) < 10, 'sigma of d_z, which x tells')
+            if (allocated(error)) return
+            call check(error, wider(1) < 1.2_dp, 'sigma of d_x, which x does not tell')
+            if (allocated(error)) return
+        end associate
+        call check(error, size(with_process%warnings), 0)
+    end subroutine test_given
+
+    !> Spikes of all sizes, at the ends and in a row; wrong quaternions. The estimate hardly changes.
+    subroutine test_spikes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: AT(8) = [1, 100, 200, 201, 202, 350, 351, 600]
+        real(dp), parameter :: SIZES(8) = [1e-6_dp, 4e-9_dp, 1e-5_dp, -1e-6_dp, 1e-8_dp, 5e-9_dp, 5e-9_dp, -1e-7_dp]
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: clean, spiked
+        real(dp) :: true_offset(3)
+
+        call straight_set('front-3', 1, observations, true_offset, error)
+        if (.not. allocated(error)) call solve('sequential', observations, clean, error)
+        if (allocated(error)) return
+        call check(error, all(clean%edited == 0), 'nothing to edit in clean samples')
+        if (allocated(error)) return
+        observations%acceleration(1, AT) = observations%acceleration(1, AT) + SIZES
+        observations%acceleration(2, 333) = 1e-4_dp
+        observations%quaternion(:, 50) = [0.0_dp, 0.6_dp, 0.0_dp, 0.8_dp]
+        associate (q => observations%quaternion(:, 90))
+            q(1) = q(1) + 3e-4_dp
+            q = q/norm2(q)
+        end associate
+        call solve('sequential', observations, spiked, error)
+        if (allocated(error)) return
+        call check(error, spiked%edited(1), 9, 'values of the accelerometer edited')
+        if (allocated(error)) return
+        call check(error, spiked%edited(2), 2, 'samples of the star camera edited')
+        if (allocated(error)) return
+        call check(error, maxval(abs(spiked%offset - clean%offset)/sigma_of(clean)) < 0.3_dp, 'estimate')
+        if (allocated(error)) return
+        call check(error, size(spiked%warnings), 3, 'a warning of each')
+        if (allocated(error)) return
+        associate (running => spiked%running)
+            call check(error, running%edited_accelerometer(ubound(running%time, 1)) == 9 .and. &
+                       running%edited_star_camera(ubound(running%time, 1)) == 2 .and. &
+                       running%edited_accelerometer(150) == 2, 'counts of the running estimate')
+        end associate
+    end subroutine test_spikes
+
+    !> Ten seconds without accelerometer, six without star camera.
+    subroutine test_gaps(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: whole, with_gaps
+        real(dp) :: true_offset(3)
+        integer, allocatable :: kept(:)
+        integer :: i
+
+        call straight_set('back-3', 4, observations, true_offset, error)
+        if (.not. allocated(error)) call solve('sequential', observations, whole, error)
+        if (allocated(error)) return
+        associate (times => observations%accelerometer_time)
+            kept = pack([(i, i=1, size(times))], times < 20 .or. times > 30)
+        end associate
+        observations%accelerometer_time = observations%accelerometer_time(kept)
+        observations%acceleration = observations%acceleration(:, kept)
+        associate (times => observations%star_camera_time)
+            kept = pack([(i, i=1, size(times))], times < 35 .or. times > 41)
+        end associate
+        observations%star_camera_time = observations%star_camera_time(kept)
+        observations%star_camera_head = observations%star_camera_head(kept)
+        observations%quaternion = observations%quaternion(:, kept)
+        call solve('sequential', observations, with_gaps, error)
+        if (allocated(error)) return
+        associate (loss => sigma_of(with_gaps)/sigma_of(whole))
+            call check(error, all(loss > 1) .and. all(loss < 1.5_dp), 'sigmas')
+            if (allocated(error)) return
+        end associate
+        call check(error, maxval(abs(with_gaps%offset - whole%offset)/sigma_of(with_gaps)) < 2, 'estimate')
+        if (allocated(error)) return
+        call check(error, all(with_gaps%edited == 0), 'nothing edited')
+    end subroutine test_gaps
+
+    !> Ends with the estimate; the sigma never grows.
+    subroutine test_running(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution, half
+        real(dp) :: true_offset(3)
+        integer :: n, k, stars
+
+        call straight_set('front-2', 1, observations, true_offset, error)
+        if (.not. allocated(error)) call solve('sequential', observations, solution, error)
+        if (allocated(error)) return
+        associate (running => solution%running)
+            n = ubound(running%time, 1)
+            call check(error, n, 600)
+            if (allocated(error)) return
+            call check(error, maxval(abs(running%offset(:, n) - solution%offset)) < 1e-9_dp .and. &
+                       maxval(abs(running%sigma(:, n)/sigma_of(solution) - 1)) < 1e-9_dp, 'ends with the estimate')
+            if (allocated(error)) return
+            call check(error, all(running%sigma(:, 1:n) <= running%sigma(:, 0:n - 1)*(1 + 1e-12_dp)), &
+                       'the sigma never grows')
+            if (allocated(error)) return
+            call check(error, all(running%sigma(:, 0) > 0.9_dp), 'nothing is known at first')
+            if (allocated(error)) return
+        end associate
+        ! from the first half of the samples alone
+        k = 300
+        stars = count(observations%star_camera_time <= 30.01_dp)
+        observations%accelerometer_time = observations%accelerometer_time(:k)
+        observations%acceleration = observations%acceleration(:, :k)
+        observations%star_camera_time = observations%star_camera_time(:stars)
+        observations%star_camera_head = observations%star_camera_head(:stars)
+        observations%quaternion = observations%quaternion(:, :stars)
+        call solve('sequential', observations, half, error)
+        if (allocated(error)) return
+        associate (running => solution%running)
+            call check(error, maxval(abs(running%offset(:, k) - half%offset)/sigma_of(half)) < 0.05_dp .and. &
+                       maxval(abs(running%sigma(:, k)/sigma_of(half) - 1)) < 0.02_dp, 'half way')
+        end associate
+    end subroutine test_running
+
+    subroutine test_no_noise_level(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: true_offset(3)
+
+        call straight_set('front-3', 1, observations, true_offset, error)
+        if (allocated(error)) return
+        observations%setup%accelerometer_psd_level(2) = 0
+        call estimate_offset('sequential', observations, solution, failure)
+        call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
+        if (allocated(error)) return
+        observations%setup%accelerometer_psd_level(2) = 1e-18_dp
+        observations%setup%star_camera_sigma = 0
+        call estimate_offset('sequential', observations, solution, failure)
+        call check(error, index(message_of(failure), 'noise_about_axes') > 0, message_of(failure))
+    end subroutine test_no_noise_level
+
+    !> A satellite that hardly turns does not show its offset.
+    subroutine test_rods_off(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call report_case('front-3', case, failure)
+        case%setup%rods%count = 0
+        if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
+                                                                  simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        if (.not. allocated(failure)) call estimate_offset('sequential', observations, solution, failure)
+        if (allocated(failure)) then
+            call check(error, index(failure%message, 'do not determine the offset') > 0, failure%message)
+        else
+            call check(error, maxval(sigma_of(solution)) > 1e-3_dp, 'the sigma says that nothing is known')
+        end if
+    end subroutine test_rods_off
+
+    !> A straight line asked for, and a wave in the drag: the sigmas are enlarged, with a warning.
+    subroutine test_misfit(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: solution
+        type(error_t), allocatable :: failure
+
+        call prepare('front-1', .false., simulator, error, wave=[0.01_dp, 15.0_dp])
+        if (allocated(error)) return
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        observations%setup%sequential%acceleration = STRAIGHT_LINE
+        call solve('sequential', observations, solution, error)
+        if (allocated(error)) return
+        call check(error, solution%variance_factor > 2, 'variance of the innovations')
+        if (allocated(error)) return
+        call check(error, size(solution%warnings) == 1)
+        if (allocated(error)) return
+        call check(error, index(solution%warnings(1)%text, 'the innovations have a variance of') > 0, &
+                   solution%warnings(1)%text)
+    end subroutine test_misfit
+end module test_sequential
