@@ -8,6 +8,8 @@
   numbers of the status. The header is compiled as C99 and C++11.
 - The table of docs/api.md against src/interface/gracecg_f77.f90: the same routines, the same
   arguments, and what the table shows in bold is what the routine sets.
+- The Fortran chapter of docs/api.md against src/gracecg.f90: every public name stands there. Its
+  C chapter against the header: every function stands there.
 """
 import pathlib
 import re
@@ -18,6 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 HEADER = ROOT / "include/gracecg.h"
 TABLE = ROOT / "docs/api.md"
 F77 = ROOT / "src/interface/gracecg_f77.f90"
+UMBRELLA = ROOT / "src/gracecg.f90"
 STRUCTURES = {"gracecg_error": "c_error_t", "gracecg_utc": "c_utc_t",
               "gracecg_samples": "c_samples_t", "gracecg_solution": "c_solution_t"}
 C_TYPES = {"double": "real(c_double)", "int32_t": "integer(c_int32_t)",
@@ -161,8 +164,33 @@ def check_f77():
             yield f"{name}: Fortran 77 allows six characters"
 
 
+def chapter(title):
+    text = TABLE.read_text(encoding="utf-8")
+    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", text, flags=re.M | re.S).group(1)
+
+
+def c_table_names():
+    """The functions of the table of the C chapter: `_evaluate` goes on from the last full name."""
+    for cells in re.findall(r"^\| (`.*`) \|", chapter("C"), flags=re.M):
+        for family in cells.split(";"):
+            words = re.findall(r"`(\w+)`", family)
+            stem = words[0].rsplit("_", 1)[0]
+            for word in words:
+                yield "gracecg_" + (stem + word if word.startswith("_") else word)
+
+
+def check_chapters():
+    public = re.findall(r"^    public :: (.*)$", UMBRELLA.read_text(encoding="utf-8"), flags=re.M)
+    for name in re.findall(r"\w+", " ".join(public)):
+        if f"`{name}`" not in chapter("Fortran"):
+            yield f"{name} is public in gracecg, but not in the Fortran chapter of docs/api.md"
+    functions = {name for name, _ in c_functions() if not name.endswith("_free")}
+    for name in sorted(functions ^ set(c_table_names())):
+        yield f"{name} stands in the header or in the C chapter of docs/api.md, but not in both"
+
+
 def main():
-    found = [*check_c(), *check_f77()]
+    found = [*check_c(), *check_f77(), *check_chapters()]
     for line in found:
         print(line)
     return 1 if found else 0
