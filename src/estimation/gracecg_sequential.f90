@@ -46,7 +46,7 @@ module gracecg_sequential
 
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
     integer, parameter :: MOST_EDITING_ROUNDS = 5
-    real(dp), parameter :: NEGLIGIBLE = 1e-2_dp
+    real(dp), parameter :: NEGLIGIBLE = 1e-3_dp
     !! Correction of the nominal trajectory, in standard deviations; the solution contains it anyway
     real(dp), parameter :: SPIKE_LIMIT = 8          !! Of the first screening, standard deviations
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
@@ -134,6 +134,7 @@ contains
         call prepare_model(observations%setup, work%data, ESTIMATED, work%model)
         work%state = initial_state(observations%setup)
         work%guess = work%state
+        work%guess%value(OFFSET) = 0            ! so that the guess has no weight at all
         n = size(work%data%accelerometer_epoch)
         stars = size(work%data%stars%time)
         allocate (work%predicted(3, n), work%partials(size(ESTIMATED), 3, n), work%remainder(M + 1, n, 3))
