@@ -53,6 +53,7 @@ program tester
     use test_estimators, only: collect_estimators
     use test_calibration_model, only: collect_calibration_model
     use test_optimal, only: collect_optimal
+    use test_bound_command, only: collect_bound_command
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
     use test_studies, only: collect_studies
@@ -122,6 +123,7 @@ program tester
              new_testsuite('calibration-model', collect_calibration_model), &
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('bound', collect_bound), &
+             new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &
              new_testsuite('studies', collect_studies), &

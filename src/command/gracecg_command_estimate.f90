@@ -97,6 +97,7 @@ contains
         do i = 1, size(solution%warnings)
             call console%message('warning: '//solution%warnings(i)%text)
         end do
+        if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
         if (.not. all(setup%accelerometer_psd_level > 0)) &
             call console%message('warning: the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')
@@ -164,5 +165,44 @@ contains
         call console%line(trim(line))
         write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
         call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
+        if (solution%variance_factor > 0) call print_details(solution, console)
     end subroutine print_text
+
+    !> What `optimal` says beside the offset.
+    subroutine print_details(solution, console)
+        type(calibration_solution_t), intent(in) :: solution
+        type(console_t), intent(inout) :: console
+
+        character(120) :: line
+        integer :: i
+
+        write (line, '("variance factor   ", f9.4, a)') solution%variance_factor, &
+            ' (1 when model and noise are right)'
+        call console%line(trim(line))
+        write (line, '("noise level       ", 2(es10.3, ", "), es10.3, a)') solution%noise_level, ' m^2 s^-4/Hz'
+        call console%line(trim(line))
+        write (line, '("noise corner      ", 2(es10.3, ", "), es10.3, a)') solution%noise_corner, ' Hz'
+        call console%line(trim(line))
+        write (line, '("star camera sigma ", 2(es10.3, ", "), es10.3, a)') solution%star_camera_sigma, &
+            ' rad (camera x, y, boresight)'
+        call console%line(trim(line))
+        do i = 1, size(solution%parameters)
+            associate (p => solution%parameters(i))
+                write (line, '(a18, es10.3, "   sigma ", es9.2, 1x, a)') p%name//'      ', p%value, p%sigma, &
+                    trim(unit_of(p%name))
+            end associate
+            call console%line(trim(line))
+        end do
+    end subroutine print_details
+
+    !> The unit of a parameter, by its name.
+    pure function unit_of(name) result(unit)
+        character(*), intent(in) :: name
+        character(5) :: unit
+
+        unit = ''
+        if (index(name, 'torque') == 1) unit = 'N m'
+        if (index(name, 'wave') == 1) unit = 'm/s^2'
+        if (index(name, 'field') == 1) unit = 'T'
+    end function unit_of
 end module gracecg_command_estimate

@@ -32,6 +32,7 @@ module gracecg_command_montecarlo
         integer :: runs = REPORT_RUNS, seed = 1, threads = 1
         integer :: shard = 1, shards = 1
         type(error_switches_t) :: switches
+        character(:), allocatable :: without    !! Error sources that are switched off, as given; empty: none
         character(:), allocatable :: table_file, runs_file      !! Empty: none
     end type plan_t
 
@@ -84,6 +85,7 @@ contains
             if (allocated(error)) return
         end do
         call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
+        if (plan%without /= '') call console%line('(error sources switched off: '//plan%without//')')
         call console%line('')
         call show_campaign(campaign, console)
         if (plan%table_file /= '') call write_table(plan%table_file, campaign, COMMAND, error)
@@ -118,12 +120,11 @@ contains
         type(error_t), allocatable, intent(out) :: misuse
 
         type(string_t), allocatable :: names(:)
-        character(:), allocatable :: text
         integer :: i
 
-        call arguments%get('--without', text, misuse, default='')
-        if (allocated(misuse) .or. text == '') return
-        names = split(text, ',')
+        call arguments%get('--without', plan%without, misuse, default='')
+        if (allocated(misuse) .or. plan%without == '') return
+        names = split(plan%without, ',')
         do i = 1, size(names)
             call switch_off(plan%switches, names(i)%text, misuse)
             call add_context(misuse, 'option --without')

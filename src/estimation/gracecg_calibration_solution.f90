@@ -18,8 +18,9 @@ module gracecg_calibration_solution
         character(:), allocatable :: algorithm  !! Name as on the command line
         real(dp) :: offset(3) = 0               !! d, from COM to proof-mass centre, body axes, m
         real(dp) :: covariance(3, 3) = 0
-        !! Of the offset under the noise of accelerometer and star camera, m^2: what the weights make of
-        !! the true noise spectra, not the inverse of the normal matrix. Without systematic errors and
+        !! Of the offset under the noise of accelerometer and star camera, m^2. Of the report's estimators:
+        !! what the weights make of the true noise spectra, not the inverse of the normal matrix; of
+        !! `optimal`, whose weights are those of the noise, that inverse. Without systematic errors and
         !! the noise of the magnetometer, which is smaller by far.
         real(dp) :: drift(3) = 0                !! alpha of (4-17), m/s^3
         real(dp) :: bias(3) = 0                 !! beta of (4-17), m/s^2
@@ -32,7 +33,8 @@ module gracecg_calibration_solution
         !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
         type(estimated_parameter_t), allocatable :: parameters(:)
-        !! Of `optimal`: unknown torque, and what the settings ask for; else empty
+        !! Of `optimal` and `sequential`: unknown torque, and what the settings ask for. Not allocated by
+        !! the report's four
         real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` and `sequential` weighted with
         real(dp) :: noise_corner(3) = 0         !! Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
