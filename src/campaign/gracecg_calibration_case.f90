@@ -97,7 +97,7 @@ contains
         type(settings_reader_t) :: reader
 
         call reader%open(path, error)
-        if (.not. allocated(error)) call take_case(reader, case, error)
+        if (.not. allocated(error)) call take_case(reader, path, case, error)
     end subroutine read_case
 
     !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
@@ -109,11 +109,12 @@ contains
         type(settings_reader_t) :: reader
 
         call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_case(reader, case, error)
+        if (.not. allocated(error)) call take_case(reader, name, case, error)
     end subroutine case_from_text
 
-    subroutine take_case(reader, case, error)
+    subroutine take_case(reader, name, case, error)
         type(settings_reader_t), intent(inout) :: reader
+        character(*), intent(in) :: name        !! Of the file, for messages
         type(calibration_case_t), intent(inout) :: case
         type(error_t), allocatable, intent(out) :: error
 
@@ -121,7 +122,7 @@ contains
         call reader%finish(error)
         if (allocated(error)) return
         call check_rod_sampling(case%setup%rods, case%accelerometer%sampling_interval, error)
-        call add_context(error, path)
+        call add_context(error, name)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)

@@ -7,6 +7,8 @@ module gracecg_com_budget
     private
     public :: com_budget_t, com_budget, is_stated
 
+    character(*), parameter :: RSS = 'rss', REQUIREMENT = 'requirement'      !! The last rows of a table
+
     !> One of the tables, mm.
     type :: com_budget_t
         character(len(BUDGET_EFFECT)), allocatable :: effect(:)
@@ -23,21 +25,26 @@ contains
         character(*), intent(in) :: table           !! '1.1' or '1.2'
         type(com_budget_t) :: budget
 
+        logical :: in_table(size(BUDGET_TABLE))
         real(dp) :: values(3)
-        integer :: i
+        integer :: i, n
 
-        allocate (budget%effect(0), budget%error(3, 0))
+        in_table = BUDGET_TABLE == table
+        n = count(in_table .and. BUDGET_EFFECT /= RSS .and. BUDGET_EFFECT /= REQUIREMENT)
+        allocate (budget%effect(n), budget%error(3, n))
+        n = 0
         do i = 1, size(BUDGET_TABLE)
-            if (BUDGET_TABLE(i) /= table) cycle
+            if (.not. in_table(i)) cycle
             values = [BUDGET_X(i), BUDGET_Y(i), BUDGET_Z(i)]
             select case (BUDGET_EFFECT(i))
-            case ('rss')
+            case (RSS)
                 budget%printed_rss = values
-            case ('requirement')
+            case (REQUIREMENT)
                 budget%requirement = values
             case default
-                budget%effect = [budget%effect, BUDGET_EFFECT(i)]
-                budget%error = reshape([budget%error, values], [3, size(budget%effect)])
+                n = n + 1
+                budget%effect(n) = BUDGET_EFFECT(i)
+                budget%error(:, n) = values
             end select
         end do
         budget%rss = sqrt(sum(merge(budget%error, 0.0_dp, is_stated(budget%error))**2, 2))

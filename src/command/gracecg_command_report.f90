@@ -17,7 +17,8 @@ module gracecg_command_report
     use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_campaign_tables, only: REPORT_RUNS
     use gracecg_command_cases, only: case_place, rods_text
-    use gracecg_report_book, only: report_book_t, fixed_text, share_text, COMMAND, MILLIMETRE
+    use gracecg_report_book, only: report_book_t, open_book, COMMAND, MILLIMETRE
+    use gracecg_report_text, only: fixed_text, share_text
     use gracecg_report_chapter_budget, only: add_budget_chapter
     use gracecg_report_chapter_gradient, only: add_gradient_chapter
     use gracecg_report_chapter_curves, only: add_curves_chapter
@@ -81,7 +82,7 @@ contains
         if (.not. allocated(error)) call check_writable(folder//'/'//PAGE_NAME, error)
         if (allocated(error)) return
 
-        call book%open(folder, runs, seed, threads)
+        call open_book(book, folder, runs, seed, threads)
         call add_chapters(book, console, error)
         if (allocated(error)) return
         call page%begin('GRACE CG offset determination by magnetic torquers: CSR-TM-00-01 recomputed', &
@@ -268,10 +269,10 @@ contains
                             '`gnuplot NAME.gp` in its folder.')
         call page%markup('<ul class="files">')
         do i = 1, size(book%files)
-            call add_link(page, trim(book%files(i)))
+            call add_link(page, book%files(i)%text)
         end do
         do i = 1, size(book%figures)
-            call add_link(page, trim(book%figures(i))//'.gp')
+            call add_link(page, book%figures(i)%text//'.gp')
         end do
         call page%markup('</ul>')
     end subroutine add_making

@@ -1,16 +1,17 @@
 !> What the chapters of the report page share: the page, the folder of its files, the size of the
 !> campaign, what was found, and how figures are drawn.
+!>
+!> Plain procedures, not bound to the type: gfortran 12 does not reliably read a type with bound procedures
+!> that reaches one scope through several modules.
 module gracecg_report_book
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
-    use gracecg_text, only: integer_text
+    use gracecg_text, only: string_t, append
     use gracecg_html, only: html_page_t
     use gracecg_gnuplot, only: draw_figure, NO_GNUPLOT
     implicit none
     private
-    public :: report_book_t, finding_t, fixed_text, scaled_text, decimal_exponent, percent_text, share_text, &
-        pick_text, &
-        COMMAND, MILLIMETRE, AXES
+    public :: report_book_t, finding_t, open_book, book_file, add_figure, add_finding, COMMAND, MILLIMETRE, AXES
 
     character(*), parameter :: COMMAND = 'report'
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
@@ -32,80 +33,70 @@ module gracecg_report_book
         integer :: runs = 0                             !! Of every Monte Carlo
         integer :: seed = 1, threads = 1
         type(finding_t), allocatable :: findings(:)
-        character(80), allocatable :: files(:)          !! Names of the CSV files
-        character(40), allocatable :: figures(:)        !! Names of the figures' scripts
+        type(string_t), allocatable :: files(:)         !! Names of the CSV files
+        type(string_t), allocatable :: figures(:)       !! Names of the figures' scripts
         integer :: not_drawn = 0                        !! Figures
         character(:), allocatable :: reason             !! Why the first of them is not
         logical :: gnuplot_missing = .false.
         character(:), allocatable :: renderer           !! gnuplot and its version, when a figure is drawn
-    contains
-        procedure :: open => open_book
-        procedure :: file => file_of_book
-        procedure :: draw
-        procedure :: find
     end type report_book_t
 
 contains
 
     !> An empty book.
-    subroutine open_book(self, folder, runs, seed, threads)
-        class(report_book_t), intent(out) :: self
+    subroutine open_book(book, folder, runs, seed, threads)
+        type(report_book_t), intent(out) :: book
         character(*), intent(in) :: folder
         integer, intent(in) :: runs, seed, threads
 
-        self%folder = folder
-        self%runs = runs
-        self%seed = seed
-        self%threads = threads
-        allocate (self%findings(0), self%files(0), self%figures(0))
-        self%reason = ''
-        self%renderer = ''
-        call self%page%begin('', '')
+        book%folder = folder
+        book%runs = runs
+        book%seed = seed
+        book%threads = threads
+        allocate (book%findings(0), book%files(0), book%figures(0))
+        book%reason = ''
+        book%renderer = ''
+        call book%page%begin('', '')
     end subroutine open_book
 
     !> The path of a CSV file, which is noted for the list of files.
-    function file_of_book(self, name) result(path)
-        class(report_book_t), intent(inout) :: self
+    function book_file(book, name) result(path)
+        type(report_book_t), intent(inout) :: book
         character(*), intent(in) :: name
         character(:), allocatable :: path
 
-        character(len(self%files)) :: noted
-
-        noted = name
-        self%files = [self%files, noted]
-        path = self%folder//'/'//name
-    end function file_of_book
+        call append(book%files, name)
+        path = book%folder//'/'//name
+    end function book_file
 
     !> Draws a figure and puts it on the page; where it cannot be drawn, the page says so. Fails when a file
     !> cannot be written.
-    subroutine draw(self, name, script, caption, title, description, error)
-        class(report_book_t), intent(inout) :: self
+    subroutine add_figure(book, name, script, caption, title, description, error)
+        type(report_book_t), intent(inout) :: book
         character(*), intent(in) :: name                !! figure_5_2: of its files, and its id
         character(*), intent(in) :: script
         character(*), intent(in) :: caption, title, description
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: svg, reason
-        character(len(self%figures)) :: noted
 
-        noted = name
-        self%figures = [self%figures, noted]
-        call draw_figure(self%folder, name, script, svg, reason, error)
+        call append(book%figures, name)
+        call draw_figure(book%folder, name, script, svg, reason, error)
         if (allocated(error)) return
         if (reason == '') then
-            if (self%renderer == '') self%renderer = renderer_of(svg)
-            call self%page%figure(name, svg, caption, title, description)
+            if (book%renderer == '') book%renderer = renderer_of(svg)
+            call book%page%figure(name, svg, caption, title, description)
             return
         end if
-        self%not_drawn = self%not_drawn + 1
-        if (self%reason == '') self%reason = reason
-        self%gnuplot_missing = self%gnuplot_missing .or. reason == NO_GNUPLOT
-        call self%page%missing_figure(name, reason, caption)
-    end subroutine draw
+        book%not_drawn = book%not_drawn + 1
+        if (book%reason == '') book%reason = reason
+        book%gnuplot_missing = book%gnuplot_missing .or. reason == NO_GNUPLOT
+        call book%page%missing_figure(name, reason, caption)
+    end subroutine add_figure
 
     !> Notes a line of the summary.
-    subroutine find(self, source, anchor, claim, result, kind, verdict)
-        class(report_book_t), intent(inout) :: self
+    subroutine add_finding(book, source, anchor, claim, result, kind, verdict)
+        type(report_book_t), intent(inout) :: book
         character(*), intent(in) :: source, anchor, claim, result
         integer, intent(in) :: kind
         character(*), intent(in) :: verdict
@@ -118,8 +109,8 @@ contains
         found%result = result
         found%kind = kind
         found%verdict = verdict
-        self%findings = [self%findings, found]
-    end subroutine find
+        book%findings = [book%findings, found]
+    end subroutine add_finding
 
     !> Who drew an SVG file, as it says itself: 'gnuplot 5.4 patchlevel 4'.
     pure function renderer_of(svg) result(name)
@@ -135,66 +126,4 @@ contains
         length = index(svg(first:), '</') - 1
         if (length > len(SIGN)) name = 'gnuplot'//trim(svg(first + len(SIGN):first + length - 1))
     end function renderer_of
-
-    !> A number with a fixed count of decimals, 0 before the point.
-    function fixed_text(value, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: decimals
-        character(:), allocatable :: text
-
-        character(40) :: digits
-        character(12) :: form
-
-        write (form, '(a, i0, a)') '(f40.', decimals, ')'
-        write (digits, form) value
-        text = trim(adjustl(digits))
-        if (decimals == 0) text = text(:len(text) - 1)
-        if (text(1:1) == '.') text = '0'//text
-        if (index(text, '-.') == 1) text = '-0'//text(2:)
-        if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
-    end function fixed_text
-
-    !> A number without its power of ten.
-    function scaled_text(value, exponent, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: exponent, decimals
-        character(:), allocatable :: text
-
-        text = fixed_text(value/10.0_dp**exponent, decimals)
-    end function scaled_text
-
-    !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
-    pure integer function decimal_exponent(value) result(exponent)
-        real(dp), intent(in) :: value
-
-        exponent = 0
-        if (abs(value) > 0) exponent = floor(log10(abs(value)*(1 + 1e-12_dp)))
-    end function decimal_exponent
-
-    !> One of two texts.
-    pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition
-        character(*), intent(in) :: if_true, if_false
-        character(:), allocatable :: text
-
-        if (condition) then
-            text = if_true
-        else
-            text = if_false
-        end if
-    end function pick_text
-
-    function percent_text(part) result(text)
-        real(dp), intent(in) :: part
-        character(:), allocatable :: text
-
-        text = fixed_text(100*part, 1)//' %'
-    end function percent_text
-
-    function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole
-        character(:), allocatable :: text
-
-        text = integer_text(part)//' of '//integer_text(whole)
-    end function share_text
 end module gracecg_report_book

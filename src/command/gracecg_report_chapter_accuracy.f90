@@ -16,8 +16,9 @@ module gracecg_report_chapter_accuracy
     use gracecg_printed_axes, only: printed_axis
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, percent_text, share_text, &
-        COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
     public :: add_accuracy_chapter
@@ -40,8 +41,8 @@ contains
 
         call run_campaign(book, console, campaign, error)
         if (allocated(error)) return
-        call write_table(book%file('montecarlo.csv'), campaign, COMMAND, error)
-        if (.not. allocated(error)) call write_runs(book%file(RUNS_FILE), campaign, COMMAND, error)
+        call write_table(book_file(book, 'montecarlo.csv'), campaign, COMMAND, error)
+        if (.not. allocated(error)) call write_runs(book_file(book, RUNS_FILE), campaign, COMMAND, error)
         if (allocated(error)) return
         fifteen = first_runs(campaign, REPORT_RUNS)
 
@@ -61,8 +62,8 @@ contains
             call add_verdict(book, campaign)
             do i = 1, size(SATELLITES)
                 call add_table(book, i, campaign, fifteen)
-                call book%draw('figure_6_'//integer_text(i + 1), script_of(i, campaign), 'Figure '// &
-                               '6.'//integer_text(i + 1)// &
+                call add_figure(book, 'figure_6_'//integer_text(i + 1), script_of(i, campaign), 'Figure '// &
+                                '6.'//integer_text(i + 1)// &
                                '. Estimates of the CG offset of the '//trim(SATELLITES(i))//' satellite '// &
                                'in 15 runs: case 1 (star), case 2 (diamond), case 3 (square). Grey '// &
                                'band: the printed axis. As in the report, the scatter of case 2 sets '// &
@@ -139,8 +140,8 @@ contains
                                'inside.', &
                                'If theory is right, 68 or 69 are to be expected, and 66 or more in 93 '// &
                                'of 100 such reports.')
-        call book%find('Tables 6.1, 6.2', 'table_6_1', 'RMS errors of six cases and four algorithms, 15 '// &
-                       'runs each', &
+        call add_finding(book, 'Tables 6.1, 6.2', 'table_6_1', 'RMS errors of six cases and four '// &
+                         'algorithms, 15 runs each', &
                        share_text(verdict%allowed, verdict%published)//' lie in the 95 % band of '// &
                        'theory', kind, &
                        pick_text(kind == VERDICT_MET, 'agrees', 'differs'))
@@ -152,7 +153,7 @@ contains
                                'runs is '// &
                                percent_text(sigma)//'; of '//integer_text(3*size(campaign%cases))// &
                                ' different values about one lies beyond two sigma.')
-        call book%find('Tables 6.1, 6.2', 'table_6_2', 'theory against '// &
+        call add_finding(book, 'Tables 6.1, 6.2', 'table_6_2', 'theory against '// &
                        integer_text(book%runs)//' runs of this program', &
                        'largest difference '//percent_text(verdict%worst_difference)//', one sigma '// &
                        percent_text(sigma), kind, pick_text(kind == VERDICT_MET, 'agrees', 'beyond 4 sigma'))

@@ -3,7 +3,8 @@ module gracecg_report_chapter_budget
     use gracecg_kinds, only: dp
     use gracecg_html, only: VERDICT_MET, VERDICT_PARTLY
     use gracecg_com_budget, only: com_budget_t, com_budget, is_stated
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, AXES
+    use gracecg_report_book, only: report_book_t, add_finding, AXES
+    use gracecg_report_text, only: fixed_text
     implicit none
     private
     public :: add_budget_chapter
@@ -65,7 +66,7 @@ contains
         end associate
         if (all(same)) then
             call book%page%verdict(VERDICT_MET, 'The printed RSS follows from the printed effects.')
-            call book%find('Table '//table, 'table_'//table(1:1)//'_'//table(3:3), &
+            call add_finding(book, 'Table '//table, 'table_'//table(1:1)//'_'//table(3:3), &
                            'RSS of the errors of the COM', 'the printed RSS follows from the printed '// &
                            'effects', &
                            VERDICT_MET, 'agrees')
@@ -74,7 +75,7 @@ contains
                                    'give '// &
                                    fixed_text(budget%rss(1), 2)//' mm, not '// &
                                    fixed_text(budget%printed_rss(1), 2)//' mm; y and z agree.')
-            call book%find('Table '//table, 'table_'//table(1:1)//'_'//table(3:3), &
+            call add_finding(book, 'Table '//table, 'table_'//table(1:1)//'_'//table(3:3), &
                            'RSS of the errors of the COM', 'x is printed '// &
                            fixed_text(budget%printed_rss(1), 2)// &
                            ', its effects give '//fixed_text(budget%rss(1), 2)//'; y and z agree', &

@@ -11,7 +11,8 @@ module gracecg_report_chapter_curves
     use gracecg_command_verify, only: window_verdict
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, scaled_text, decimal_exponent, share_text, COMMAND
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
+    use gracecg_report_text, only: scaled_text, decimal_exponent, share_text
     implicit none
     private
     public :: add_curves_chapter
@@ -54,7 +55,7 @@ contains
         type(calibration_case_t) :: case
         type(verification_t) :: verification
         type(window_check_t), allocatable :: checks(:)
-        character(5), allocatable :: satellite(:)       !! Of each check
+        integer, allocatable :: satellite(:)            !! Of each check, place in SATELLITES
         integer :: i
 
         allocate (checks(0), satellite(0))
@@ -63,11 +64,11 @@ contains
             call report_case(trim(SATELLITES(i))//'-1', case, error)
             if (.not. allocated(error)) call verify_case(case, verification, error)
             if (allocated(error)) return
-            call write_curves(book%file(curves_file_name(trim(SATELLITES(i))//'-1')), COMMAND, &
+            call write_curves(book_file(book, curves_file_name(trim(SATELLITES(i))//'-1')), COMMAND, &
                               trim(SATELLITES(i))//'-1', verification, error)
             if (allocated(error)) return
             checks = [checks, check_windows(trim(SATELLITES(i)), verification)]
-            satellite = [satellite, spread(SATELLITES(i), 1, size(checks) - size(satellite))]
+            satellite = [satellite, spread(i, 1, size(checks) - size(satellite))]
         end do
 
         call book%page%chapter('curves', 'The assumptions behind the estimators: Figures 5.2 to 5.8')
@@ -82,7 +83,7 @@ contains
         call add_verdict(book, checks)
         do i = 1, size(FIGURES)
             associate (these => checks%figure == FIGURES(i)%number)
-                call add_figure(book, FIGURES(i), pack(checks, these), pack(satellite, these), error)
+                call add_curves_figure(book, FIGURES(i), pack(checks, these), SATELLITES(pack(satellite, these)), error)
             end associate
             if (allocated(error)) return
         end do
@@ -105,8 +106,8 @@ contains
         call book%page%verdict(kind, 'Attitude dynamics: '//share_text(inside, attitude)//' inside.', &
                                'Accelerations by the offset, gravity and magnetic torque, angular '// &
                                'velocity and acceleration.')
-        call book%find('Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie within '// &
-                       'their printed axes', &
+        call add_finding(book, 'Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie '// &
+                         'within their printed axes', &
                        share_text(inside, attitude)//' inside', kind, verdict_words(kind))
         kind = VERDICT_MET
         if (inside_others < others) kind = merge(VERDICT_PARTLY, VERDICT_MISSED, near >= 0.8_dp*others)
@@ -114,7 +115,7 @@ contains
                                share_text(inside_others, others)//' inside, '// &
                                share_text(near, others)//' with the mean within 15 %.', &
                                'Each of the others is listed below its figure.')
-        call book%find('Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', &
+        call add_finding(book, 'Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', &
                        'drag, radiation pressure and surface torques lie within their printed axes', &
                        share_text(inside_others, others)//' inside, '//share_text(near, others)// &
                        ' with the mean within 15 %', kind, verdict_words(kind))
@@ -135,7 +136,7 @@ contains
     end function verdict_words
 
     !> One figure, and the numbers of its panels.
-    subroutine add_figure(book, figure, checks, satellite, error)
+    subroutine add_curves_figure(book, figure, checks, satellite, error)
         type(report_book_t), intent(inout) :: book
         type(figure_t), intent(in) :: figure
         type(window_check_t), intent(in) :: checks(:)
@@ -151,8 +152,8 @@ contains
         both = any(satellite /= satellite(1))
         call book%page%heading(caption(:len(caption) - 1))
         call book%page%paragraph('What the report sees in it: '//trim(figure%shows))
-        call book%draw(name, script_of(name, caption, checks, satellite), caption//' Blue: this '// &
-                       'program. Grey band between dashed lines: the printed axis.', 'Figure '// &
+        call add_figure(book, name, script_of(name, caption, checks, satellite), caption//' Blue: this '// &
+                        'program. Grey band between dashed lines: the printed axis.', 'Figure '// &
                        trim(figure%number), &
                        integer_text(size(checks))//' panels of curves over 60 s, each with the range of '// &
                        'the printed axis; the table that follows has their numbers.', error)
@@ -192,7 +193,7 @@ contains
             end do
             call page%end_table()
         end associate
-    end subroutine add_figure
+    end subroutine add_curves_figure
 
     pure integer function kind_of(check) result(kind)
         type(window_check_t), intent(in) :: check

@@ -7,7 +7,9 @@ module gracecg_report_chapter_gradient
     use gracecg_gravity_gradient, only: gradient_sample_t, gradient_along_orbit
     use gracecg_study_files, only: write_gradient
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, pick_text, scaled_text, COMMAND, MILLIMETRE
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE
+    use gracecg_report_text, only: pick_text, scaled_text
     implicit none
     private
     public :: add_gradient_chapter
@@ -30,8 +32,8 @@ contains
         logical :: met
 
         allocate (samples, source=gradient_along_orbit(orbit, OFFSET, STEP))
-        call write_gradient(book%file(FILE), COMMAND, 'front satellite; offset 1 mm, its components '// &
-                            'alike', samples, &
+        call write_gradient(book_file(book, FILE), COMMAND, 'front satellite; offset 1 mm, its '// &
+                            'components alike', samples, &
                             error)
         if (allocated(error)) return
         central = maxval([(maxval(abs(samples(i)%central)), i=lbound(samples, 1), ubound(samples, 1))])
@@ -48,10 +50,10 @@ contains
                                  'over one revolution of the front satellite in its nominal attitude, '// &
                                  'with EGM96 to degree and order 20 and an offset of 1 mm whose three '// &
                                  'components are alike. The axes of the printed figure are lost.')
-        call book%draw('figure_3_1', script_of(int(samples(ubound(samples, 1))%time)), 'Figure 3.1. '// &
-                       'Disturbing acceleration by the gravity gradient along one revolution: by the '// &
-                       'central term (top) and by the sum of all other terms (bottom), in radial, '// &
-                       'transverse and normal direction.', &
+        call add_figure(book, 'figure_3_1', script_of(int(samples(ubound(samples, 1))%time)), 'Figure '// &
+                        '3.1. Disturbing acceleration by the gravity gradient along one revolution: by '// &
+                        'the central term (top) and by the sum of all other terms (bottom), in radial, '// &
+                        'transverse and normal direction.', &
                        'Figure 3.1, gravity gradient over one revolution', &
                        'Two panels of three curves over 5600 s. By the central term the acceleration is '// &
                        'constant within a few per cent, of the order of 1e-9 m/s^2; by all other terms '// &
@@ -62,8 +64,8 @@ contains
                                'Largest component by the central term '//scaled_text(central, -9, 2)// &
                                ' x 10^{-9} m/s^{2}, by the others '//scaled_text(others, -11, 2)// &
                                ' x 10^{-11} m/s^{2}. The approximation (3-6) holds.')
-        call book%find('Figure 3.1', 'figure_3_1', 'the central term gives 10^{-9} m/s^{2}, the sum of '// &
-                       'the others 10^{-11}', 'largest component '// &
+        call add_finding(book, 'Figure 3.1', 'figure_3_1', 'the central term gives 10^{-9} m/s^{2}, the '// &
+                         'sum of the others 10^{-11}', 'largest component '// &
                        scaled_text(central, -9, 1)//' x 10^{-9} and '// &
                        scaled_text(others, -11, 1)//' x 10^{-11} '// &
                        'm/s^{2}', kind, pick_text(met, 'agrees', 'differs'))

@@ -13,7 +13,9 @@ module gracecg_report_chapter_loss
     use gracecg_study_files, only: write_field_studies, write_field_runs
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, percent_text, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
     public :: add_loss_chapter
@@ -55,9 +57,10 @@ contains
                 end do
             end do
         end do
-        call write_field_studies(book%file('magnetometer_loss.csv'), COMMAND, book%seed, MODEL_FIELD_ERROR, &
+        call write_field_studies(book_file(book, 'magnetometer_loss.csv'), COMMAND, book%seed, &
+                                 MODEL_FIELD_ERROR, &
                                  study, error)
-        if (.not. allocated(error)) call write_field_runs(book%file(RUNS_FILE), COMMAND, book%seed, &
+        if (.not. allocated(error)) call write_field_runs(book_file(book, RUNS_FILE), COMMAND, book%seed, &
                                                           MODEL_FIELD_ERROR, &
                                                           study, error)
         if (allocated(error)) return
@@ -67,10 +70,10 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call book%draw('figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of magnetometer '// &
-                       'data: estimates of the CG offset in 15 runs, front satellite, with the measured '// &
-                       'field (open) and with that of the model (LM, filled). Grey band: the printed '// &
-                       'axis.', 'Figure 6.6, estimates with and without magnetometer', &
+        call add_figure(book, 'figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of '// &
+                        'magnetometer data: estimates of the CG offset in 15 runs, front satellite, '// &
+                        'with the measured field (open) and with that of the model (LM, filled). Grey '// &
+                        'band: the printed axis.', 'Figure 6.6, estimates with and without magnetometer', &
                        'Six panels, two algorithms by three components, of 15 estimates for cases 2 and '// &
                        '3 with measured and with modelled field. Open and filled marks lie together.', error)
         if (allocated(error)) return
@@ -140,14 +143,14 @@ contains
             call book%page%verdict(kind, 'The loss hardly matters.', 'By theory no component loses more '// &
                                    'than '// &
                                    percent_text(maxval(change))//'.')
-            call book%find('Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
+            call add_finding(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
                            'no component loses more than '//percent_text(maxval(change)), kind, 'agrees')
         else
             kind = VERDICT_PARTLY
             call book%page%verdict(kind, 'The loss hardly matters, but for '//exceptions//'.', 'That is '// &
                                    'the best determined component of all; the printed plots, whose x '// &
                                    'axes reach from -4 to 4 mm, cannot show it.')
-            call book%find('Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
+            call add_finding(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
                            'less than 10 %, but for '//exceptions, kind, 'agrees but for one')
         end if
     end subroutine add_verdict

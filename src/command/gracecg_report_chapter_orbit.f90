@@ -13,8 +13,9 @@ module gracecg_report_chapter_orbit
     use gracecg_study_files, only: write_places
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, scaled_text, percent_text, &
-        COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, scaled_text, percent_text
     implicit none
     private
     public :: orbit_study_t, study_orbits, add_field_chapter, add_timing_chapter
@@ -54,7 +55,8 @@ contains
             call scan_orbit(case, studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
                             book%threads, studies(i)%places, error)
             if (allocated(error)) return
-            call write_places(book%file(file_of(SATELLITES(i))), COMMAND, SATELLITES(i), studies(i)%places, &
+            call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), &
+                              studies(i)%places, &
                               error)
             if (allocated(error)) return
         end do
@@ -89,10 +91,10 @@ contains
                                  'the satellite''s axes decides on the manoeuvre. The report''s cases '// &
                                  'lie near the equator, near the north pole and between both, all on '// &
                                  'the orbit of case 1: case 2 is reached 1400 s and case 3 2658 s after it.')
-        call book%draw('figure_6_1', field_script(studies, limits), 'Figure 6.1. Geomagnetic field in '// &
-                       'body axes over one revolution, front satellite (top) and back satellite '// &
-                       '(bottom), with the places of the three cases. The vertical axis is the printed '// &
-                       'one.', 'Figure 6.1, magnetic field over one revolution', &
+        call add_figure(book, 'figure_6_1', field_script(studies, limits), 'Figure 6.1. Geomagnetic '// &
+                        'field in body axes over one revolution, front satellite (top) and back '// &
+                        'satellite (bottom), with the places of the three cases. The vertical axis is '// &
+                        'the printed one.', 'Figure 6.1, magnetic field over one revolution', &
                        'Two panels of three curves over one revolution. The field along x and z swings '// &
                        'between plus and minus 48 thousand nanotesla; along y it stays small.', error)
         if (allocated(error)) return
@@ -101,7 +103,7 @@ contains
                                'Strongest component '//fixed_text(strongest(1), 0)//' nT (front) and '// &
                                fixed_text(strongest(2), 0)//' nT (back); the axis ends at '// &
                                fixed_text(limits(2), 0)//' nT.')
-        call book%find('Figure 6.1', 'figure_6_1', 'the field stays within 50000 nT', &
+        call add_finding(book, 'Figure 6.1', 'figure_6_1', 'the field stays within 50000 nT', &
                        'strongest component '//fixed_text(strongest(1), 0)//' and '// &
                        fixed_text(strongest(2), 0)//' nT', &
                        merge(VERDICT_MET, VERDICT_MISSED, met), pick_text(met, 'agrees', 'differs'))
@@ -204,10 +206,10 @@ contains
         call book%page%paragraph('Along the direction of the angular acceleration the offset cannot be '// &
                                  'seen. So x is determined well where the angular acceleration about x '// &
                                  'is small, and y and z where it is large.')
-        call book%draw('figure_6_4', acceleration_script(studies, limits), 'Figure 6.4. Amplitude of '// &
-                       'the angular acceleration if the rods are activated along y and z, over one '// &
-                       'revolution, front satellite (top) and back satellite (bottom). The vertical '// &
-                       'axis is the printed one.', &
+        call add_figure(book, 'figure_6_4', acceleration_script(studies, limits), 'Figure 6.4. '// &
+                        'Amplitude of the angular acceleration if the rods are activated along y and z, '// &
+                        'over one revolution, front satellite (top) and back satellite (bottom). The '// &
+                        'vertical axis is the printed one.', &
                        'Figure 6.4, angular acceleration over one revolution', &
                        'Two panels of three curves over one revolution. About x the angular '// &
                        'acceleration is largest nearly everywhere, and falls below the others for about '// &
@@ -225,18 +227,19 @@ contains
                                percent_text(share(2))//' (back) of the revolution, smaller for '// &
                                integer_text(seconds(1))//' s and '//integer_text(seconds(2))//' s.', &
                                'The report: "most of time" and "in a very small period (~100 sec.)".')
-        call book%find('Figure 6.4', 'figure_6_4', 'amplitude below 2.5 x 10^{-5} rad/s^{2}; about x '// &
-                       'mostly the largest, the smallest for about 100 '// &
-                       's', 'to '//scaled_text(maxval(largest), -5, 2)//' x 10^{-5}; largest about x in '// &
+        call add_finding(book, 'Figure 6.4', 'figure_6_4', 'amplitude below 2.5 x 10^{-5} rad/s^{2}; '// &
+                         'about x mostly the largest, the smallest for about 100 '// &
+                         's', 'to '//scaled_text(maxval(largest), -5, 2)//' x 10^{-5}; largest about x '// &
+                         'in '// &
                        percent_text(share(1))//' and '//percent_text(share(2))//', smallest for '// &
                        integer_text(seconds(1))// &
                        ' and '//integer_text(seconds(2))//' s', &
                        merge(VERDICT_MET, VERDICT_PARTLY, met .and. on_axis), &
                        pick_text(met .and. on_axis, 'agrees', 'agrees in part'))
-        call book%draw('figure_6_4_sigma', sigma_script(studies), 'In addition to the report: predicted '// &
-                       'standard deviation of each component of the offset for a calibration that '// &
-                       'starts there (logarithmic). No place is good for all three.', 'Predicted '// &
-                       'standard deviation over one revolution', &
+        call add_figure(book, 'figure_6_4_sigma', sigma_script(studies), 'In addition to the report: '// &
+                        'predicted standard deviation of each component of the offset for a calibration '// &
+                        'that starts there (logarithmic). No place is good for all three.', 'Predicted '// &
+                        'standard deviation over one revolution', &
                        'Two panels of three curves. The standard deviation of x is least near 2700 s, '// &
                        'where that of y and z is largest.', error)
         if (.not. allocated(error)) call add_places(book, studies)

@@ -12,7 +12,9 @@ module gracecg_report_chapter_sources
     use gracecg_console, only: console_t
     use gracecg_gnuplot, only: data_block
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, percent_text, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
     public :: add_sources_chapter
@@ -47,7 +49,7 @@ contains
                               studies(i), error)
             if (allocated(error)) return
         end do
-        call write_error_sources(book%file(FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &
+        call write_error_sources(book_file(book, FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &
                                  integer_text(book%seed), studies, error)
         if (allocated(error)) return
 
@@ -56,9 +58,9 @@ contains
                                  'off at a time; the estimator and its weights stay the same. The lower '// &
                                  'a bar, the more the source that is off matters. The bars of the '// &
                                  'printed figure are lost, its axes are known.')
-        call book%draw('figure_6_5', script_of(studies), 'Figure 6.5. RMS error of the CG offset with '// &
-                       'respect to various error sources, '//integer_text(book%runs)//' runs. Diamonds: '// &
-                       'theory. Dashed: upper end of the printed axis.', &
+        call add_figure(book, 'figure_6_5', script_of(studies), 'Figure 6.5. RMS error of the CG offset '// &
+                        'with respect to various error sources, '//integer_text(book%runs)//' runs. '// &
+                        'Diamonds: theory. Dashed: upper end of the printed axis.', &
                        'Figure 6.5, RMS error with one error source off at a time', &
                        'Three panels, x, y and z, of five bars. Without the noise of the accelerometer '// &
                        'the bars are the lowest, without that of star camera or magnetometer they are '// &
@@ -127,8 +129,8 @@ contains
                                'is not a straight line, here the assumed density wave, weighs nearly as '// &
                                'much, so that the bars of few runs may show it the other way round; '// &
                                'star camera and magnetometer hardly matter.')
-        call book%find('Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the largest error '// &
-                       'source', &
+        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the '// &
+                         'largest error source', &
                        pick_text(largest_source, 'by theory the error is least without it, in every axis', &
                                  'by theory another source weighs more'), kind, &
                        pick_text(largest_source, 'agrees', 'differs'))
@@ -141,8 +143,8 @@ contains
         else
             call book%page%verdict(kind, 'All bars stay within the printed axes.')
         end if
-        call book%find('Figure 6.5', 'figure_6_5', 'RMS errors within the printed axes, 0.15, 0.06 and '// &
-                       '0.1 mm', &
+        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'RMS errors within the printed axes, 0.15, '// &
+                         '0.06 and 0.1 mm', &
                        pick_text(excess <= 0, 'all bars within', 'one bar tops its axis by '// &
                                   percent_text(excess)), kind, &
                        pick_text(kind == VERDICT_MET, 'agrees', 'within sampling error'))

@@ -34,7 +34,8 @@ module gracecg_calibration_solution
         !! ASCFEST and ASCREST
         real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
         type(estimated_parameter_t), allocatable :: parameters(:)
-        !! Of `optimal`: unknown torque, and what the settings ask for; not allocated by the report's four
+        !! Of `optimal` and `sequential`: unknown torque, and what the settings ask for. Not allocated by
+        !! the report's four
         real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` and `sequential` weighted with
         real(dp) :: noise_corner(3) = 0         !! Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad

@@ -32,9 +32,9 @@ module gracecg_disturbance_search
 
     real(dp), parameter :: SPECTRUM_LINES_PER_BIN = 4   !! Frequencies tried, in units of 1/arc
     real(dp), parameter :: HIGHEST_FREQUENCY = 0.5_dp   !! Of a disturbance, Hz
-    real(dp), parameter :: LINE_LIKELY_NOISE = 15
-    !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, and of
-    !! about 100 independent ones the largest exceeds 15 in 5 % of the arcs
+    real(dp), parameter :: LINE_LIKELY_NOISE = 20
+    !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, exceeds 20
+    !! with the probability exp(-10), and some 30 frequencies in each of 3 axes are independent
     real(dp), parameter :: DAMPINGS(4) = [1e-5_dp, 0.003_dp, 0.05_dp, 1.0_dp]
     !! Where the search begins: a pure tone, oscillations that wander more and more, a smooth wander
     real(dp), parameter :: COARSE = 2.5_dp, FINER = 1.5_dp  !! Steps of the search

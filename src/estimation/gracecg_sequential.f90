@@ -16,7 +16,7 @@ module gracecg_sequential
     use gracecg_preprocessing, only: fitting_data_t, preprocess
     use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
-        turn_between, airflow_at, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
+        turn_between, airflow_at, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
     use gracecg_gauss_markov, only: gauss_markov_t
     use gracecg_square_root_filter, only: constants_t, process_filter_t
     use gracecg_calibration_filter, only: filter_problem_t, flicker_process, filter_axis, gather, &
@@ -26,7 +26,7 @@ module gracecg_sequential
     use gracecg_spike_screen, only: is_spike, median_of
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
-    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
     implicit none
     private
     public :: estimate_sequential
@@ -46,7 +46,7 @@ module gracecg_sequential
 
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
     integer, parameter :: MOST_EDITING_ROUNDS = 5
-    real(dp), parameter :: NEGLIGIBLE = 1e-2_dp
+    real(dp), parameter :: NEGLIGIBLE = 1e-3_dp
     !! Correction of the nominal trajectory, in standard deviations; the solution contains it anyway
     real(dp), parameter :: SPIKE_LIMIT = 8          !! Of the first screening, standard deviations
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
@@ -134,6 +134,7 @@ contains
         call prepare_model(observations%setup, work%data, ESTIMATED, work%model)
         work%state = initial_state(observations%setup)
         work%guess = work%state
+        work%guess%value(OFFSET) = 0            ! so that the guess has no weight at all
         n = size(work%data%accelerometer_epoch)
         stars = size(work%data%stars%time)
         allocate (work%predicted(3, n), work%partials(size(ESTIMATED), 3, n), work%remainder(M + 1, n, 3))
@@ -522,7 +523,8 @@ contains
 
         type(calibration_state_t) :: final
         type(constants_t) :: constants
-        real(dp) :: y(M), unused(3)
+        real(dp) :: y(M), root(M, M), unused(3)
+        integer :: i
 
         allocate (solution%running)
         call run_through_time(work%problem, work%remainder, work%state%value(OFFSET), constants, solution%running)
@@ -536,6 +538,9 @@ contains
         solution%angular_velocity = final%value(RATE)
         solution%residual_rms = work%residual_rms
         solution%condition = condition_of(constants)
+        root = constants%inverse_root()
+        solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(TORQUE(i)), final%value(TORQUE(i)), &
+                                                      norm2(root(TORQUE(i), :))), i=1, 3)]    ! PLACE is the same
         solution%noise_level = setup%accelerometer_psd_level
         solution%noise_corner = setup%accelerometer_psd_corner
         solution%star_camera_sigma = setup%star_camera_sigma

@@ -78,7 +78,7 @@ contains
         integer :: pieces, i, j
 
         tau = omega*interval
-        pieces = max(1, ceiling(tau))
+        pieces = max(1, ceiling(4*tau))         ! a quarter of a radian: exact to rounding
         step = tau/pieces
         q = 0
         do i = 1, pieces

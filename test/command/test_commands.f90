@@ -39,6 +39,7 @@ contains
                     new_unittest('results-that-cannot-be-written', test_unwritable_results), &
                     new_unittest('simulate', test_simulate), &
                     new_unittest('estimate', test_estimate), &
+                    new_unittest('running-estimate', test_running), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('verify', test_verify), &
                     new_unittest('timing', test_timing), &
@@ -521,6 +522,53 @@ contains
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'run3/magnetometer.csv: no such file'])
     end subroutine test_estimate
+
+    !> The running estimate: its columns, its last row the estimate; refused of a batch estimator, and not
+    !> half-written.
+    subroutine test_running(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: FILE = FOLDER//'running.csv'
+        character(*), parameter :: COLUMNS(9) = [character(20) :: 'time_s', 'dx_mm', 'dy_mm', 'dz_mm', &
+            'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'edited_accelerometer', 'edited_star_camera']
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        real(dp), allocatable :: table(:, :)
+        real(dp) :: value
+        integer :: status, i
+        logical :: ok
+
+        call succeeds(error, 'simulate back-3 --out '//FOLDER//'run6', output)
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
+                 output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (allocated(error)) return
+        call read_csv(FILE, COLUMNS, table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 601)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        fields = split(text%line(2), ',')
+        do i = 2, 7
+            call parse_real(fields(i)%text, value, ok)
+            call check(error, ok .and. abs(table(601, i) - value) < 1e-5_dp, text%line(2))
+            if (allocated(error)) return
+        end do
+        call remove_file(FILE)
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm optimal --running '//FILE, STATUS_MISUSED, &
+                     [character(W) :: '--running: optimal estimates from all samples at once'])
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'none --algorithm sequential --running '//FILE, STATUS_FAILED, &
+                     [character(W) :: 'none: no such folder'])
+        if (allocated(error)) return
+        call check(error, .not. file_exists(FILE), 'no file is left by a failure')
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', &
+                     STATUS_FAILED, [character(W) :: 'there is no folder'])
+    end subroutine test_running
 
     !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
     subroutine test_no_convergence(error)

@@ -8,7 +8,7 @@ module test_report
     use gracecg_table_report_rms, only: RMS_VALUES
     use gracecg_console, only: console_t
     use gracecg_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
-    use gracecg_report_book, only: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
+    use gracecg_report_text, only: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: FOLDER, make_folder, make_file, check_passes
     implicit none

@@ -327,8 +327,8 @@ contains
         type(error_t), allocatable :: failure
 
         call make_folder(error)
-        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss --satellite back --runs 1 --out '// &
-                                                  FOLDER//'loss.csv', output)
+        if (.not. allocated(error)) call succeeds(error, 'magnetometer-loss --satellite back --runs 1 '// &
+                                                  '--out loss.csv', output)
         if (allocated(error)) return
         call read_text_file(FOLDER//'loss.csv', file, failure)
         call check_passes(error, message_of(failure))
