@@ -20,17 +20,18 @@ module gracecg_study_files
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
     integer, parameter :: COMMENT_LENGTH = 160
+    character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
 
 contains
 
     !> verify_CASE.csv, an underscore for everything unusual in the case's name.
     pure function curves_file_name(case_name) result(name)
         character(*), intent(in) :: case_name
-        character(:), allocatable :: name
+        character(len(PREFIX) + len_trim(case_name) + len(SUFFIX)) :: name
 
         integer :: i
 
-        name = trim(case_name)
+        name = PREFIX//trim(case_name)//SUFFIX
         do i = 1, len(name)
             select case (name(i:i))
             case ('a':'z', 'A':'Z', '0':'9', '-', '.', '_')
@@ -38,7 +39,6 @@ contains
                 name(i:i) = '_'
             end select
         end do
-        name = 'verify_'//name//'.csv'
     end function curves_file_name
 
     !> The curves of Figures 5.2-5.8 of a case.

@@ -367,7 +367,7 @@ contains
                             'the forces better. A sigma far above it comes from weights or from the star camera.')
 
         call page%begin_table('Which noise the error comes from: share of the variance, %')
-        call component_head('star camera', 'sigma, mm')
+        call component_head('star camera', 'a-priori knowledge', 'sigma, mm')
         do i = 1, 3
             call page%begin_row()
             call page%row_head('d_{'//AXES(i)//'}')
@@ -404,9 +404,9 @@ contains
 
     contains
 
-        subroutine component_head(last, more)
-            character(*), intent(in) :: last
-            character(*), intent(in), optional :: more
+        subroutine component_head(first, second, third)
+            character(*), intent(in) :: first
+            character(*), intent(in), optional :: second, third
 
             integer :: axis
 
@@ -415,8 +415,9 @@ contains
             do axis = 1, 3
                 call page%column_head('accelerometer '//AXES(axis), numeric=.true.)
             end do
-            call page%column_head(last, numeric=.true.)
-            if (present(more)) call page%column_head(more, numeric=.true.)
+            call page%column_head(first, numeric=.true.)
+            if (present(second)) call page%column_head(second, numeric=.true.)
+            if (present(third)) call page%column_head(third, numeric=.true.)
             call page%end_row()
             call page%head_end()
         end subroutine component_head

@@ -38,7 +38,7 @@ module gracecg_calibration_problem
         real(dp), allocatable :: left_over(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
         integer :: star_rows = 0, acceleration_rows = 0
-        type(calibration_trajectory_t), private :: trajectory
+        type(calibration_trajectory_t) :: trajectory
         real(dp), allocatable, private :: star_partials(:, :)
         integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
         real(dp), allocatable, private :: known_sigma(:)
