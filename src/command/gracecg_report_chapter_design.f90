@@ -303,7 +303,7 @@ contains
                             call page%row_head(trim(SATELLITES(i))//'-1 to -3', rows=rods%count)
                         end if
                         associate (rod => rods%activations(k))
-                            call page%row_head(AXES(rod%axis))
+                            call page%text_cell(AXES(rod%axis))
                             call page%text_cell(trim(WAVEFORM_NAMES(rod%waveform)))
                             call page%number_cell(fixed_text(rod%amplitude, 2))
                             call page%number_cell(fixed_text(rod%frequency, 5))

@@ -173,7 +173,7 @@ contains
                 do axis = 1, 3
                     call page%begin_row(first_of_part=axis == 1)
                     if (axis == 1) call page%row_head(trim(REPORT_CASE_NAMES(i)), rows=3)
-                    call page%row_head(AXES(axis))
+                    call page%text_cell(AXES(axis))
                     call page%number_cell(fixed_text(studies(i)%bound(axis)/MILLIMETRE, 5))
                     do a = 1, ALGORITHMS
                         ratio = studies(i)%rms(axis, a)/studies(i)%bound(axis)
