@@ -183,6 +183,12 @@ def check_files(folder):
             wrong(f"{name}: {len(lines) - 1} rows")
         if any(line.count(",") != header.count(",") for line in lines):
             wrong(f"{name}: rows of different length")
+    rows = [l.split(",") for l in (folder / "bound.csv").read_text().splitlines() if not l.startswith("#")][1:]
+    if {r[1] for r in rows} != {"assest-fde", "assest-rde", "ascfest", "ascrest", "optimal", "sequential"}:
+        wrong("bound.csv: the algorithms are others")
+    for satellite in ("front", "back"):
+        if "waveform = 'square'" not in (folder / f"designed_{satellite}.nml").read_text():
+            wrong(f"designed_{satellite}.nml: no square waves")
     left = [p.name for p in folder.iterdir() if ".part" in p.name or p.suffix == ".log"]
     if left:
         wrong(f"left behind: {left}")

@@ -317,7 +317,7 @@ contains
         call console%line('')
         call console%line('written to '// &
                           book%folder//': '//PAGE_NAME//', '//integer_text(size(book%files))// &
-                          ' CSV files, '//integer_text(size(book%figures))//' figure scripts, '// &
+                          ' data files, '//integer_text(size(book%figures))//' figure scripts, '// &
                           integer_text(size(book%figures) - book%not_drawn)//' figures')
         if (book%not_drawn == 0) return
         if (book%gnuplot_missing) then

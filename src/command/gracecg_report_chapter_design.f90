@@ -218,6 +218,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
+        character(8) :: labels(2)
         integer :: i, axis
 
         call file%open(book%file(RESULT_FILE), 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
@@ -225,10 +226,11 @@ contains
                         ALGORITHM//', all errors on, seed '//integer_text(book%seed)], error)
         if (allocated(error)) return
         do i = 1, size(reached)
+            labels(1) = REPORT_CASE_NAMES(i)
             do axis = 1, 3
+                labels(2) = AXES(axis)
                 call file%row([reached(i)%bound(axis)/MILLIMETRE, real(runs, dp), reached(i)%rms(axis)/MILLIMETRE, &
-                               real(REPORT_RUNS, dp), reached(i)%trimmed(axis)/MILLIMETRE], &
-                              [character(8) :: REPORT_CASE_NAMES(i), AXES(axis)])
+                               real(REPORT_RUNS, dp), reached(i)%trimmed(axis)/MILLIMETRE], labels)
             end do
         end do
         call file%commit(error)
@@ -301,7 +303,7 @@ contains
                             call page%row_head(trim(SATELLITES(i))//'-1 to -3', rows=rods%count)
                         end if
                         associate (rod => rods%activations(k))
-                            call page%row_head(AXES(rod%axis))
+                            call page%text_cell(AXES(rod%axis))
                             call page%text_cell(trim(WAVEFORM_NAMES(rod%waveform)))
                             call page%number_cell(fixed_text(rod%amplitude, 2))
                             call page%number_cell(fixed_text(rod%frequency, 5))

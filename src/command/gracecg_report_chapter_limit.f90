@@ -27,8 +27,8 @@ module gracecg_report_chapter_limit
     real(dp), parameter :: SIGMAS = 3               !! Of the sampling error: so far the bound counts as reached
     character(*), parameter :: BOUND_FILE = 'bound.csv'
     character(1), parameter :: LF = achar(10)
-    character(24), parameter :: COLOURS(ALGORITHMS) = [character(24) :: 'linetype 1', 'linetype 2', &
-        'linetype 3', 'linetype 4', 'linecolor rgb ink', 'linecolor rgb grey']
+    character(32), parameter :: COLOURS(ALGORITHMS) = [character(32) :: 'linetype 1', 'linetype 2', &
+        'linetype 3', 'linetype 4', 'linetype 1 linecolor rgb ink', 'linetype 1 linecolor rgb grey']
     integer, parameter :: LEGEND_TYPES(ALGORITHMS) = [1, 2, 3, 4, 0, 5]
 
     !> The limit of a case, and what the estimators reach.
@@ -69,9 +69,8 @@ contains
                        'Cramer-Rao bound, '//integer_text(runs)//' runs, systematic errors off (logarithmic). '// &
                        'Vertical lines: one sigma of the sampling error.', &
                        'RMS error of every estimator relative to the bound', &
-                       'Three panels, x, y and z, of six groups of six bars. The bars of optimal and '// &
-                       'sequential end at 1, within the sampling error; those of the report''s algorithms '// &
-                       'end higher.', error)
+                       'Three panels, x, y and z, of six groups of six bars, a group a case, a bar an '// &
+                       'estimator, beside a line at 1, the bound. The table below has the numbers.', error)
         if (allocated(error)) return
         call add_table(book, runs, studies)
         call add_verdicts(book, runs, studies)
@@ -127,6 +126,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
+        character(16) :: labels(3)
         integer :: i, a, axis
 
         call file%open(book%file(BOUND_FILE), 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
@@ -135,11 +135,13 @@ contains
         if (allocated(error)) return
         do i = 1, size(studies)
             do a = 1, ALGORITHMS
+                labels(1) = REPORT_CASE_NAMES(i)
+                labels(2) = ESTIMATOR_NAMES(a)
                 do axis = 1, 3
+                    labels(3) = AXES(axis)
                     associate (rms => studies(i)%rms(axis, a), bound => studies(i)%bound(axis))
                         call file%row([real(runs, dp), rms/MILLIMETRE, bound/MILLIMETRE, rms/bound, &
-                                       rms/bound*sampling_error(runs)], &
-                                      [character(16) :: REPORT_CASE_NAMES(i), ESTIMATOR_NAMES(a), AXES(axis)])
+                                       rms/bound*sampling_error(runs)], labels)
                     end associate
                 end do
             end do
@@ -171,7 +173,7 @@ contains
                 do axis = 1, 3
                     call page%begin_row(first_of_part=axis == 1)
                     if (axis == 1) call page%row_head(trim(REPORT_CASE_NAMES(i)), rows=3)
-                    call page%row_head(AXES(axis))
+                    call page%text_cell(AXES(axis))
                     call page%number_cell(fixed_text(studies(i)%bound(axis)/MILLIMETRE, 5))
                     do a = 1, ALGORITHMS
                         ratio = studies(i)%rms(axis, a)/studies(i)%bound(axis)
