@@ -44,7 +44,7 @@ program design
     if (allocated(error)) error stop error%message
     print '(a)', 'time, s  latitude, deg  sigma x, y, z, mm'
     do i = 1, size(points)
-        print '(f7.0, f14.3, 3es18.9)', points(i)%time, points(i)%latitude/DEGREE, &
+        print '(f8.1, f15.3, 3es18.9)', points(i)%time, points(i)%latitude/DEGREE, &
             MILLIMETRES*points(i)%quality%sigma
     end do
 end program design

@@ -69,7 +69,7 @@ module gracecg_manoeuvre_site
         real(dp) :: force(3) = 0
         !! Error by drag and radiation that are not a straight line in time, m: along the nominal flight, and
         !! because the manoeuvre turns the surface in the flow
-        type(attitude_motion_t) :: motion
+        type(attitude_motion_t) :: motion           !! Of the manoeuvre
     end type manoeuvre_quality_t
 
 contains
