@@ -12,9 +12,9 @@ module gracecg_report_book
         pick_text, &
         COMMAND, MILLIMETRE, AXES
 
-    character(*), parameter :: COMMAND = 'report'
+    character(*), parameter :: COMMAND = 'report'    !! Its name, for messages
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']    !! Names of the body axes
 
     !> One line of the summary.
     type :: finding_t
@@ -26,23 +26,24 @@ module gracecg_report_book
         character(24) :: verdict = ''       !! In words
     end type finding_t
 
+    !> The page with its files, as it grows.
     type :: report_book_t
         type(html_page_t) :: page                       !! The chapters so far
         character(:), allocatable :: folder             !! Exists
         integer :: runs = 0                             !! Of every Monte Carlo
-        integer :: seed = 1, threads = 1
-        type(finding_t), allocatable :: findings(:)
+        integer :: seed = 1, threads = 1    !! First seed; in parallel
+        type(finding_t), allocatable :: findings(:)    !! In the order of the page
         character(80), allocatable :: files(:)          !! Names of the CSV files
         character(40), allocatable :: figures(:)        !! Names of the figures' scripts
         integer :: not_drawn = 0                        !! Figures
         character(:), allocatable :: reason             !! Why the first of them is not
-        logical :: gnuplot_missing = .false.
+        logical :: gnuplot_missing = .false.    !! The page is without figures
         character(:), allocatable :: renderer           !! gnuplot and its version, when a figure is drawn
     contains
-        procedure :: open => open_book
-        procedure :: file => file_of_book
-        procedure :: draw
-        procedure :: find
+        procedure :: open => open_book    !! An empty book
+        procedure :: file => file_of_book    !! The path of a CSV file, which is noted for the list of files
+        procedure :: draw    !! Draws a figure and puts it on the page
+        procedure :: find    !! Notes a line of the summary
     end type report_book_t
 
 contains
@@ -50,8 +51,8 @@ contains
     !> An empty book.
     subroutine open_book(self, folder, runs, seed, threads)
         class(report_book_t), intent(out) :: self
-        character(*), intent(in) :: folder
-        integer, intent(in) :: runs, seed, threads
+        character(*), intent(in) :: folder    !! For the page and its files
+        integer, intent(in) :: runs, seed, threads    !! Runs of every Monte Carlo; first seed; in parallel
 
         self%folder = folder
         self%runs = runs
@@ -66,7 +67,7 @@ contains
     !> The path of a CSV file, which is noted for the list of files.
     function file_of_book(self, name) result(path)
         class(report_book_t), intent(inout) :: self
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Without the folder
         character(:), allocatable :: path
 
         character(len(self%files)) :: noted
@@ -81,8 +82,9 @@ contains
     subroutine draw(self, name, script, caption, title, description, error)
         class(report_book_t), intent(inout) :: self
         character(*), intent(in) :: name                !! figure_5_2: of its files, and its id
-        character(*), intent(in) :: script
+        character(*), intent(in) :: script    !! For gnuplot, text
         character(*), intent(in) :: caption, title, description
+        !! Below the figure; name and description for who does not see it
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: svg, reason
@@ -107,8 +109,9 @@ contains
     subroutine find(self, source, anchor, claim, result, kind, verdict)
         class(report_book_t), intent(inout) :: self
         character(*), intent(in) :: source, anchor, claim, result
-        integer, intent(in) :: kind
-        character(*), intent(in) :: verdict
+        !! Where the claim stands; anchor of the chapter; the claim; what was found
+        integer, intent(in) :: kind    !! Of the verdict
+        character(*), intent(in) :: verdict    !! In words
 
         type(finding_t) :: found
 
@@ -138,8 +141,8 @@ contains
 
     !> A number with a fixed count of decimals, 0 before the point.
     function fixed_text(value, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: decimals
+        real(dp), intent(in) :: value    !! Any
+        integer, intent(in) :: decimals    !! Behind the point
         character(:), allocatable :: text
 
         character(40) :: digits
@@ -156,8 +159,8 @@ contains
 
     !> A number without its power of ten.
     function scaled_text(value, exponent, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: exponent, decimals
+        real(dp), intent(in) :: value    !! Any
+        integer, intent(in) :: exponent, decimals    !! Power of ten taken out; digits behind the point
         character(:), allocatable :: text
 
         text = fixed_text(value/10.0_dp**exponent, decimals)
@@ -165,7 +168,7 @@ contains
 
     !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
     pure integer function decimal_exponent(value) result(exponent)
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value    !! Any but 0
 
         exponent = 0
         if (abs(value) > 0) exponent = floor(log10(abs(value)*(1 + 1e-12_dp)))
@@ -173,8 +176,8 @@ contains
 
     !> One of two texts.
     pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition
-        character(*), intent(in) :: if_true, if_false
+        logical, intent(in) :: condition    !! Which of the two
+        character(*), intent(in) :: if_true, if_false    !! The two
         character(:), allocatable :: text
 
         if (condition) then
@@ -184,15 +187,17 @@ contains
         end if
     end function pick_text
 
+    !> A part of 1 as '12.3 %'.
     function percent_text(part) result(text)
-        real(dp), intent(in) :: part
+        real(dp), intent(in) :: part    !! Of 1
         character(:), allocatable :: text
 
         text = fixed_text(100*part, 1)//' %'
     end function percent_text
 
+    !> Counts as '3 of 4'.
     function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole
+        integer, intent(in) :: part, whole    !! Counts
         character(:), allocatable :: text
 
         text = integer_text(part)//' of '//integer_text(whole)

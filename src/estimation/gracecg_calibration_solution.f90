@@ -9,9 +9,9 @@ module gracecg_calibration_solution
 
     !> A parameter beside the offset.
     type :: estimated_parameter_t
-        character(12) :: name = ''
+        character(12) :: name = ''    !! As in the model's PARAMETER_NAMES
         real(dp) :: value = 0           !! SI units
-        real(dp) :: sigma = 0
+        real(dp) :: sigma = 0    !! Standard deviation, in the unit of the value
     end type estimated_parameter_t
 
     !> Offset and covariance, and what else the fit has found.

@@ -14,15 +14,18 @@ module gracecg_optimal_settings
     public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED
 
     character(*), parameter :: NOISE_GIVEN = 'given', NOISE_ESTIMATED = 'estimate'
+    !! Where the noise comes from: the setup, or the data
     character(*), parameter :: WAVE_NONE = 'none', WAVE_GIVEN = 'given', WAVE_SEARCHED = 'search'
+    !! The density wave: none, of the period given, or searched for
 
+    !> Settings of the estimator `optimal`.
     type :: optimal_settings_t
         character(16) :: noise = NOISE_GIVEN
         !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
         !! the setup gives as 0 is estimated in either case
-        logical :: estimate_scale_factors = .false.
-        logical :: estimate_rod_gain = .false.
-        logical :: estimate_magnetometer_bias = .false.
+        logical :: estimate_scale_factors = .false.    !! Estimate those of the accelerometer
+        logical :: estimate_rod_gain = .false.    !! Estimate it with the offset
+        logical :: estimate_magnetometer_bias = .false.    !! Estimate it with the offset
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one

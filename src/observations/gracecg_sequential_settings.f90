@@ -8,7 +8,10 @@ module gracecg_sequential_settings
     public :: sequential_settings_t, describe_sequential, ADAPTIVE, STRAIGHT_LINE, GIVEN
 
     character(*), parameter :: ADAPTIVE = 'adaptive', STRAIGHT_LINE = 'straight-line', GIVEN = 'given'
+    !! How the non-gravitational acceleration is followed: found from the data, bias and drift alone, as
+    !! given
 
+    !> Settings of the estimator `sequential`.
     type :: sequential_settings_t
         character(16) :: acceleration = ADAPTIVE
         !! Beside bias and drift: second-order Gauss-Markov processes whose size, period and damping the
