@@ -37,7 +37,7 @@ module gracecg_manoeuvre_site
         type(calibration_setup_t) :: setup          !! What the operator knows
         integer :: samples = 0                      !! n, at k h for k = 1..n
         real(dp) :: interval = 0                    !! h, s
-        type(whitener_t) :: whiteners(3)
+        type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
         real(dp) :: wave_amplitude = 0              !! Of the density wave, relative to the drag
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and

@@ -166,9 +166,10 @@ contains
         end do
         call page%end_table()
         call page%paragraph('Sigma is what the noise of accelerometer and star camera makes of the offset, by '// &
-                            'the spectra that the setup gives. It holds neither scale factors nor the bias of '// &
-                            'the magnetometer nor forces that are not a straight line in time. The 95 % '// &
-                            'intervals stand on it.')
+                            'the spectra that the setup gives (or, with `optimal`, the data where it gives none). It '// &
+                            'holds neither scale factors nor the bias of the magnetometer nor forces that are not '// &
+                            'a straight line in time, save what the fit estimates of them. The 95 % intervals '// &
+                            'stand on it.')
         call page%heading('What to do next')
         if (size(verdict%next_steps) == 0) then
             call page%paragraph('Nothing: the offset is within its errors of zero.')
@@ -364,7 +365,8 @@ contains
                             'about the third. Counted is what a component adds to an axis beyond a bias and a '// &
                             'drift of that axis, under its noise spectrum. Sigma at best is what all three axes '// &
                             'together allow if the rotation is known: no estimator gets below it, save by knowing '// &
-                            'the forces better. A sigma far above it comes from weights or from the star camera.')
+                            'the forces better. A sigma far above it comes from weights, from the star camera or '// &
+                            'from other parameters that are estimated.')
 
         call page%begin_table('Which noise the error comes from: share of the variance, %')
         call component_head('star camera', 'a-priori knowledge', 'sigma, mm')
@@ -574,6 +576,14 @@ contains
             text = 'bias '//trim(name(place + 1:))
         case ('omega')
             text = 'angular velocity '//trim(name(place + 1:))
+        case ('zeta')
+            text = 'attitude '//trim(name(place + 1:))
+        case ('torque')
+            text = 'unknown torque '//trim(name(place + 1:))
+        case ('wave')
+            text = 'density wave, '//trim(name(place + 1:))
+        case ('shared')
+            text = 'part of the disturbance in another axis, '//trim(name(place + 1:))
         case default
             text = trim(name)
         end select

@@ -55,6 +55,7 @@ module gracecg_command_design
 
 contains
 
+    !> Says what the command takes.
     subroutine declare_design(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -100,6 +101,7 @@ contains
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
     end subroutine declare_design
 
+    !> Searches or judges a manoeuvre, prints and writes it.
     subroutine run_design(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -39,6 +39,7 @@ module gracecg_command_report
 
 contains
 
+    !> Says what the command takes.
     subroutine declare_report(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -63,6 +64,7 @@ contains
                                   'machine); the numbers do not depend on it')
     end subroutine declare_report
 
+    !> Computes the chapters and writes the page.
     subroutine run_report(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

@@ -31,6 +31,7 @@ module gracecg_report_chapter_accuracy
 
 contains
 
+    !> Adds the chapter on the accuracy of the estimates.
     subroutine add_accuracy_chapter(book, console, error)
         type(report_book_t), intent(inout) :: book
         type(console_t), intent(inout) :: console

@@ -14,6 +14,7 @@ module gracecg_fit_record
     integer, parameter :: A_PRIORI_KNOWLEDGE = 5
     !! Its place: errors of what `optimal` and `sequential` know of parameters beforehand
 
+    !> Series and covariances of one fit.
     type :: fit_record_t
         real(dp) :: interval = 0                    !! h of the accelerometer, s
         integer, allocatable :: epoch(:)
@@ -28,7 +29,7 @@ module gracecg_fit_record
         !! first 3 x 3 block is that of the solution
         real(dp) :: covariance_by_source(3, 3, NOISE_SOURCES) = 0
         !! What of the offset's covariance comes from which noise, m^2; together the whole
-        logical :: torque_checked = .false.
+        logical :: torque_checked = .false.    !! The torque was compared with the rotation seen
         real(dp) :: torque_factor = 1               !! Of the rods' torque that would fit best
         real(dp) :: torque_sigma = 0                !! Its standard deviation
         real(dp) :: attitude_misfit = 0

@@ -27,16 +27,18 @@ module gracecg_fit_verdict
     real(dp), parameter :: MILLIMETRES = 1e3_dp
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
+    !> One thing that was examined.
     type :: finding_t
-        integer :: grade = GRADE_GOOD
+        integer :: grade = GRADE_GOOD    !! One of the grades above
         character(:), allocatable :: subject    !! What was examined
         character(:), allocatable :: text       !! What was found, with figures
     end type finding_t
 
+    !> The findings and what follows from them.
     type :: verdict_t
         integer :: grade = GRADE_GOOD                   !! The worst of the findings
         character(:), allocatable :: summary            !! One sentence
-        type(finding_t), allocatable :: findings(:)
+        type(finding_t), allocatable :: findings(:)    !! In the order of examination
         type(string_t), allocatable :: next_steps(:)    !! What to do, the first thing first
     end type verdict_t
 
