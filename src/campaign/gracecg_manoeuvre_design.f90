@@ -34,11 +34,7 @@ module gracecg_manoeuvre_design
         !! Sine, cosine (a sine with another phase), tapered, square
         real(dp) :: taper = 5                       !! Of tapered waveforms, s
         real(dp) :: rise_time = 1                   !! Of square waves, s
-<<<<<<< HEAD
         integer :: threads = 1                      !! Of the search
-=======
-        integer :: threads = 1    !! In parallel
->>>>>>> clean
     end type design_settings_t
 
     !> A manoeuvre in the numbers that the search changes.
@@ -51,11 +47,7 @@ module gracecg_manoeuvre_design
 
     !> A judged manoeuvre.
     type :: manoeuvre_design_t
-<<<<<<< HEAD
         type(torque_rods_t) :: rods                 !! Times count from the start of the calibration
-=======
-        type(torque_rods_t) :: rods    !! The manoeuvre that was found
->>>>>>> clean
         real(dp) :: sigma(3) = huge(1.0_dp)         !! Limit of every axis, the worst of the places, m
         real(dp) :: wave(3) = 0                     !! Error by the density wave likewise, m
         real(dp) :: force(3) = 0                    !! Error by curved drag and radiation likewise, m

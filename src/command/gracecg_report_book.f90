@@ -32,45 +32,23 @@ module gracecg_report_book
         type(html_page_t) :: page                       !! The chapters so far
         character(:), allocatable :: folder             !! Exists
         integer :: runs = 0                             !! Of every Monte Carlo
-<<<<<<< HEAD
-        integer :: seed = 1, threads = 1
-        type(finding_t), allocatable :: findings(:)
+        integer :: seed = 1, threads = 1                !! First seed of all Monte Carlos; threads to work on
+        type(finding_t), allocatable :: findings(:)     !! In the order of the page
         type(string_t), allocatable :: files(:)         !! Names of the CSV files
         type(string_t), allocatable :: figures(:)       !! Names of the figures' scripts
-=======
-        integer :: seed = 1, threads = 1    !! First seed; in parallel
-        type(finding_t), allocatable :: findings(:)    !! In the order of the page
-        character(80), allocatable :: files(:)          !! Names of the CSV files
-        character(40), allocatable :: figures(:)        !! Names of the figures' scripts
->>>>>>> clean
         integer :: not_drawn = 0                        !! Figures
         character(:), allocatable :: reason             !! Why the first of them is not
         logical :: gnuplot_missing = .false.    !! The page is without figures
         character(:), allocatable :: renderer           !! gnuplot and its version, when a figure is drawn
-<<<<<<< HEAD
-=======
-    contains
-        procedure :: open => open_book    !! An empty book
-        procedure :: file => file_of_book    !! The path of a CSV file, which is noted for the list of files
-        procedure :: draw    !! Draws a figure and puts it on the page
-        procedure :: find    !! Notes a line of the summary
->>>>>>> clean
     end type report_book_t
 
 contains
 
     !> An empty book.
-<<<<<<< HEAD
     subroutine open_book(book, folder, runs, seed, threads)
         type(report_book_t), intent(out) :: book
-        character(*), intent(in) :: folder
-        integer, intent(in) :: runs, seed, threads
-=======
-    subroutine open_book(self, folder, runs, seed, threads)
-        class(report_book_t), intent(out) :: self
-        character(*), intent(in) :: folder    !! For the page and its files
-        integer, intent(in) :: runs, seed, threads    !! Runs of every Monte Carlo; first seed; in parallel
->>>>>>> clean
+        character(*), intent(in) :: folder          !! For the page and its files
+        integer, intent(in) :: runs, seed, threads  !! Runs of every Monte Carlo; first seed; in parallel
 
         book%folder = folder
         book%runs = runs
@@ -83,15 +61,9 @@ contains
     end subroutine open_book
 
     !> The path of a CSV file, which is noted for the list of files.
-<<<<<<< HEAD
     function book_file(book, name) result(path)
         type(report_book_t), intent(inout) :: book
-        character(*), intent(in) :: name
-=======
-    function file_of_book(self, name) result(path)
-        class(report_book_t), intent(inout) :: self
-        character(*), intent(in) :: name    !! Without the folder
->>>>>>> clean
+        character(*), intent(in) :: name            !! Without the folder
         character(:), allocatable :: path
 
         call append(book%files, name)
@@ -157,71 +129,4 @@ contains
         length = index(svg(first:), '</') - 1
         if (length > len(SIGN)) name = 'gnuplot'//trim(svg(first + len(SIGN):first + length - 1))
     end function renderer_of
-<<<<<<< HEAD
-=======
-
-    !> A number with a fixed count of decimals, 0 before the point.
-    function fixed_text(value, decimals) result(text)
-        real(dp), intent(in) :: value    !! Any
-        integer, intent(in) :: decimals    !! Behind the point
-        character(:), allocatable :: text
-
-        character(40) :: digits
-        character(12) :: form
-
-        write (form, '(a, i0, a)') '(f40.', decimals, ')'
-        write (digits, form) value
-        text = trim(adjustl(digits))
-        if (decimals == 0) text = text(:len(text) - 1)
-        if (text(1:1) == '.') text = '0'//text
-        if (index(text, '-.') == 1) text = '-0'//text(2:)
-        if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
-    end function fixed_text
-
-    !> A number without its power of ten.
-    function scaled_text(value, exponent, decimals) result(text)
-        real(dp), intent(in) :: value    !! Any
-        integer, intent(in) :: exponent, decimals    !! Power of ten taken out; digits behind the point
-        character(:), allocatable :: text
-
-        text = fixed_text(value/10.0_dp**exponent, decimals)
-    end function scaled_text
-
-    !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
-    pure integer function decimal_exponent(value) result(exponent)
-        real(dp), intent(in) :: value    !! Any but 0
-
-        exponent = 0
-        if (abs(value) > 0) exponent = floor(log10(abs(value)*(1 + 1e-12_dp)))
-    end function decimal_exponent
-
-    !> One of two texts.
-    pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition    !! Which of the two
-        character(*), intent(in) :: if_true, if_false    !! The two
-        character(:), allocatable :: text
-
-        if (condition) then
-            text = if_true
-        else
-            text = if_false
-        end if
-    end function pick_text
-
-    !> A part of 1 as '12.3 %'.
-    function percent_text(part) result(text)
-        real(dp), intent(in) :: part    !! Of 1
-        character(:), allocatable :: text
-
-        text = fixed_text(100*part, 1)//' %'
-    end function percent_text
-
-    !> Counts as '3 of 4'.
-    function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole    !! Counts
-        character(:), allocatable :: text
-
-        text = integer_text(part)//' of '//integer_text(whole)
-    end function share_text
->>>>>>> clean
 end module gracecg_report_book

@@ -24,7 +24,8 @@ module gracecg_report_chapter_design
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_report_chapter_limit, only: MOST_LIMIT_RUNS
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, share_text, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, share_text
     implicit none
     private
     public :: add_design_chapter
@@ -136,7 +137,7 @@ contains
         type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(book%file(map_file(study%case%satellite)), 'time_s,latitude_deg,longitude_deg,'// &
+        call file%open(book_file(book, map_file(study%case%satellite)), 'time_s,latitude_deg,longitude_deg,'// &
                        'report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
                        'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', &
                        [character(120) :: 'gracecg '//VERSION//' '//COMMAND, trim(study%case%satellite)// &
@@ -169,7 +170,7 @@ contains
         character(:), allocatable :: text
 
         call case_text(study%case, text, error)
-        if (.not. allocated(error)) call file%open(book%file('designed_'//trim(study%case%satellite)//'.nml'), error)
+        if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(study%case%satellite)//'.nml'), error)
         if (allocated(error)) return
         call file%line(text)
         call file%commit(error)
@@ -221,7 +222,7 @@ contains
         character(8) :: labels(2)
         integer :: i, axis
 
-        call file%open(book%file(RESULT_FILE), 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
+        call file%open(book_file(book, RESULT_FILE), 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
                        [character(120) :: 'gracecg '//VERSION//' '//COMMAND, 'the designed manoeuvre, '// &
                         ALGORITHM//', all errors on, seed '//integer_text(book%seed)], error)
         if (allocated(error)) return
@@ -254,7 +255,7 @@ contains
                                  'with edges of 1 s, frequencies from '//fixed_text(LOWEST_FREQUENCY, 1)// &
                                  ' to 0.2 Hz, any phases. `gracecg design` searches more widely, for one '// &
                                  'place or for all.')
-        call book%draw('figure_manoeuvre_map', map_script(studies), 'Theoretical limit of each component of the '// &
+        call add_figure(book, 'figure_manoeuvre_map', map_script(studies), 'Theoretical limit of each component of the '// &
                        'offset, and of the worst direction, for a calibration that starts there (logarithmic): '// &
                        'the report''s manoeuvre of case 1 and the designed one. Dashed: 0.01 mm.', &
                        'Limits over one revolution, report''s and designed manoeuvre', &
@@ -391,7 +392,7 @@ contains
         call book%page%verdict(kind, '0.01 mm in every axis: '//found//'.', 'RMS of '//integer_text(runs)//' runs '// &
                                'and, after the trim, of '//integer_text(REPORT_RUNS)//', which scatters by 18 %'// &
                                pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', '')//'.')
-        call book%find('beyond: design', 'designed_reached', '0.01 mm in every axis of all six cases with one '// &
+        call add_finding(book, 'beyond: design', 'designed_reached', '0.01 mm in every axis of all six cases with one '// &
                        'designed manoeuvre per satellite (the report reaches about 0.1 mm)', found, kind, &
                        pick_text(kind == VERDICT_MET, 'reached', &
                                       pick_text(kind == VERDICT_PARTLY, 'reached after a trim', 'missed')))

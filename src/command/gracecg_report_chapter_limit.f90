@@ -15,8 +15,8 @@ module gracecg_report_chapter_limit
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, pick_text, fixed_text, percent_text, share_text, &
-        COMMAND, MILLIMETRE, AXES
+    use gracecg_report_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_report_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
     public :: add_limit_chapter, MOST_LIMIT_RUNS
@@ -65,7 +65,7 @@ contains
         call book%page%paragraph('The RMS of '//integer_text(runs)//' runs scatters by '// &
                                  percent_text(sampling_error(runs))//' (one sigma): a ratio below 1 by that '// &
                                  'much is chance. All estimators see the same observations.')
-        call book%draw('figure_bound', script_of(runs, studies), 'RMS error of the CG offset divided by the '// &
+        call add_figure(book, 'figure_bound', script_of(runs, studies), 'RMS error of the CG offset divided by the '// &
                        'Cramer-Rao bound, '//integer_text(runs)//' runs, systematic errors off (logarithmic). '// &
                        'Vertical lines: one sigma of the sampling error.', &
                        'RMS error of every estimator relative to the bound', &
@@ -129,7 +129,7 @@ contains
         character(16) :: labels(3)
         integer :: i, a, axis
 
-        call file%open(book%file(BOUND_FILE), 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
+        call file%open(book_file(book, BOUND_FILE), 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
                        [character(120) :: 'gracecg '//VERSION//' '//COMMAND, 'seed '//integer_text(book%seed)// &
                         '; systematic errors off; sampling_error: one sigma of the ratio'], error)
         if (allocated(error)) return
@@ -213,7 +213,7 @@ contains
                                    pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', &
                                              '')//'.')
             if (kind == VERDICT_NONE) cycle
-            call book%find('beyond: limit', 'bound_table', name//' reaches the Cramer-Rao bound (the report has '// &
+            call add_finding(book, 'beyond: limit', 'bound_table', name//' reaches the Cramer-Rao bound (the report has '// &
                            'none)', share_text(reached, size(ratios))//' RMS errors within three sigma of '// &
                            'the bound; ratios '//range, kind, pick_text(kind == VERDICT_MET, 'reached', 'missed'))
         end do

@@ -8,16 +8,9 @@ module gracecg_sequential_settings
     public :: sequential_settings_t, describe_sequential, ADAPTIVE, STRAIGHT_LINE, GIVEN
 
     character(*), parameter :: ADAPTIVE = 'adaptive', STRAIGHT_LINE = 'straight-line', GIVEN = 'given'
-<<<<<<< HEAD
     !! Values of `acceleration`
 
     !> The settings of group `sequential`.
-=======
-    !! How the non-gravitational acceleration is followed: found from the data, bias and drift alone, as
-    !! given
-
-    !> Settings of the estimator `sequential`.
->>>>>>> clean
     type :: sequential_settings_t
         character(16) :: acceleration = ADAPTIVE
         !! Beside bias and drift: second-order Gauss-Markov processes whose size, period and damping the
