@@ -277,8 +277,8 @@ contains
         end function derivative
     end subroutine fly_manoeuvre
 
-    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit. A manoeuvre that leaves a direction unseen
-    !> gets huge(1.0) for all sigmas.
+    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit. A
+    !> manoeuvre that leaves a direction unseen gets huge(1.0) for all of them.
     pure subroutine evaluate_manoeuvre(view, site, rods, quality)
         type(accelerometer_view_t), intent(in) :: view
         type(manoeuvre_site_t), intent(in) :: site
