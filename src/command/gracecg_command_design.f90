@@ -34,7 +34,7 @@ module gracecg_command_design
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
     real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
     real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
-    real(dp), parameter :: DURATION_STEP = 5            !! Of the shortest arc, s
+    real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
@@ -78,7 +78,7 @@ contains
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
-        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 5 s up to the '// &
+        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
                                   'duration, whose worst axis is at most this')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them '// &
                                   '(default xyz)')
