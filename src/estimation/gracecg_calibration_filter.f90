@@ -220,13 +220,13 @@ contains
                 call smoother%step_back(filter)
             end do
             associate (h => filter%process%output, row => problem%acceleration(:, i, axis))
-                g = row(:problem%m) + matmul(h, smoother%gain)
+                g = row(:problem%m) + matmul(smoother%gain, h)
                 v = dot_product(h, matmul(smoother%covariance, h))
                 do j = 1, problem%m
                     spread_g = dot_product(g(:j), root(:j, j))
                     v = v + spread_g**2
                 end do
-                p = smoother%mean + matmul(smoother%gain, y)
+                p = smoother%mean + matmul(y, smoother%gain)
                 disturbance(i) = dot_product(signal, p)
                 residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
                 if (problem%kept(i, axis)) then

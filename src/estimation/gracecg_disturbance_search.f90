@@ -178,6 +178,15 @@ contains
         call improve_frequency(best, value, shift)
         call improve_frequency(best, value, shift/4)
         call improve_frequency(best, value, shift/16)
+        ! a tone whose frequency was not yet right may have lost against a wander
+        trial = best
+        trial%damping = DAMPINGS(1)
+        call evaluate(trial, trial_value)
+        call improve_frequency(trial, trial_value, shift/4)
+        if (trial_value < value) then
+            value = trial_value
+            best = trial
+        end if
         call improve(DAMPING, FINER*FINER, best, value)
         call improve(SIZE_OF, FINER, best, value)
 

@@ -23,26 +23,46 @@ contains
         real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
         real(dp), intent(out) :: log_variance           !! Sum of the logarithms of the innovations' variances
 
-        real(dp) :: state(size(rows, 1), process%n), covariance(process%n, process%n)
-        real(dp) :: noise(process%n, process%n), gain(process%n), variance
-        integer :: i, j, k, n
-
-        n = process%n
         log_variance = 0
+        call whiten_sized(process%n, size(rows, 1), size(epoch), process, epoch, kept, rows, whitened, log_variance)
+    end subroutine whiten_by_process
+
+    !> The work of whiten_by_process, with sizes that the compiler sees.
+    pure subroutine whiten_sized(n, values, samples, process, epoch, kept, rows, whitened, log_variance)
+        integer, intent(in) :: n, values, samples
+        type(gauss_markov_t), intent(in) :: process
+        integer, intent(in) :: epoch(samples)
+        logical, intent(in) :: kept(samples)
+        real(dp), intent(in) :: rows(values, samples)
+        real(dp), intent(out) :: whitened(values, samples)
+        real(dp), intent(inout) :: log_variance
+
+        real(dp) :: state(values, n), covariance(n, n), noise(n, n), gain(n), variance
+        real(dp) :: below(n), on(n), above(n)           ! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
+        integer :: i, j, k
+
+        call diagonals(n, process%transition, below, on, above)
         state = 0
         covariance = process%covariance
         noise = matmul(process%noise_root, transpose(process%noise_root))
-        do i = 1, size(epoch)
+        do i = 1, samples
             if (i > 1) then
                 do k = epoch(i - 1) + 1, epoch(i)
-                    call transit(process, noise, state, covariance)
+                    call times_transition(values, n, below, on, above, state)
+                    call times_transition(n, n, below, on, above, covariance)       ! P Phi^T
+                    covariance = transpose(covariance)                              ! Phi P
+                    call times_transition(n, n, below, on, above, covariance)
+                    covariance = covariance + noise
                 end do
             end if
             if (.not. kept(i)) then
                 whitened(:, i) = 0
                 cycle
             end if
-            gain = matmul(covariance, process%output)
+            gain = 0
+            do j = 1, n
+                if (abs(process%output(j)) > 0) gain = gain + process%output(j)*covariance(:, j)
+            end do
             variance = 1 + dot_product(process%output, gain)
             gain = gain/variance
             whitened(:, i) = rows(:, i)
@@ -51,45 +71,49 @@ contains
             end do
             do j = 1, n
                 state(:, j) = state(:, j) + gain(j)*whitened(:, i)
-                covariance(:, j) = covariance(:, j) - variance*gain(j)*gain
+                covariance(:, j) = covariance(:, j) - (variance*gain(j))*gain
             end do
             whitened(:, i) = whitened(:, i)/sqrt(variance)
             log_variance = log_variance + log(variance)
         end do
-    end subroutine whiten_by_process
+    end subroutine whiten_sized
 
-    !> State and covariance at the next epoch.
-    pure subroutine transit(process, noise, state, covariance)
-        type(gauss_markov_t), intent(in) :: process
-        real(dp), intent(in) :: noise(:, :)             !! Q
-        real(dp), intent(inout) :: state(:, :)          !! (values, n)
-        real(dp), intent(inout) :: covariance(:, :)     !! n x n
+    !> The three diagonals of a transition matrix.
+    pure subroutine diagonals(n, phi, below, on, above)
+        integer, intent(in) :: n
+        real(dp), intent(in) :: phi(n, n)
+        real(dp), intent(out) :: below(n), on(n), above(n)
 
-        call times_transition(process%transition, state)
-        call times_transition(process%transition, covariance)       ! P Phi^T
-        covariance = transpose(covariance)                          ! Phi P
-        call times_transition(process%transition, covariance)
-        covariance = covariance + noise
-    end subroutine transit
+        integer :: j
 
-    !> a Phi^T in place of a, for a tridiagonal Phi.
-    pure subroutine times_transition(phi, a)
-        real(dp), intent(in) :: phi(:, :)
-        real(dp), intent(inout) :: a(:, :)              !! (anything, n)
+        below = 0
+        above = 0
+        do j = 1, n
+            on(j) = phi(j, j)
+            if (j > 1) below(j) = phi(j, j - 1)
+            if (j < n) above(j) = phi(j, j + 1)
+        end do
+    end subroutine diagonals
 
-        real(dp) :: before(size(a, 1)), now(size(a, 1))
-        integer :: j, n
+    !> a Phi^T in place of a.
+    pure subroutine times_transition(rows, n, below, on, above, a)
+        integer, intent(in) :: rows, n
+        real(dp), intent(in) :: below(n), on(n), above(n)   !! Diagonals of Phi
+        real(dp), intent(inout) :: a(rows, n)
 
-        n = size(a, 2)
+        real(dp) :: before(rows), now(rows)
+        integer :: j
+
         do j = 1, n
             now = a(:, j)
-            a(:, j) = phi(j, j)*now
-            if (j > 1) then
-                if (abs(phi(j, j - 1)) > 0) a(:, j) = a(:, j) + phi(j, j - 1)*before
+            if (abs(below(j)) > 0) then
+                a(:, j) = on(j)*now + below(j)*before
+            else if (abs(above(j)) > 0) then
+                a(:, j) = on(j)*now + above(j)*a(:, j + 1)
+            else
+                a(:, j) = on(j)*now
             end if
-            if (j < n) then
-                if (abs(phi(j, j + 1)) > 0) a(:, j) = a(:, j) + phi(j, j + 1)*a(:, j + 1)
-            end if
+            if (abs(below(j)) > 0 .and. abs(above(j)) > 0) a(:, j) = a(:, j) + above(j)*a(:, j + 1)
             before = now
         end do
     end subroutine times_transition

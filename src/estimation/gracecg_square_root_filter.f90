@@ -75,11 +75,11 @@ module gracecg_square_root_filter
         real(dp) :: variance = 0        !! Of that, the observation's own (1) included
     end type innovation_t
 
-    !> The process at one epoch given all observations: p = mean + gain y + noise of covariance C.
+    !> The process at one epoch given all observations: p = mean + gain^T y + noise of covariance C.
     type :: process_smoother_t
         integer :: step = 0                         !! The epoch, in intervals since the start
         real(dp), allocatable :: mean(:)            !! (n), for y = 0
-        real(dp), allocatable :: gain(:, :)         !! (n, m)
+        real(dp), allocatable :: gain(:, :)         !! (m, n): column i belongs to state i
         real(dp), allocatable :: covariance(:, :)   !! C, given y: n x n
     contains
         procedure :: step_back
@@ -117,7 +117,7 @@ contains
         self%row = row
         do i = 1, self%n
             if (.not. abs(self%row(i)) > 0) cycle
-            radius = hypot(self%array(i, i), self%row(i))
+            radius = sqrt(self%array(i, i)**2 + self%row(i)**2)
             c = self%array(i, i)/radius
             s = self%row(i)/radius
             do j = i, self%n + 1
@@ -269,7 +269,7 @@ contains
         gain = 1
         do i = 1, n
             if (.not. abs(self%row(i)) > 0) cycle
-            radius = hypot(self%array(i, i), self%row(i))
+            radius = sqrt(self%array(i, i)**2 + self%row(i)**2)
             c = self%array(i, i)/radius
             s = self%row(i)/radius
             gain = gain*abs(c)
@@ -399,20 +399,20 @@ contains
         type(process_filter_t), intent(in) :: filter
         type(process_smoother_t), intent(out) :: smoother
 
-        real(dp) :: solved(filter%n, filter%n + filter%m + 1)
+        real(dp) :: solved(filter%n + filter%m + 1, filter%n)
         integer :: i, n
 
         n = filter%n
         solved = 0
         do i = 1, n
             solved(i, i) = 1
-            solved(i, n + 1:) = filter%array(n + 1:, i)
+            solved(n + 1:, i) = filter%array(n + 1:, i)
         end do
-        call back_substitute(filter%array(:n, :), solved)
+        call back_substitute(n, n + filter%m + 1, filter%array, solved)
         smoother%step = filter%step
-        smoother%covariance = matmul(solved(:, :n), transpose(solved(:, :n)))
-        smoother%gain = -solved(:, n + 1:n + filter%m)
-        smoother%mean = solved(:, n + filter%m + 1)
+        smoother%covariance = matmul(transpose(solved(:n, :)), solved(:n, :))
+        smoother%gain = -solved(n + 1:n + filter%m, :)
+        smoother%mean = solved(n + filter%m + 1, :)
     end subroutine start_smoother
 
     !> One epoch back, after Dyer and McReynolds (Bierman, section X.2): the kept rows give w from
@@ -423,57 +423,68 @@ contains
         class(process_smoother_t), intent(inout) :: self
         type(process_filter_t), intent(in) :: filter
 
-        real(dp) :: solved(filter%n, 2*filter%n + filter%m + 1), moved(filter%n, 2*filter%n + filter%m + 1)
-        integer :: i, n, m
-
-        n = filter%n
-        m = filter%m
-        associate (kept => filter%history(:, :, self%step))
-            solved = 0
-            do i = 1, n                             ! [I  R_wp  R_wy  z_w]
-                solved(i, i) = 1
-                solved(i, n + 1:) = kept(n + 1:, i)
-            end do
-            call back_substitute(kept(:n, :), solved)
-        end associate
-        moved = multiplied(filter%left, solved)     ! Phi^-1 L R_w^-1 [I  R_wp  R_wy  z_w]
-        moved(:, n + 1:2*n) = moved(:, n + 1:2*n) + filter%process%inverse_transition
-        associate (back => moved(:, n + 1:2*n))
-            self%mean = matmul(back, self%mean) - moved(:, 2*n + m + 1)
-            self%gain = multiplied(back, self%gain) + moved(:, 2*n + 1:2*n + m)
-            self%covariance = multiplied(multiplied(back, self%covariance), transpose(back)) + &
-                              multiplied(moved(:, :n), transpose(moved(:, :n)))
-        end associate
+        call step_back_sized(filter%n, filter%m, 2*filter%n + filter%m + 1, filter%history(:, :, self%step), &
+                             filter%left, filter%process%inverse_transition, self%mean, self%gain, &
+                             self%covariance)
         self%step = self%step - 1
     end subroutine step_back
 
-    !> Solves R x = b for every column of b; column i of `rows` is row i of R.
-    pure subroutine back_substitute(rows, b)
-        real(dp), intent(in) :: rows(:, :)
-        real(dp), intent(inout) :: b(:, :)
+    !> The work of step_back, with sizes that the compiler sees. Rows of matrices are columns here.
+    pure subroutine step_back_sized(n, m, columns, kept, left, inverse_transition, mean, gain, covariance)
+        integer, intent(in) :: n, m, columns                !! columns = 2n + m + 1
+        real(dp), intent(in) :: kept(columns, n)
+        real(dp), intent(in) :: left(n, n)                  !! Phi^-1 L
+        real(dp), intent(in) :: inverse_transition(n, n)    !! Phi^-1
+        real(dp), intent(inout) :: mean(n), gain(m, n), covariance(n, n)
 
-        integer :: i, j, n
+        real(dp) :: solved(columns, n), moved(columns, n), new_mean(n), new_gain(m, n), product(n, n)
+        integer :: i, k
 
-        n = size(b, 1)
-        do j = 1, size(b, 2)
-            do i = n, 1, -1
-                b(i, j) = (b(i, j) - dot_product(rows(i + 1:n, i), b(i + 1:, j)))/rows(i, i)
+        do i = 1, n                             ! [I  R_wp  R_wy  z_w], then R_w^-1 times it
+            solved(:n, i) = 0
+            solved(i, i) = 1
+            solved(n + 1:, i) = kept(n + 1:, i)
+        end do
+        call back_substitute(n, columns, kept, solved)
+        moved = 0                               ! Phi^-1 L R_w^-1 [I  R_wp  R_wy  z_w]
+        do i = 1, n
+            do k = 1, n
+                if (abs(left(i, k)) > 0) moved(:, i) = moved(:, i) + left(i, k)*solved(:, k)
             end do
+            moved(n + 1:2*n, i) = moved(n + 1:2*n, i) + inverse_transition(i, :)
+        end do
+        do i = 1, n
+            new_mean(i) = -moved(columns, i)
+            new_gain(:, i) = moved(2*n + 1:2*n + m, i)
+            product(:, i) = 0
+            do k = 1, n
+                associate (back => moved(n + k, i))
+                    new_mean(i) = new_mean(i) + back*mean(k)
+                    new_gain(:, i) = new_gain(:, i) + back*gain(:, k)
+                    product(:, i) = product(:, i) + back*covariance(:, k)
+                end associate
+            end do
+        end do
+        mean = new_mean
+        gain = new_gain
+        covariance = matmul(transpose(product), moved(n + 1:2*n, :)) + &
+                     matmul(transpose(moved(:n, :)), moved(:n, :))
+    end subroutine step_back_sized
+
+    !> Solves R x = b for several b at once: column i of `rows` is row i of R, column i of `b` holds the
+    !> elements i of all b.
+    pure subroutine back_substitute(n, columns, rows, b)
+        integer, intent(in) :: n, columns
+        real(dp), intent(in) :: rows(:, :)          !! (at least n, n)
+        real(dp), intent(inout) :: b(columns, n)
+
+        integer :: i, k
+
+        do i = n, 1, -1
+            do k = i + 1, n
+                b(:, i) = b(:, i) - rows(k, i)*b(:, k)
+            end do
+            b(:, i) = b(:, i)/rows(i, i)
         end do
     end subroutine back_substitute
-
-    !> a b for small matrices with many zeros.
-    pure function multiplied(a, b) result(c)
-        real(dp), intent(in) :: a(:, :), b(:, :)
-        real(dp) :: c(size(a, 1), size(b, 2))
-
-        integer :: i, j
-
-        c = 0
-        do j = 1, size(b, 2)
-            do i = 1, size(a, 2)
-                if (abs(b(i, j)) > 0) c(:, j) = c(:, j) + a(:, i)*b(i, j)
-            end do
-        end do
-    end function multiplied
 end module gracecg_square_root_filter

@@ -19,9 +19,9 @@ module gracecg_sequential_settings
         real(dp) :: process_period = 12             !! Of its undamped oscillation, s
         real(dp) :: process_damping = 1             !! Its damping ratio, 0 < zeta <= 1
         real(dp) :: likelihood_gain = 10            !! Of 2 ln L, that an adaptive process must bring
-        real(dp) :: shared_part = 0.03_dp
+        real(dp) :: shared_part = 0.015_dp
         !! Of the process found in one axis the others see a part, as drag acts along the airflow. Its
-        !! standard deviation about that of the air that turns with the Earth: wind of 200 m/s makes 0.03
+        !! standard deviation about that of the air that turns with the Earth: wind of 115 m/s makes 0.015
         real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
     end type sequential_settings_t
 

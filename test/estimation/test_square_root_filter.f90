@@ -223,8 +223,8 @@ contains
         call start_smoother(filter, smoother)
         do k = filter%step, 0, -1
             associate (h => filter%process%output)
-                output(k) = dot_product(h, smoother%mean + matmul(smoother%gain, y))
-                through = matmul(matmul(h, smoother%gain), root)
+                output(k) = dot_product(h, smoother%mean + matmul(y, smoother%gain))
+                through = matmul(matmul(smoother%gain, h), root)
                 output_variance(k) = dot_product(h, matmul(smoother%covariance, h)) + sum(through**2)
             end associate
             if (k > 0) call smoother%step_back(filter)
@@ -351,7 +351,7 @@ contains
             call run_filter(example_process(), observed, k, filter, constants)
             call start_smoother(filter, now)
             root = constants%inverse_root()
-            through = matmul(matmul(filter%process%output, now%gain), root)
+            through = matmul(matmul(now%gain, filter%process%output), root)
             filtered_variance = dot_product(filter%process%output, &
                                             matmul(now%covariance, filter%process%output)) + sum(through**2)
             call check(error, smoothed_variance(k) <= filtered_variance*(1 + 1e-10_dp), 'smoother against filter')
