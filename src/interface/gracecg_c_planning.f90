@@ -216,7 +216,7 @@ contains
         call plan_manoeuvre(case, settings%start, &
                             design_settings_t(settings%rod_used /= 0, settings%amplitude, settings%lowest_frequency, &
                                               settings%highest_frequency, settings%waveform_used /= 0, &
-                                              settings%taper, settings%rise_time, settings%threads), &
+                                              settings%taper, settings%rise_time, threads=settings%threads), &
                             planned, design, failure)
         call pass_on(failure, status, error)
         if (status == STATUS_OK) call keep_case(planned, planned_handle, status, error)
