@@ -10,8 +10,8 @@ contains
 
     !> A number with a fixed count of decimals, 0 before the point.
     function fixed_text(value, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: decimals
+        real(dp), intent(in) :: value           !! Any
+        integer, intent(in) :: decimals         !! Digits behind the point, 0 and more
         character(:), allocatable :: text
 
         character(40) :: digits
@@ -28,8 +28,9 @@ contains
 
     !> A number without its power of ten.
     function scaled_text(value, exponent, decimals) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: exponent, decimals
+        real(dp), intent(in) :: value           !! Any
+        integer, intent(in) :: exponent         !! Of the power of ten that is taken out
+        integer, intent(in) :: decimals         !! Digits behind the point, 0 and more
         character(:), allocatable :: text
 
         text = fixed_text(value/10.0_dp**exponent, decimals)
@@ -37,7 +38,7 @@ contains
 
     !> The power of ten of a number: floor(log10(abs(value))), 0 for 0.
     pure integer function decimal_exponent(value) result(exponent)
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value           !! Any
 
         exponent = 0
         if (abs(value) > 0) exponent = floor(log10(abs(value)*(1 + 1e-12_dp)))
@@ -45,8 +46,8 @@ contains
 
     !> One of two texts.
     pure function pick_text(condition, if_true, if_false) result(text)
-        logical, intent(in) :: condition
-        character(*), intent(in) :: if_true, if_false
+        logical, intent(in) :: condition                !! Which of the two
+        character(*), intent(in) :: if_true, if_false   !! The two
         character(:), allocatable :: text
 
         if (condition) then
@@ -56,15 +57,17 @@ contains
         end if
     end function pick_text
 
+    !> A part of 1 as '12.3 %'.
     function percent_text(part) result(text)
-        real(dp), intent(in) :: part
+        real(dp), intent(in) :: part            !! Of 1
         character(:), allocatable :: text
 
         text = fixed_text(100*part, 1)//' %'
     end function percent_text
 
+    !> Counts as '3 of 4'.
     function share_text(part, whole) result(text)
-        integer, intent(in) :: part, whole
+        integer, intent(in) :: part, whole      !! Counts
         character(:), allocatable :: text
 
         text = integer_text(part)//' of '//integer_text(whole)
