@@ -65,7 +65,7 @@ contains
         if (.not. all(setup%star_camera_sigma > 0)) &
             call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
                      '(noise_about_axes): the sigmas leave it out')
-        verdict%summary = summary_of(solution, diagnostics, verdict)
+        call summarise(solution, diagnostics, verdict)
         call advise(setup, solution, diagnostics, verdict)
     end function judge
 
@@ -100,11 +100,11 @@ contains
         end if
         if (solution%condition <= POOR_CONDITION) then
             call add(verdict, GRADE_GOOD, 'Condition', 'condition number '// &
-                     power_text(solution%condition)//' of the normal matrix with unit diagonal (up to '// &
-                     power_text(POOR_CONDITION)//' is harmless)')
+                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal (up to '// &
+                     trim(power_text(POOR_CONDITION))//' is harmless)')
         else
             call add(verdict, GRADE_DOUBTFUL, 'Condition', 'condition number '// &
-                     power_text(solution%condition)//' of the normal matrix with unit diagonal: more than '// &
+                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal: more than '// &
                      'half of the digits are lost, some combination of the parameters is hardly observable')
         end if
     end subroutine judge_solution
@@ -123,13 +123,13 @@ contains
         associate (d => diagnostics, long => diagnostics%ellipsoid%semi_axis(1))
             figures = 'sigma '//rounded_text(MILLIMETRES*d%sigma(1), 3)//', '// &
                 rounded_text(MILLIMETRES*d%sigma(2), 3)//', '//rounded_text(MILLIMETRES*d%sigma(3), 3)//' mm in x, y, z; '// &
-                'worst direction '//direction_text(d%ellipsoid%direction(:, 1))//' with '// &
+                'worst direction '//trim(direction_text(d%ellipsoid%direction(:, 1)))//' with '// &
                 rounded_text(MILLIMETRES*long, 3)//' mm'
             if (all(d%sigma <= WANTED_ACCURACY)) then
                 call add(verdict, GRADE_GOOD, 'Accuracy', figures//'; wanted are '// &
                          rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
             else
-                call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//listed(d%sigma > WANTED_ACCURACY)// &
+                call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//trim(listed(d%sigma > WANTED_ACCURACY))// &
                          trim(merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1))// &
                          ' not determined to the wanted '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
             end if
@@ -207,12 +207,13 @@ contains
         call add(verdict, merge(GRADE_GOOD, GRADE_DOUBTFUL, record%attitude_misfit <= MISFITTING), 'Attitude', text)
     end subroutine judge_torque
 
-    function summary_of(solution, diagnostics, verdict) result(text)
+    !> The verdict in one sentence.
+    subroutine summarise(solution, diagnostics, verdict)
         type(calibration_solution_t), intent(in) :: solution
         type(fit_diagnostics_t), intent(in) :: diagnostics
-        type(verdict_t), intent(in) :: verdict
-        character(:), allocatable :: text
+        type(verdict_t), intent(inout) :: verdict
 
+        character(:), allocatable :: text
         logical :: determined(3)
 
         determined = diagnostics%sigma <= WANTED_ACCURACY
@@ -223,16 +224,18 @@ contains
         else if (all(determined)) then
             text = 'All three components are determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better'
         else if (any(determined)) then
-            text = listed(determined)//trim(merge(' is ', ' are', count(determined) == 1))// &
+            text = trim(listed(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
                 ' determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better, '// &
-                listed(.not. determined)//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
+                trim(listed(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
         else
             text = 'No component is determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm'
         end if
-        if (verdict%grade == GRADE_BAD) return
-        if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
-        text = text//'.'
-    end function summary_of
+        if (verdict%grade /= GRADE_BAD) then
+            if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
+            text = text//'.'
+        end if
+        verdict%summary = text
+    end subroutine summarise
 
     !> What to do next.
     subroutine advise(setup, solution, diagnostics, verdict)
@@ -264,18 +267,18 @@ contains
                 if (.not. moved(axis)) cycle
                 if (moves /= '') moves = moves//', '
                 if (moments /= '') moments = moments//', '
-                moves = moves//signed(MILLIMETRES*solution%offset(axis))//' mm along '//AXES(axis)
-                moments = moments//signed(MILLIMETRES*setup%mass*solution%offset(axis))//' kg mm'
+                moves = moves//trim(signed(MILLIMETRES*solution%offset(axis)))//' mm along '//AXES(axis)
+                moments = moments//trim(signed(MILLIMETRES*setup%mass*solution%offset(axis)))//' kg mm'
             end do
             call append(verdict%next_steps, 'Trim: move the centre of mass by '//moves// &
                         ' (towards the proof mass; the offset changes by the negative of it). With '// &
                         rounded_text(setup%mass, 4)//' kg these are mass moments of '//moments//'.')
         end if
         if (any(determined .and. .not. moved)) &
-            call append(verdict%next_steps, 'Leave '//listed(determined .and. .not. moved)//' as it is: within '// &
+            call append(verdict%next_steps, 'Leave '//trim(listed(determined .and. .not. moved))//' as it is: within '// &
                         rounded_text(NOT_ZERO, 2)//' sigma of zero.')
         if (.not. all(determined)) &
-            call append(verdict%next_steps, 'Repeat for '//listed(.not. determined)//': this manoeuvre at this '// &
+            call append(verdict%next_steps, 'Repeat for '//trim(listed(.not. determined))//': this manoeuvre at this '// &
                         'place hardly shows it. Choose a place where the angular acceleration has another '// &
                         'direction (`gracecg timing`), or drive the rods out of phase, and calibrate again. '// &
                         'Do not trim what is not determined.')
@@ -290,30 +293,28 @@ contains
                         'sigmas and the error of the mass balancing.')
     end subroutine advise
 
-    !> A number with its sign.
-    function signed(value) result(text)
+    !> A number with its sign, filled up with blanks.
+    pure function signed(value) result(text)
         real(dp), intent(in) :: value
-        character(:), allocatable :: text
+        character(24) :: text
 
         text = rounded_text(value, 3)
-        if (value > 0) text = '+'//text
+        if (value > 0) text = '+'//rounded_text(value, 3)
     end function signed
 
-    !> '4.9E+03'.
-    function power_text(value) result(text)
+    !> '4.9E+03', filled up with blanks.
+    pure function power_text(value) result(text)
         real(dp), intent(in) :: value
-        character(:), allocatable :: text
+        character(12) :: text
 
-        character(12) :: buffer
-
-        write (buffer, '(es12.1)') value
-        text = trim(adjustl(buffer))
+        write (text, '(es12.1)') value
+        text = adjustl(text)
     end function power_text
 
-    !> The axes that are chosen: 'x', 'x and z'.
-    function listed(chosen) result(text)
+    !> The axes that are chosen: 'x', 'x and z', filled up with blanks.
+    pure function listed(chosen) result(text)
         logical, intent(in) :: chosen(3)
-        character(:), allocatable :: text
+        character(len('x, y and z')) :: text
 
         type(string_t), allocatable :: names(:)
         integer :: axis
@@ -332,29 +333,25 @@ contains
         end select
     end function listed
 
-    function direction_text(direction) result(text)
+    !> '(0.99, -0.01, 0.05)', filled up with blanks.
+    pure function direction_text(direction) result(text)
         real(dp), intent(in) :: direction(3)
-        character(:), allocatable :: text
+        character(26) :: text
 
         character(26) :: buffer
+        integer :: i, n
 
         write (buffer, '("(", f5.2, ", ", f5.2, ", ", f5.2, ")")') &
             merge(direction, 0.0_dp, abs(direction) >= 0.005_dp)
-        text = without_blanks(trim(buffer))
-
-    contains
-
-        !> '( 0.99, -0.01,  0.05)' without the padding.
-        function without_blanks(padded_text) result(shorter)
-            character(*), intent(in) :: padded_text
-            character(:), allocatable :: shorter
-            integer :: i
-
-            shorter = ''
-            do i = 1, len(padded_text)
-                if (padded_text(i:i) /= ' ') shorter = shorter//padded_text(i:i)
-                if (padded_text(i:i) == ',') shorter = shorter//' '
-            end do
-        end function without_blanks
+        text = ''
+        n = 0
+        do i = 1, len_trim(buffer)
+            if (buffer(i:i) == ' ') then
+                if (i == 1) cycle
+                if (buffer(i - 1:i - 1) /= ',') cycle   ! padding of a number
+            end if
+            n = n + 1
+            text(n:n) = buffer(i:i)
+        end do
     end function direction_text
 end module gracecg_fit_verdict
