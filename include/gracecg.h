@@ -1,6 +1,7 @@
 /*
  * gracecg.h - the C interface of gracecg: models of a GRACE-type satellite's environment and forces,
- * propagation, simulation of a centre-of-gravity calibration, and its estimation.
+ * propagation, simulation of a centre-of-gravity calibration, its estimation, the least error that an
+ * estimate can have, and the planner of the manoeuvre.
  *
  * Conventions, for every function:
  *
@@ -420,6 +421,10 @@ gracecg_status gracecg_observations_orbit(const gracecg_observations *observatio
 
 /* ------------------------------------------------------------------ estimation */
 
+/* Room for the parameters beside the offset, and for a name with its closing zero. */
+#define GRACECG_MOST_PARAMETERS 16
+#define GRACECG_NAME_SIZE 16
+
 /* The result of an estimator. */
 typedef struct gracecg_solution {
     double offset[3];           /* d, from the centre of mass to the proof mass, body axes, m */
@@ -431,18 +436,113 @@ typedef struct gracecg_solution {
     double angular_velocity[3]; /* at the epoch, body axes, rad/s */
     double residual_rms[3];     /* of the accelerometer, m/s^2 */
     double condition;           /* number of the scaled normal matrix */
+    /* From here to `edited`: of "optimal" and "sequential", 0 of the others */
+    double variance_factor;     /* weighted squares of the residuals over their redundancy; 1 if model
+                                   and noise hold */
+    double noise_level[3];      /* of the accelerometer, that the estimator weighted with, m^2 s^-4/Hz */
+    double noise_corner[3];     /* Hz */
+    double star_camera_sigma[3];/* about camera x, y, boresight, rad */
+    double parameter_value[GRACECG_MOST_PARAMETERS];    /* beside the offset: unmodelled torque, and what */
+    double parameter_sigma[GRACECG_MOST_PARAMETERS];    /* group `optimal` of the setup asks for; SI units */
+    char parameter_name[GRACECG_MOST_PARAMETERS][GRACECG_NAME_SIZE];
+    int32_t parameter_count;
+    int32_t edited[2];          /* samples left out: accelerometer (by axis), star camera */
     int32_t iterations;
     int32_t converged;          /* 1 or 0 */
     int32_t warning_count;      /* what was bridged, and what casts doubt on the fit */
-    int32_t reserved;           /* 0 */
 } gracecg_solution;
 
-/* Estimates the offset from observations alone, by an algorithm of gracecg_algorithm_name. warnings[size]
-   (or NULL with size 0) receives the warnings, each ended by a newline, cut off at the size.
+/* Estimates the offset from observations alone, by an algorithm of gracecg_algorithm_name. The settings
+   of "optimal" and "sequential" are those of the groups of these names in the setup. warnings[size] (or
+   NULL with size 0) receives the warnings, each ended by a newline, cut off at the size.
    GRACECG_NOT_CONVERGED fills the solution, which is then not to be relied upon. */
 gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observations *observations,
                                 gracecg_solution *solution, char *warnings, size_t size,
                                 gracecg_error *error);
+
+/* ------------------------------------------------------------------ the limit of an estimate */
+
+/* The least covariance of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the
+   drag a straight line in time; and what is added by what is known only within the limits of group
+   `optimal` of the case. Body axes. */
+typedef struct gracecg_bound {
+    double covariance[3][3];    /* m^2 */
+    double sigma[3];            /* square roots of its diagonal, m */
+    double principal_sigma[3];  /* square roots of its eigenvalues, ascending, m */
+    double direction[3][3];     /* unit vectors along them: direction[2] is the worst */
+    double consider_sigma[3];   /* with all that follows, m */
+    double by_source[5][3];     /* added by scale factors, rod gain, magnetometer bias, inertia and
+                                   unmodelled torque, m; 0 for what the settings estimate */
+} gracecg_bound;
+
+/* The bound of a case. */
+gracecg_status gracecg_case_bound(const gracecg_case *the_case, gracecg_bound *bound, gracecg_error *error);
+
+/* ------------------------------------------------------------------ planning the manoeuvre */
+
+/* The moment of a torque rod from start to stop; rods of one axis add up. */
+typedef struct gracecg_rod {
+    double amplitude;           /* A m^2 */
+    double frequency;           /* Hz */
+    double phase;               /* rad */
+    double start;               /* s from the case's epoch */
+    double stop;                /* s */
+    double taper;               /* of a smooth start and stop, s; 0: abrupt */
+    double rise_time;           /* of the edges of a square wave, s */
+    int32_t axis;               /* body axis 1, 2 or 3 */
+    int32_t waveform;           /* 1 sine, 2 cosine, 3 tapered, 4 square */
+} gracecg_rod;
+
+/* The manoeuvre of a case. `count` (or NULL) receives the number of rods' activations; with rods = NULL
+   that is all. GRACECG_BAD_SIZE when capacity < count. */
+gracecg_status gracecg_case_rods(const gracecg_case *the_case, size_t capacity, size_t *count,
+                                 gracecg_rod *rods, gracecg_error *error);
+
+/* What the planner may do. */
+typedef struct gracecg_design_settings {
+    double start;               /* of the calibration, s from the case's epoch, within one revolution */
+    double duration;            /* of the arc, 10 to 600 s */
+    double amplitude;           /* of each rod, A m^2, at most 30 */
+    double lowest_frequency;    /* Hz */
+    double highest_frequency;   /* Hz */
+    double taper;               /* of tapered waveforms, s */
+    double rise_time;           /* of square waves, s */
+    double rate_limit;          /* of the angular velocity, rad/s */
+    double pointing_limit;      /* of the turn away from the nominal attitude, rad */
+    int32_t rod_used[3];        /* along body x, y, z: 1 or 0 */
+    int32_t waveform_used[4];   /* sine, cosine, tapered, square: 1 or 0 */
+    int32_t threads;            /* 1 to 1024; the result does not depend on it */
+} gracecg_design_settings;
+
+/* A designed manoeuvre: errors of the offset in m, body axes. */
+typedef struct gracecg_design {
+    double sigma[3];            /* the limit under the accelerometer's noise */
+    double wave[3];             /* RMS error by the density wave */
+    double force[3];            /* error by drag and radiation that are not a straight line in time */
+    double worst;               /* greatest sqrt(sigma^2 + wave^2 + force^2) of the axes */
+    double rate;                /* greatest angular velocity, rad/s */
+    double excursion;           /* greatest turn away from the nominal attitude, rad */
+    int32_t evaluations;        /* of manoeuvres during the search */
+    int32_t reserved;           /* 0 */
+} gracecg_design;
+
+/* The settings of `gracecg design` for a case: its duration and limits, 30 A m^2, 0.05 to 0.2 Hz. */
+gracecg_status gracecg_design_defaults(const gracecg_case *the_case, gracecg_design_settings *settings,
+                                       gracecg_error *error);
+
+/* Searches the manoeuvre with the best worst axis for a case's satellite at one place of its orbit; takes
+   seconds. `planned` is the case with that manoeuvre at that place, a handle of its own, to be freed. */
+gracecg_status gracecg_design_manoeuvre(const gracecg_case *the_case, const gracecg_design_settings *settings,
+                                        gracecg_case **planned, gracecg_design *design,
+                                        gracecg_error *error);
+
+/* A case's manoeuvre at n places of its orbit, where a calibration starts `seconds`[n] from the epoch, at
+   most 150 revolutions after it. Each or NULL: latitude (geodetic) and longitude [n] (rad); sigma [n][3], wave
+   [n][3] and force [n][3] as in gracecg_design; standard deviation of the worst direction [n] and that
+   direction [n][3]. Where a direction stays unseen, the standard deviations are DBL_MAX. */
+gracecg_status gracecg_map(const gracecg_case *the_case, size_t n, const double *seconds, int32_t threads,
+                           double *latitude, double *longitude, double *sigma, double *worst_sigma,
+                           double *worst_direction, double *wave, double *force, gracecg_error *error);
 
 #ifdef __cplusplus
 }

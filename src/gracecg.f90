@@ -9,7 +9,10 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
-!> - estimators: `estimate_offset`
+!> - estimators: `estimate_offset`; settings of two of them: `optimal_settings_t`, `sequential_settings_t`,
+!>   components of the setup; the estimate on the way: `running_estimate_t`
+!> - the bound of an estimate: `bound_of_case`, and `bound_offset` from an information matrix
+!> - the planner of the manoeuvre: `plan_manoeuvre`, `map_case`
 !>
 !> What can fail returns `type(error_t), allocatable :: error`; nothing prints or stops. Objects are
 !> not changed by being used: threads may share them. Frames, units and shapes stand where each name
@@ -48,7 +51,7 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, dipole_moment
+        new_harmonic_manoeuvre, dipole_moment, WAVEFORM_NAMES
     use gracecg_torques, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
     use gracecg_calibration_case, only: calibration_case_t, read_case, case_from_text, case_text
@@ -72,8 +75,19 @@ module gracecg
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t, check_observations
     use gracecg_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_optimal_settings, only: optimal_settings_t
+    use gracecg_sequential_settings, only: sequential_settings_t
+    use gracecg_running_estimate, only: running_estimate_t
+    use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
     use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    ! The limit of an estimate, and the planner
+    use gracecg_offset_bound, only: offset_bound_t, bound_offset
+    use gracecg_bound, only: case_bound_t, bound_of_case, BOUND_SOURCES => SOURCES
+    use gracecg_manoeuvre_limits, only: attitude_motion_t
+    use gracecg_manoeuvre_site, only: manoeuvre_quality_t
+    use gracecg_manoeuvre_map, only: map_point_t
+    use gracecg_manoeuvre_design, only: design_settings_t, manoeuvre_design_t
+    use gracecg_planner, only: plan_manoeuvre, map_case
     implicit none
     private
 
@@ -102,6 +116,7 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, dipole_moment
+    public :: WAVEFORM_NAMES
     public :: gravity_gradient_torque
 
     public :: calibration_case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
@@ -117,5 +132,10 @@ module gracecg
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
     public :: observation_set_t, calibration_setup_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
+    public :: optimal_settings_t, sequential_settings_t, running_estimate_t, estimated_parameter_t
     public :: calibration_solution_t, estimate_offset, ESTIMATOR_NAMES
+
+    public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES
+    public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre
+    public :: map_point_t, manoeuvre_quality_t, attitude_motion_t, map_case
 end module gracecg

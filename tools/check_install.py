@@ -289,6 +289,59 @@ def check_c(here, program, expected):
         raise Failure(f"the wrong case is not explained: {output}")
 
 
+BOUND_COLUMNS = [f"sigma_{axis}_mm" for axis in "xyz"]
+
+
+def check_bound(here, program):
+    """The bound of front-2 against the command's; a case without rods is explained."""
+    output = here.output(program)
+    values = here.table("bound", "front-2", "--format", "csv")
+    compare("sigma, mm", line_with(output, "sigma"), [values[name] for name in BOUND_COLUMNS], relative=1e-8)
+    compare("worst, mm", line_with(output, "worst"), [values["worst_sigma_mm"]], relative=1e-8)
+    compare("direction", line_with(output, "along"), [values[f"worst_{axis}"] for axis in "xyz"], absolute=1e-7)
+    if "rods are off" not in output:
+        raise Failure(f"the case without rods is not explained: {output}")
+
+
+def check_design(here, program):
+    """The manoeuvre, its errors and its map against the command's, and the bound of the planned case
+    against that of the case file that the command writes."""
+    output = here.output(program)
+    values = here.table("design", "--case", "front-2", "--waveforms", "sine", "--step", "600", "--out", "best.nml",
+                        "--map", "map.csv", "--threads", "2", "--format", "csv")
+    for what in ("sigma", "wave", "force"):
+        compare(f"{what}, mm", line_with(output, what), [values[f"{what}_{axis}_mm"] for axis in "xyz"],
+                relative=1e-8)
+    values = here.table("bound", "best.nml", "--format", "csv")
+    compare("bound, mm", line_with(output, "bound"), [values[name] for name in BOUND_COLUMNS], relative=1e-7)
+    lines = [line for line in (here.work / "map.csv").read_text().splitlines() if not line.startswith("#")]
+    names = lines[0].split(",")
+    rows = [dict(zip(names, map(float, line.split(",")))) for line in lines[1:10]]
+    found = [numbers(line) for line in output.split("time, s")[1].splitlines()[1:]]
+    if len(found) != 9:
+        raise Failure(f"not the map that was expected: {output}")
+    for one, row in zip(found, rows):
+        compare("time, s", one[:1], [row["time_s"]])
+        compare("latitude, deg", one[1:2], [row["latitude_deg"]], absolute=1e-3)
+        compare("sigma along the orbit, mm", one[2:], [row[name] for name in BOUND_COLUMNS], relative=1e-8)
+
+
+def check_optimal(here, program):
+    """Estimate and bound against the commands'; the variance factor and the torque are those printed."""
+    output = here.output(program)
+    here.cli("simulate", "front-3", "--out", "run1")
+    values = here.table("estimate", "run1", "--algorithm", "optimal", "--format", "csv")
+    bound = here.table("bound", "front-3", "--format", "csv")
+    check_offset(output, [[values[f"d{axis}_mm"], values[f"sigma_{axis}_mm"], bound[f"sigma_{axis}_mm"]]
+                          for axis in "xyz"])
+    text = here.cli("estimate", "run1", "--algorithm", "optimal")
+    compare("variance factor", line_with(output, "variance factor"), line_with(text, "variance factor")[:1],
+            absolute=1e-4)
+    for axis in "xyz":
+        name = f"torque_{axis}"
+        compare(name, line_with(output, name)[:1], line_with(text, name)[:1], relative=1e-3)
+
+
 def check_python(here, expected):
     output = run([sys.executable, "-B", EXAMPLE / "python/calibrate.py", here.library / "libgracecg.so"],
                  **here.environment)
@@ -337,12 +390,16 @@ def check_examples(checks, here):
     example("orbit (Fortran)", check_orbit, fortran, "fortran/orbit.f90", STRICT_FORTRAN)
     example("calibrate (Fortran)", lambda h, p: check_offset(h.output(p), expected), fortran,
             "fortran/calibrate.f90", STRICT_FORTRAN)
+    example("bound (Fortran)", check_bound, fortran, "fortran/bound.f90", STRICT_FORTRAN)
+    example("design (Fortran)", check_design, fortran, "fortran/design.f90", STRICT_FORTRAN)
+    optimal = example("optimal (C)", check_optimal, "cc", "c/optimal.c", STRICT_C)
     models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
     calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
     example("calibrate (C++)", check_c, "c++", "c/calibrate.c", STRICT_CXX, expected)
     example("threads (C)", check_threads, "cc", "c/threads.c", [*STRICT_C, "-pthread"], expected)
     checks.run("calibrate (Python) gives the command line's numbers", check_python, here, expected)
-    for label, program in (("models (F77)", models), ("calibrate (C)", calibrate)):
+    for label, program in (("models (F77)", models), ("calibrate (C)", calibrate),
+                           ("optimal (C)", optimal)):
         if program is not None:
             checks.run(f"{label} under valgrind", check_memory, here, program)
     static = checks.run("calibrate (C) links the static library", here.build, "cc", EXAMPLE / "c/calibrate.c",

@@ -21,8 +21,10 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RUNS = "15"
 VOID = {"meta", "link", "br", "img", "hr", "input"}
-FIGURES = ["3_1", "5_2", "5_3", "5_4", "5_5", "5_6", "5_7", "5_8", "6_1", "6_2", "6_3", "6_4", "6_5", "6_6"]
+FIGURES = ["3_1", "5_2", "5_3", "5_4", "5_5", "5_6", "5_7", "5_8", "6_1", "6_2", "6_3", "6_4", "6_5", "6_6",
+           "bound", "manoeuvre_map"]
 TABLES = ["1_1", "1_2", "6_1", "6_2"]
+MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"]
 COLUMNS = {
     "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
     "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
@@ -33,13 +35,20 @@ COLUMNS = {
     "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,"
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
+COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error"
+COLUMNS["design.csv"] = "case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm"
+for satellite in ("front", "back"):
+    COLUMNS[f"manoeuvre_map_{satellite}.csv"] = (
+        "time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,"
+        "designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm")
 COLUMNS["timing_back.csv"] = COLUMNS["timing_front.csv"]
 CURVES = ["drag", "srp", "erp", "non_gravitational", "a_vel", "a_gg", "a_acc", "a_total", "torque_aero",
           "torque_solar", "torque_gravity", "torque_magnetic", "torque_total", "omega", "omega_dot"]
 for case in ("front-1", "back-1"):
     COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
-        "errors.csv": 15, "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
+        "errors.csv": 15, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
+         "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
 
 problems = []
 
@@ -125,7 +134,7 @@ def check_page(folder):
         wrong("no language")
     if len(page.ids) != len(set(page.ids)):
         wrong(f"ids twice: {sorted({i for i in page.ids if page.ids.count(i) > 1})[:5]}")
-    for name in [f"figure_{f}" for f in FIGURES] + [f"table_{t}" for t in TABLES]:
+    for name in [f"figure_{f}" for f in FIGURES] + [f"table_{t}" for t in TABLES] + MORE_TABLES:
         if name not in page.ids:
             wrong(f"{name} is not on the page")
     for link in page.links:
@@ -174,6 +183,12 @@ def check_files(folder):
             wrong(f"{name}: {len(lines) - 1} rows")
         if any(line.count(",") != header.count(",") for line in lines):
             wrong(f"{name}: rows of different length")
+    rows = [l.split(",") for l in (folder / "bound.csv").read_text().splitlines() if not l.startswith("#")][1:]
+    if {r[1] for r in rows} != {"assest-fde", "assest-rde", "ascfest", "ascrest", "optimal", "sequential"}:
+        wrong("bound.csv: the algorithms are others")
+    for satellite in ("front", "back"):
+        if "waveform = 'square'" not in (folder / f"designed_{satellite}.nml").read_text():
+            wrong(f"designed_{satellite}.nml: no square waves")
     left = [p.name for p in folder.iterdir() if ".part" in p.name or p.suffix == ".log"]
     if left:
         wrong(f"left behind: {left}")

@@ -32,8 +32,12 @@ class Solution(ctypes.Structure):
     _fields_ = [("offset", c_double * 3), ("sigma", c_double * 3), ("covariance", c_double * 9),
                 ("drift", c_double * 3), ("bias", c_double * 3), ("quaternion", c_double * 4),
                 ("angular_velocity", c_double * 3), ("residual_rms", c_double * 3),
-                ("condition", c_double), ("iterations", c_int32), ("converged", c_int32),
-                ("warning_count", c_int32), ("reserved", c_int32)]
+                ("condition", c_double), ("variance_factor", c_double), ("noise_level", c_double * 3),
+                ("noise_corner", c_double * 3), ("star_camera_sigma", c_double * 3),
+                ("parameter_value", c_double * 16), ("parameter_sigma", c_double * 16),
+                ("parameter_name", (ctypes.c_char * 16) * 16), ("parameter_count", c_int32),
+                ("edited", c_int32 * 2), ("iterations", c_int32), ("converged", c_int32),
+                ("warning_count", c_int32)]
 
 
 class Library:

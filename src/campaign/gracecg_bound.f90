@@ -24,6 +24,7 @@ module gracecg_bound
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
     !! What the consider covariance is made of
 
+    !> The bound of a case.
     type, extends(offset_bound_t) :: case_bound_t
         real(dp) :: by_source(3, size(SOURCES)) = 0
         !! Standard deviation of d by each of SOURCES, m; 0 for what is estimated

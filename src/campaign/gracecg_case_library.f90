@@ -33,7 +33,7 @@ contains
 
     !> The same for who asks for calibrations: fails, too, when all torque rods of the case are off.
     subroutine find_calibration(name_or_path, case, error)
-        character(*), intent(in) :: name_or_path
+        character(*), intent(in) :: name_or_path    !! A built-in case, or a case file
         type(calibration_case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 

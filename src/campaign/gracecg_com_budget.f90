@@ -11,10 +11,10 @@ module gracecg_com_budget
 
     !> One of the tables, mm.
     type :: com_budget_t
-        character(len(BUDGET_EFFECT)), allocatable :: effect(:)
+        character(len(BUDGET_EFFECT)), allocatable :: effect(:)    !! Names of the effects
         real(dp), allocatable :: error(:, :)        !! (axis, effect); see is_stated
         real(dp) :: printed_rss(3) = 0              !! As the report has it
-        real(dp) :: requirement(3) = 0
+        real(dp) :: requirement(3) = 0    !! Along x, y, z
         real(dp) :: rss(3) = 0                      !! Root of the sum of the squares of the effects
     end type com_budget_t
 

@@ -27,7 +27,7 @@ module gracecg_error_sources
 
     !> RMS errors of the offset in one simulation.
     type :: error_study_t
-        integer :: runs = 0
+        integer :: runs = 0    !! Of each Monte Carlo
         real(dp) :: rms(3) = 0              !! m
         real(dp) :: predicted(3) = 0        !! By theory, m
     end type error_study_t
@@ -48,7 +48,7 @@ contains
     !> Switches off a source by its name. Fails for a name that is none of SOURCE_NAMES.
     subroutine switch_off(switches, name, error)
         type(error_switches_t), intent(inout) :: switches
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of the source
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. any(SOURCE_NAMES == name)) then
@@ -112,8 +112,8 @@ contains
     subroutine study_errors(case, name, algorithm, seed, runs, threads, study, error)
         type(calibration_case_t), intent(in) :: case
         character(*), intent(in) :: name            !! Of STUDY_NAMES
-        character(*), intent(in) :: algorithm
-        integer, intent(in) :: seed, runs, threads
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
 

@@ -26,8 +26,8 @@ module gracecg_magnetometer_loss
 
     !> Many calibrations of one case with one source of the field.
     type :: field_study_t
-        character(64) :: case_name = ''
-        character(16) :: algorithm = ''
+        character(64) :: case_name = ''    !! Of the case that was run
+        character(16) :: algorithm = ''    !! One of ESTIMATOR_NAMES
         logical :: with_model = .false.             !! Else the magnetometer measures the field
         integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), m
@@ -48,10 +48,10 @@ contains
     !> place, and predicts their errors. Fails as `run_monte_carlo` does.
     subroutine study_field(simulator, algorithm, with_model, deviation, seed, runs, threads, study, error)
         type(simulator_t), intent(in) :: simulator
-        character(*), intent(in) :: algorithm
-        logical, intent(in) :: with_model
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        logical, intent(in) :: with_model    !! The field model instead of the magnetometer
         real(dp), intent(in) :: deviation           !! Of the model's error, T
-        integer, intent(in) :: seed, runs, threads
+        integer, intent(in) :: seed, runs, threads    !! First seed; runs of the Monte Carlo; in parallel
         type(field_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
 

@@ -34,7 +34,8 @@ module gracecg_manoeuvre_design
         !! Sine, cosine (a sine with another phase), tapered, square
         real(dp) :: taper = 5                       !! Of tapered waveforms, s
         real(dp) :: rise_time = 1                   !! Of square waves, s
-        integer :: threads = 1
+        integer :: refinement_steps = 120           !! Of the simplex method, for each of the best
+        integer :: threads = 1                      !! Of the search
     end type design_settings_t
 
     !> A manoeuvre in the numbers that the search changes.
@@ -47,7 +48,7 @@ module gracecg_manoeuvre_design
 
     !> A judged manoeuvre.
     type :: manoeuvre_design_t
-        type(torque_rods_t) :: rods
+        type(torque_rods_t) :: rods                 !! Times count from the start of the calibration
         real(dp) :: sigma(3) = huge(1.0_dp)         !! Limit of every axis, the worst of the places, m
         real(dp) :: wave(3) = 0                     !! Error by the density wave likewise, m
         real(dp) :: force(3) = 0                    !! Error by curved drag and radiation likewise, m
@@ -64,7 +65,6 @@ module gracecg_manoeuvre_design
     integer, parameter :: REFINED_COUNT = 6       !! Refined
     integer, parameter :: SEARCH_PLACES = 6 !! Of the structured search, spread over all places
     integer, parameter :: REFINE_PLACES = 12
-    integer, parameter :: SIMPLEX_STEPS = 120
     integer, parameter :: SCALINGS = 3      !! Attempts to bring a manoeuvre into its limits
 
 contains
@@ -187,9 +187,10 @@ contains
     end subroutine design_manoeuvre
 
     !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst
-    !> axis to a target; found by bisection.
+    !> axis to a target. Sigma falls with the square root of the duration, so that the longest arc tells where to
+    !> begin; from there on upwards, step by step, since the density wave favours some durations.
     !>
-    !> Fails when even the longest arc misses the target, and as design_manoeuvre does there.
+    !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
     subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, view, design, error)
         type(calibration_case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
@@ -201,35 +202,33 @@ contains
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
         type(accelerometer_view_t) :: trial_view
         type(manoeuvre_design_t) :: trial
         type(error_t), allocatable :: failure
-        integer :: low, high, middle, spent
+        real(dp) :: least
+        integer :: most, steps, spent
 
-        high = nint(longest/step)
-        call try(high, view, design, error)
+        most = floor(longest/step + 1e-9_dp)
+        call try(most, view, design, error)
         if (allocated(error)) return
-        if (design%worst > target) then
-            call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
-                      'manoeuvre of '//number_text(longest)//' s leaves '//number_text(design%worst*1e3_dp)// &
-                      ' mm on its worst axis')
-            return
-        end if
-        low = 0             ! fails
         spent = design%evaluations
-        do while (high - low > 1)
-            middle = (low + high)/2
-            call try(middle, trial_view, trial, failure)
+        least = design%worst
+        do steps = max(1, floor(CAUTION*most*min(1.0_dp, maxval(design%sigma)/target)**2)), most - 1
+            call try(steps, trial_view, trial, failure)
+            if (allocated(failure)) cycle
             spent = spent + trial%evaluations
-            if (.not. allocated(failure) .and. trial%worst <= target) then
-                high = middle
-                view = trial_view
-                design = trial
-            else
-                low = middle
-            end if
+            least = min(least, trial%worst)
+            if (trial%worst > target) cycle
+            view = trial_view
+            design = trial
+            exit
         end do
         design%evaluations = spent
+        if (design%worst <= target) return
+        call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least*1e3_dp)// &
+                  ' mm on its worst axis')
 
     contains
 
@@ -448,7 +447,7 @@ contains
         type(accelerometer_view_t), intent(in) :: view
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(torque_rods_t), intent(in) :: rods
-        integer, intent(in) :: most_places
+        integer, intent(in) :: most_places    !! At most so many of the places are tried
         type(manoeuvre_design_t), intent(out) :: design
 
         type(manoeuvre_quality_t) :: quality
@@ -539,7 +538,7 @@ contains
         do i = 0, N
             value(i) = objective(vertex(:, i))
         end do
-        do step = 1, SIMPLEX_STEPS
+        do step = 1, settings%refinement_steps
             worst = maxloc(value, 1) - 1
             best = minloc(value, 1) - 1
             centre = (sum(vertex, 2) - vertex(:, worst))/N

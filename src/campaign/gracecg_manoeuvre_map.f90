@@ -15,7 +15,7 @@ module gracecg_manoeuvre_map
         real(dp) :: time = 0                !! Of the start, s from the epoch of the orbit
         real(dp) :: latitude = 0            !! Geodetic, rad
         real(dp) :: longitude = 0           !! Positive east, rad
-        type(manoeuvre_quality_t) :: quality
+        type(manoeuvre_quality_t) :: quality    !! Limit, errors and motion there
         real(dp) :: worst_sigma = 0         !! Of all directions, m
         real(dp) :: worst_direction(3) = 0  !! Unit vector, body axes
     end type map_point_t
@@ -27,7 +27,7 @@ contains
         type(accelerometer_view_t), intent(in) :: view
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: times(:)                !! s
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads                  !! 1 and more
         type(manoeuvre_site_t), allocatable, intent(out) :: sites(:)
         type(error_t), allocatable, intent(out) :: error
 
@@ -58,7 +58,7 @@ contains
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: times(:)                !! s
         type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads                  !! 1 and more
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 

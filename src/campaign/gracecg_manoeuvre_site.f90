@@ -37,7 +37,7 @@ module gracecg_manoeuvre_site
         type(calibration_setup_t) :: setup          !! What the operator knows
         integer :: samples = 0                      !! n, at k h for k = 1..n
         real(dp) :: interval = 0                    !! h, s
-        type(whitener_t) :: whiteners(3)
+        type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
         real(dp) :: wave_amplitude = 0              !! Of the density wave, relative to the drag
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
@@ -69,7 +69,7 @@ module gracecg_manoeuvre_site
         real(dp) :: force(3) = 0
         !! Error by drag and radiation that are not a straight line in time, m: along the nominal flight, and
         !! because the manoeuvre turns the surface in the flow
-        type(attitude_motion_t) :: motion
+        type(attitude_motion_t) :: motion           !! Of the manoeuvre
     end type manoeuvre_quality_t
 
 contains
@@ -277,8 +277,8 @@ contains
         end function derivative
     end subroutine fly_manoeuvre
 
-    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit. A manoeuvre that leaves a direction unseen
-    !> gets huge(1.0) for all sigmas.
+    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
+    !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
     pure subroutine evaluate_manoeuvre(view, site, rods, quality)
         type(accelerometer_view_t), intent(in) :: view
         type(manoeuvre_site_t), intent(in) :: site

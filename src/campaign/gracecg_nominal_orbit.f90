@@ -113,7 +113,7 @@ contains
         type(nominal_orbit_t), intent(in) :: self
         real(dp), intent(in) :: time            !! From 0 to last_time(), s
         real(dp), intent(in) :: step            !! s, at most 10 or so
-        integer, intent(in) :: steps
+        integer, intent(in) :: steps    !! Number of steps
         real(dp) :: state(STATE_SIZE, 0:steps)
 
         real(dp) :: orbital(6), next(6), remainder

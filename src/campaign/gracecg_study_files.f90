@@ -20,17 +20,18 @@ module gracecg_study_files
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
     integer, parameter :: COMMENT_LENGTH = 160
+    character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
 
 contains
 
     !> verify_CASE.csv, an underscore for everything unusual in the case's name.
     pure function curves_file_name(case_name) result(name)
-        character(*), intent(in) :: case_name
-        character(:), allocatable :: name
+        character(*), intent(in) :: case_name    !! Any
+        character(len(PREFIX) + len_trim(case_name) + len(SUFFIX)) :: name
 
         integer :: i
 
-        name = trim(case_name)
+        name = PREFIX//trim(case_name)//SUFFIX
         do i = 1, len(name)
             select case (name(i:i))
             case ('a':'z', 'A':'Z', '0':'9', '-', '.', '_')
@@ -38,14 +39,13 @@ contains
                 name(i:i) = '_'
             end select
         end do
-        name = 'verify_'//name//'.csv'
     end function curves_file_name
 
     !> The curves of Figures 5.2-5.8 of a case.
     subroutine write_curves(path, command, case_name, verification, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! The file
         character(*), intent(in) :: command         !! That computed them, for the comments
-        character(*), intent(in) :: case_name
+        character(*), intent(in) :: case_name    !! For the comments
         type(verification_t), intent(in) :: verification
         type(error_t), allocatable, intent(out) :: error
 
@@ -71,6 +71,7 @@ contains
     !> Figures 6.1 and 6.4: the calibrations at the places of an orbit.
     subroutine write_places(path, command, satellite, places, error)
         character(*), intent(in) :: path, command, satellite
+        !! The file; the command that computed it, and the satellite, for the comments
         type(calibration_place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
 
@@ -94,6 +95,7 @@ contains
     !> Figure 3.1: the gravity gradient along an orbit.
     subroutine write_gradient(path, command, settings, samples, error)
         character(*), intent(in) :: path, command
+        !! The file; the command that computed it, for the comments
         character(*), intent(in) :: settings        !! Of the study, for the comments
         type(gradient_sample_t), intent(in) :: samples(:)
         type(error_t), allocatable, intent(out) :: error
@@ -113,6 +115,7 @@ contains
     !> Figure 6.5: RMS errors with one error source off at a time.
     subroutine write_error_sources(path, command, settings, studies, error)
         character(*), intent(in) :: path, command, settings
+        !! The file; the command that computed it, and its settings, for the comments
         type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
 
@@ -133,7 +136,8 @@ contains
     !> Figure 6.6: RMS errors with measured and with modelled field.
     subroutine write_field_studies(path, command, seed, deviation, studies, error)
         character(*), intent(in) :: path, command
-        integer, intent(in) :: seed
+        !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed    !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         type(field_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
@@ -158,7 +162,8 @@ contains
     !> The estimates of every run with measured and with modelled field.
     subroutine write_field_runs(path, command, seed, deviation, studies, error)
         character(*), intent(in) :: path, command
-        integer, intent(in) :: seed
+        !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed    !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         type(field_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error

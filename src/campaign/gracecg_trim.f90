@@ -51,9 +51,9 @@ contains
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
     subroutine repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
         type(calibration_case_t), intent(in) :: case
-        character(*), intent(in) :: algorithm
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(trim_settings_t), intent(in) :: settings
-        integer, intent(in) :: runs, threads
+        integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
         type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
         type(error_t), allocatable, intent(out) :: error
 

@@ -37,7 +37,7 @@ contains
 
     !> Dipole moments of the rods and the angular acceleration that the fit makes of them.
     subroutine draw_manoeuvre(folder, setup, record, drawing, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder    !! Where gnuplot works
         type(calibration_setup_t), intent(in) :: setup
         type(fit_record_t), intent(in) :: record
         type(drawing_t), intent(out) :: drawing
@@ -71,7 +71,7 @@ contains
 
     !> The error ellipsoid, cast on the three planes.
     subroutine draw_ellipses(folder, setup, solution, drawing, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder    !! Where gnuplot works
         type(calibration_setup_t), intent(in) :: setup
         type(calibration_solution_t), intent(in) :: solution
         type(drawing_t), intent(out) :: drawing
@@ -161,7 +161,7 @@ contains
 
     !> Residuals of the accelerometer over time, with two standard deviations of the setup's noise.
     subroutine draw_residuals(folder, setup, record, diagnostics, drawing, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder    !! Where gnuplot works
         type(calibration_setup_t), intent(in) :: setup
         type(fit_record_t), intent(in) :: record
         type(fit_diagnostics_t), intent(in) :: diagnostics
@@ -207,7 +207,7 @@ contains
 
     !> Amplitude spectrum of the residuals beside that of the setup's noise, one-sided.
     subroutine draw_spectrum(folder, setup, diagnostics, drawing, error)
-        character(*), intent(in) :: folder
+        character(*), intent(in) :: folder    !! Where gnuplot works
         type(calibration_setup_t), intent(in) :: setup
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(drawing_t), intent(out) :: drawing

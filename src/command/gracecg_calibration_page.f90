@@ -166,9 +166,10 @@ contains
         end do
         call page%end_table()
         call page%paragraph('Sigma is what the noise of accelerometer and star camera makes of the offset, by '// &
-                            'the spectra that the setup gives. It holds neither scale factors nor the bias of '// &
-                            'the magnetometer nor forces that are not a straight line in time. The 95 % '// &
-                            'intervals stand on it.')
+                            'the spectra that the setup gives (or, with `optimal`, the data where it gives none). It '// &
+                            'holds neither scale factors nor the bias of the magnetometer nor forces that are not '// &
+                            'a straight line in time, save what the fit estimates of them. The 95 % intervals '// &
+                            'stand on it.')
         call page%heading('What to do next')
         if (size(verdict%next_steps) == 0) then
             call page%paragraph('Nothing: the offset is within its errors of zero.')
@@ -364,10 +365,11 @@ contains
                             'about the third. Counted is what a component adds to an axis beyond a bias and a '// &
                             'drift of that axis, under its noise spectrum. Sigma at best is what all three axes '// &
                             'together allow if the rotation is known: no estimator gets below it, save by knowing '// &
-                            'the forces better. A sigma far above it comes from weights or from the star camera.')
+                            'the forces better. A sigma far above it comes from weights, from the star camera or '// &
+                            'from other parameters that are estimated.')
 
         call page%begin_table('Which noise the error comes from: share of the variance, %')
-        call component_head('star camera', 'sigma, mm')
+        call component_head('star camera', 'a-priori knowledge', 'sigma, mm')
         do i = 1, 3
             call page%begin_row()
             call page%row_head('d_{'//AXES(i)//'}')
@@ -404,9 +406,9 @@ contains
 
     contains
 
-        subroutine component_head(last, more)
-            character(*), intent(in) :: last
-            character(*), intent(in), optional :: more
+        subroutine component_head(first, second, third)
+            character(*), intent(in) :: first
+            character(*), intent(in), optional :: second, third
 
             integer :: axis
 
@@ -415,8 +417,9 @@ contains
             do axis = 1, 3
                 call page%column_head('accelerometer '//AXES(axis), numeric=.true.)
             end do
-            call page%column_head(last, numeric=.true.)
-            if (present(more)) call page%column_head(more, numeric=.true.)
+            call page%column_head(first, numeric=.true.)
+            if (present(second)) call page%column_head(second, numeric=.true.)
+            if (present(third)) call page%column_head(third, numeric=.true.)
             call page%end_row()
             call page%head_end()
         end subroutine component_head
@@ -573,6 +576,14 @@ contains
             text = 'bias '//trim(name(place + 1:))
         case ('omega')
             text = 'angular velocity '//trim(name(place + 1:))
+        case ('zeta')
+            text = 'attitude '//trim(name(place + 1:))
+        case ('torque')
+            text = 'unknown torque '//trim(name(place + 1:))
+        case ('wave')
+            text = 'density wave, '//trim(name(place + 1:))
+        case ('shared')
+            text = 'part of the disturbance in another axis, '//trim(name(place + 1:))
         case default
             text = trim(name)
         end select

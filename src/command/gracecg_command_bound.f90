@@ -20,6 +20,7 @@ module gracecg_command_bound
 
 contains
 
+    !> Says what the command takes.
     subroutine declare_bound(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -34,6 +35,7 @@ contains
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
     end subroutine declare_bound
 
+    !> Computes the limit of a case and prints it.
     subroutine run_bound(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console

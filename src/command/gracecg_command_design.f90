@@ -15,7 +15,7 @@ module gracecg_command_design
     use gracecg_case_library, only: find_case, find_calibration
     use gracecg_report_cases, only: REPORT_CASE_NAMES
     use gracecg_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_later_case, only: later_case
+    use gracecg_planner, only: moved_case, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_manoeuvre_limits, only: check_motion
     use gracecg_manoeuvre_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
         new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
@@ -32,10 +32,9 @@ module gracecg_command_design
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
-    real(dp), parameter :: ORBIT_STEP = 10              !! Of the orbit's samples, s
     real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
     real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
-    real(dp), parameter :: DURATION_STEP = 5            !! Of the shortest arc, s
+    real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
@@ -56,6 +55,7 @@ module gracecg_command_design
 
 contains
 
+    !> Says what the command takes.
     subroutine declare_design(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -78,7 +78,7 @@ contains
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
-        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 5 s up to the '// &
+        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
                                   'duration, whose worst axis is at most this')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them '// &
                                   '(default xyz)')
@@ -101,6 +101,7 @@ contains
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
     end subroutine declare_design
 
+    !> Searches or judges a manoeuvre, prints and writes it.
     subroutine run_design(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -131,7 +132,7 @@ contains
         if (.not. allocated(error) .and. .not. request%given) &
             call check_design_settings(view, request%settings, error)
         if (.not. allocated(error)) &
-            call new_nominal_orbit(case, orbit, error, request%revolutions, ORBIT_STEP)
+            call new_nominal_orbit(case, orbit, error, request%revolutions, PLANNING_STEP)
         if (.not. allocated(error)) call take_places(request, view, orbit, sites, error)
         if (allocated(error)) return
         call console%progress('design: search')
@@ -204,7 +205,7 @@ contains
                            unit='mm')
         request%target = request%target*MILLIMETRE
         if (.not. allocated(misuse)) call arguments%get('--revolutions', request%revolutions, misuse, &
-                                                        default=1, low=1, high=150)
+                                                        default=1, low=1, high=MOST_REVOLUTIONS)
         if (.not. allocated(misuse)) call arguments%get('--step', request%map_step, misuse, default=60, &
                                                         low=1, high=3600)
         if (.not. allocated(misuse)) call arguments%get('--out', request%out, misuse, default='')
@@ -269,8 +270,8 @@ contains
             case%setup%rods = of_manoeuvre%setup%rods
             case%setup%duration = of_manoeuvre%setup%duration
         end if
-        call arguments%get('--duration', duration, misuse, default=case%setup%duration, low=10.0_dp, &
-                           high=600.0_dp, unit='s')
+        call arguments%get('--duration', duration, misuse, default=case%setup%duration, low=SHORTEST_ARC, &
+                           high=LONGEST_ARC, unit='s')
         if (allocated(misuse)) return
         case%setup%duration = duration
         call arguments%get('--rate-limit', limit, misuse, default=case%setup%rate_limit/DEGREE, low=1e-6_dp, &
@@ -528,8 +529,7 @@ contains
         call file%commit(error)
     end subroutine write_map
 
-    !> The case with the manoeuvre, at its place. A built-in case away from its own place takes the
-    !> wind of the table, as the built-in cases 2 and 3 do: the constant one was fitted to case 1.
+    !> The case with the manoeuvre, at its place.
     subroutine write_case(request, case, orbit, error)
         type(request_t), intent(in) :: request
         type(calibration_case_t), intent(in) :: case
@@ -540,8 +540,7 @@ contains
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        later = later_case(case, orbit, request%time)
-        if (request%built_in .and. request%time > 0) later%wind_model = 'hwm93'
+        later = moved_case(case, orbit, request%time, request%built_in)
         if (.not. request%given) later%setup%name = trim(case%setup%name)//'-design'
         call case_text(later, text, error)
         if (.not. allocated(error)) call file%open(request%out, error)

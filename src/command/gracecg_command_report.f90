@@ -26,6 +26,8 @@ module gracecg_command_report
     use gracecg_report_chapter_accuracy, only: add_accuracy_chapter
     use gracecg_report_chapter_sources, only: add_sources_chapter
     use gracecg_report_chapter_loss, only: add_loss_chapter
+    use gracecg_report_chapter_limit, only: add_limit_chapter
+    use gracecg_report_chapter_design, only: add_design_chapter
     use gracecg_arguments, only: arguments_t
     use gracecg_console, only: console_t
     implicit none
@@ -37,6 +39,7 @@ module gracecg_command_report
 
 contains
 
+    !> Says what the command takes.
     subroutine declare_report(arguments)
         type(arguments_t), intent(inout) :: arguments
 
@@ -45,7 +48,9 @@ contains
                                 '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
                                 'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
                                 'file for every figure, and the figures as SVG with the gnuplot scripts '// &
-                                'that draw them. Without gnuplot the page has its tables, and says what '// &
+                                'that draw them; then, beyond the report, every estimator against the '// &
+                                'theoretical limit, and a designed manoeuvre. '// &
+                                'Without gnuplot the page has its tables, and says what '// &
                                 'is missing.', &
                                 'gracecg report --out report --runs 30')
         call arguments%add_option('--out', 'DIR', 'folder for '//PAGE_NAME//' and the other files; made '// &
@@ -59,6 +64,7 @@ contains
                                   'machine); the numbers do not depend on it')
     end subroutine declare_report
 
+    !> Computes the chapters and writes the page.
     subroutine run_report(arguments, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(console_t), intent(inout) :: console
@@ -118,6 +124,8 @@ contains
         if (.not. allocated(error)) call add_timing_chapter(book, orbits, error)
         if (.not. allocated(error)) call add_sources_chapter(book, console, error)
         if (.not. allocated(error)) call add_loss_chapter(book, console, error)
+        if (.not. allocated(error)) call add_limit_chapter(book, console, error)
+        if (.not. allocated(error)) call add_design_chapter(book, console, error)
     end subroutine add_chapters
 
     !> What was found, a line for each figure and table.
@@ -311,7 +319,7 @@ contains
         call console%line('')
         call console%line('written to '// &
                           book%folder//': '//PAGE_NAME//', '//integer_text(size(book%files))// &
-                          ' CSV files, '//integer_text(size(book%figures))//' figure scripts, '// &
+                          ' data files, '//integer_text(size(book%figures))//' figure scripts, '// &
                           integer_text(size(book%figures) - book%not_drawn)//' figures')
         if (book%not_drawn == 0) return
         if (book%gnuplot_missing) then

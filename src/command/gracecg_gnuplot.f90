@@ -15,6 +15,7 @@ module gracecg_gnuplot
 
     character(*), parameter :: NO_GNUPLOT = &
         'gnuplot was not found; install it (Debian: apt-get install gnuplot-nox)'
+    !! Said where figures are missing
     character(1), parameter :: LF = achar(10)
     character(*), parameter :: SCRIPT_END = '.gp', FIGURE_END = '.svg', PART_END = '.svg.part', LOG_END = '.gp.log'
 
@@ -70,7 +71,7 @@ contains
 
     !> Numbers as a data block `$name` of a script, with commas, a row for every second index.
     function data_block(name, values) result(script)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of the block in the script, without $
         real(dp), intent(in) :: values(:, :)    !! (column, row)
         character(:), allocatable :: script
 
@@ -96,7 +97,7 @@ contains
         character(*), intent(in) :: folder              !! Exists; the script's data files are there
         character(*), intent(in) :: name                !! Letters, digits, underscores
         character(*), intent(in) :: script              !! Begins with script_head
-        character(:), allocatable, intent(out) :: svg
+        character(:), allocatable, intent(out) :: svg    !! The figure
         character(:), allocatable, intent(out) :: reason        !! Empty when the figure is drawn
         type(error_t), allocatable, intent(out) :: error
 
@@ -123,9 +124,10 @@ contains
     !> Draws a figure from a script that holds its data (`data_block`) and leaves no file behind. Name,
     !> svg, reason and failure are those of `draw_figure`.
     subroutine draw_in_passing(name, script, svg, reason, error)
-        character(*), intent(in) :: name
-        character(*), intent(in) :: script
+        character(*), intent(in) :: name    !! Of the figure
+        character(*), intent(in) :: script    !! For gnuplot, text
         character(:), allocatable, intent(out) :: svg, reason
+        !! The figure; empty if there is none, and why
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: folder
@@ -182,7 +184,7 @@ contains
 
     !> A text as one word of the shell, whatever is in it.
     pure function shell_quoted(text) result(word)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any
         character(:), allocatable :: word
 
         integer :: i

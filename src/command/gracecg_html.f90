@@ -29,31 +29,33 @@ module gracecg_html
         character(:), allocatable :: contents       !! Entries of the table of contents
         logical :: chapter_open = .false.
     contains
-        procedure :: begin => begin_page
-        procedure :: chapter => begin_chapter
-        procedure :: heading
-        procedure :: paragraph
-        procedure :: bullet_list
+        procedure :: begin => begin_page    !! Starts a page
+        procedure :: chapter => begin_chapter    !! Begins a chapter, which ends the one before
+        procedure :: heading    !! A heading within a chapter
+        procedure :: paragraph    !! A paragraph
+        procedure :: bullet_list    !! A list with bullets
         procedure :: verdict => verdict_note
-        procedure :: preformatted
-        procedure :: details
-        procedure :: append => append_page
-        procedure :: markup
-        procedure :: begin_table
-        procedure :: head_end
+        !! A verdict that stands for itself: its mark, a few words, and what there is to say about it
+        procedure :: preformatted    !! Lines as they are, in a typewriter's face
+        procedure :: details    !! Lines that are shown when the reader asks for them
+        procedure :: append => append_page    !! The chapters of another page, behind those of this one
+        procedure :: markup    !! HTML as it is
+        procedure :: begin_table    !! Begins a table
+        procedure :: head_end    !! Ends the head of a table
         procedure :: begin_row
-        procedure :: column_head
-        procedure :: row_head
-        procedure :: number_cell
-        procedure :: judged_cell
-        procedure :: text_cell
-        procedure :: verdict_cell
-        procedure :: end_row
-        procedure :: end_table
-        procedure :: figure
-        procedure :: missing_figure
-        procedure :: document
-        procedure :: write => write_page
+        !! Begins a row, perhaps the first one of a part of the table, which a line sets off
+        procedure :: column_head    !! Head of one column, or of several
+        procedure :: row_head    !! Head of one row, or of several
+        procedure :: number_cell    !! A number, as text: set to the right, its digits of equal width
+        procedure :: judged_cell    !! A number with a verdict before it
+        procedure :: text_cell    !! A cell with text
+        procedure :: verdict_cell    !! A verdict: its mark and its words
+        procedure :: end_row    !! Ends a row of a table
+        procedure :: end_table    !! Ends a table
+        procedure :: figure    !! A figure of SVG text
+        procedure :: missing_figure    !! The place of a figure that could not be drawn, with the reason
+        procedure :: document    !! The whole page as text
+        procedure :: write => write_page    !! Writes the page
     end type html_page_t
 
 contains
@@ -61,7 +63,7 @@ contains
     !> Starts a page. The lead is one paragraph that says what the page is.
     subroutine begin_page(self, title, lead)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: title, lead
+        character(*), intent(in) :: title, lead    !! At the top, and the sentence below it
 
         self%title = title
         self%lead = lead
@@ -75,7 +77,7 @@ contains
     subroutine begin_chapter(self, id, title)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: id          !! For links to it: letters, digits, hyphens; once a page
-        character(*), intent(in) :: title
+        character(*), intent(in) :: title    !! Of the chapter
 
         if (self%chapter_open) call self%markup('</section>')
         self%chapter_open = .true.
@@ -87,8 +89,8 @@ contains
     !> A heading within a chapter.
     subroutine heading(self, title, id)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: title
-        character(*), intent(in), optional :: id
+        character(*), intent(in) :: title    !! Plain text
+        character(*), intent(in), optional :: id    !! Anchor
 
         if (present(id)) then
             call self%markup('<h3 id="'//id//'">'//html_typeset(title)//'</h3>')
@@ -99,14 +101,14 @@ contains
 
     subroutine paragraph(self, text)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Plain text
 
         call self%markup('<p>'//html_typeset(text)//'</p>')
     end subroutine paragraph
 
     subroutine bullet_list(self, texts)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: texts(:)
+        character(*), intent(in) :: texts(:)    !! One for each bullet
 
         integer :: i
 
@@ -121,8 +123,8 @@ contains
     subroutine verdict_note(self, kind, words, explanation)
         class(html_page_t), intent(inout) :: self
         integer, intent(in) :: kind             !! VERDICT_...
-        character(*), intent(in) :: words
-        character(*), intent(in), optional :: explanation
+        character(*), intent(in) :: words    !! The verdict
+        character(*), intent(in), optional :: explanation    !! Beside the words
 
         character(:), allocatable :: rest
 
@@ -135,7 +137,7 @@ contains
     !> Lines as they are, in a typewriter's face.
     subroutine preformatted(self, text)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Plain text
 
         call self%markup('<pre tabindex="0"><code>'//html_escaped(text)//'</code></pre>')
     end subroutine preformatted
@@ -143,7 +145,7 @@ contains
     !> Lines that are shown when the reader asks for them.
     subroutine details(self, summary, text)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: summary, text
+        character(*), intent(in) :: summary, text    !! The line always seen, and what it unfolds
 
         call self%markup('<details><summary>'//html_typeset(summary)//'</summary>')
         call self%preformatted(text)
@@ -164,7 +166,7 @@ contains
     !> HTML as it is.
     subroutine markup(self, html)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: html
+        character(*), intent(in) :: html    !! Put in as it stands
 
         call append_text(self, html//LF)
     end subroutine markup
@@ -173,7 +175,7 @@ contains
     !> A wide table scrolls within its box.
     subroutine begin_table(self, caption, id, stacks)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: caption
+        character(*), intent(in) :: caption    !! Above the table
         character(*), intent(in), optional :: id        !! For links to it, and as its name
         logical, intent(in), optional :: stacks
         !! On a phone the cells of a row stand below each other: for tables of words
@@ -199,7 +201,7 @@ contains
     !> Begins a row, perhaps the first one of a part of the table, which a line sets off.
     subroutine begin_row(self, first_of_part)
         class(html_page_t), intent(inout) :: self
-        logical, intent(in), optional :: first_of_part
+        logical, intent(in), optional :: first_of_part    !! With a line above
 
         logical :: first
 
@@ -215,9 +217,9 @@ contains
     !> Head of one column, or of several.
     subroutine column_head(self, text, numeric, columns)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Plain text
         logical, intent(in), optional :: numeric        !! Set to the right, as numbers are
-        integer, intent(in), optional :: columns
+        integer, intent(in), optional :: columns    !! So many columns wide
 
         character(:), allocatable :: attributes
 
@@ -234,8 +236,8 @@ contains
     !> Head of one row, or of several.
     subroutine row_head(self, text, rows, anchor)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
-        integer, intent(in), optional :: rows
+        character(*), intent(in) :: text    !! Plain text
+        integer, intent(in), optional :: rows    !! So many rows high
         character(*), intent(in), optional :: anchor    !! Id on the page that the text leads to
 
         character(:), allocatable :: attributes, content
@@ -252,7 +254,7 @@ contains
     !> A number, as text: set to the right, its digits of equal width.
     subroutine number_cell(self, text)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! The number
 
         call append_text(self, '<td class="number">'//html_typeset(trim(adjustl(text)))//'</td>')
     end subroutine number_cell
@@ -270,7 +272,7 @@ contains
 
     subroutine text_cell(self, text, wraps)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Plain text
         logical, intent(in), optional :: wraps          !! May be broken into several lines
 
         character(:), allocatable :: attributes
@@ -286,7 +288,7 @@ contains
     subroutine verdict_cell(self, kind, words)
         class(html_page_t), intent(inout) :: self
         integer, intent(in) :: kind                     !! VERDICT_...
-        character(*), intent(in) :: words
+        character(*), intent(in) :: words    !! The verdict
 
         call append_text(self, '<td class="'//trim(VERDICT_CLASS(kind))//'">'//marked(kind, words)//'</td>')
     end subroutine verdict_cell
@@ -309,7 +311,7 @@ contains
         character(*), intent(in) :: id          !! Letters, digits, underscores; once a page
         character(*), intent(in) :: svg         !! A whole SVG document, as gnuplot writes it
         character(*), intent(in) :: caption     !! Below the figure
-        character(*), intent(in) :: title, description
+        character(*), intent(in) :: title, description    !! For readers who do not see the figure
 
         call self%markup('<figure id="'//id//'">')
         call self%markup(inline_svg(svg, id, title, description))
@@ -320,6 +322,7 @@ contains
     subroutine missing_figure(self, id, reason, caption)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: id, reason, caption
+        !! Anchor; why there is no figure; what it would show
 
         call self%markup('<figure id="'//id//'">'//LF//'<p class="absent">Not drawn: '//html_typeset(reason)// &
                          '</p>'//LF//'<figcaption>'//html_typeset(caption)//'</figcaption>'//LF//'</figure>')
@@ -350,7 +353,7 @@ contains
     !> Writes the page. Fails when the file cannot be written; then there is none, or still the older one.
     subroutine write_page(self, path, error)
         class(html_page_t), intent(in) :: self
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file
@@ -389,7 +392,7 @@ contains
     !> A text that stands for itself in HTML, also within an attribute. Control characters, which HTML
     !> does not have, become blanks.
     pure function html_escaped(text) result(html)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! Any
         character(:), allocatable :: html
 
         integer :: i
@@ -418,7 +421,7 @@ contains
     !> A text with its marks: `^{a}` raised, `_{a}` lowered, code between back quotes; all else escaped.
     !> A mark without its end stands as it is.
     function html_typeset(text) result(html)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! With ^{...}, _{...} and `...`
         character(:), allocatable :: html
 
         character(:), allocatable :: tag
@@ -487,6 +490,7 @@ contains
     !> and names that begin with `id`, so that several figures do not disturb each other.
     function inline_svg(svg, id, title, description) result(html)
         character(*), intent(in) :: svg, id, title, description
+        !! The figure; prefix of its anchors; name and description for who does not see it
         character(:), allocatable :: html
 
         integer :: first, body

@@ -5,6 +5,7 @@ module gracecg_palette
     private
     public :: colour_t, PALETTE, BLUE, ORANGE, GREEN, PURPLE, GREY, BAND, INK, gnuplot_rgb
 
+    !> A colour of the figures on light and on dark ground.
     type :: colour_t
         character(6) :: name = ''       !! For the scripts of gnuplot
         character(7) :: light = ''      !! As #rrggbb, on white
@@ -23,14 +24,15 @@ module gracecg_palette
         colour_t('grey', '#595959', '#aab2bc'), &
         colour_t('band', '#e6e6e6', '#2b323b'), &
         colour_t('ink', '#1b1f24', '#e6e9ed')]
+    !! All colours of the figures
 
 contains
 
     !> A colour #rrggbb as gnuplot writes it into SVG: rgb(  0, 114, 178) for lines and areas, rgb(0,114,178)
     !> for texts.
     pure function gnuplot_rgb(colour, of_text) result(text)
-        character(7), intent(in) :: colour
-        logical, intent(in) :: of_text
+        character(7), intent(in) :: colour    !! As #rrggbb
+        logical, intent(in) :: of_text    !! The form that gnuplot gives to text, not to lines
         character(:), allocatable :: text
 
         character(18) :: padded

@@ -13,9 +13,10 @@ module gracecg_panels
     integer, parameter :: GAP_Y = 42, MARK_ROW = 26
     !! Margins and gaps, units of the drawing
     integer, parameter :: SAMPLE = 30           !! Length of a line in the legend
-    character(*), parameter :: LINE_WIDTH_OF_POINTS = ' linewidth 1.5'
+    character(*), parameter :: LINE_WIDTH_OF_POINTS = ' linewidth 1.5'    !! For the command `plot`
     character(1), parameter :: LF = achar(10)
 
+    !> One panel of a figure.
     type :: panel_t
         character(90) :: title = ''     !! Quantity and unit
         character(2000) :: plot = ''     !! What stands behind `plot`, without the printed limits
@@ -27,17 +28,17 @@ module gracecg_panels
 
     !> A line, or a point (point_type > 0), and what it stands for.
     type :: legend_item_t
-        character(48) :: text = ''
+        character(48) :: text = ''    !! What it stands for
         integer :: line_type = 0        !! Also the colour of a point; 0: that of the text
-        integer :: point_type = 0
+        integer :: point_type = 0    !! Of gnuplot; 0: a line
     end type legend_item_t
 
     !> The figure as a whole.
     type :: grid_t
-        integer :: columns = 1
+        integer :: columns = 1    !! Panels side by side
         integer :: width = 600, panel_height = 130      !! Units of the drawing
-        character(40) :: x_label = ''
-        real(dp) :: x_low = 0, x_high = 1
+        character(40) :: x_label = ''    !! Of the abscissa
+        real(dp) :: x_low = 0, x_high = 1    !! Ends of the abscissa, the same for all panels
         character(300) :: settings = ''                 !! Of all panels: tics of x
     end type grid_t
 

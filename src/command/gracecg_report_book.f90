@@ -13,9 +13,9 @@ module gracecg_report_book
     private
     public :: report_book_t, finding_t, open_book, book_file, add_figure, add_finding, COMMAND, MILLIMETRE, AXES
 
-    character(*), parameter :: COMMAND = 'report'
+    character(*), parameter :: COMMAND = 'report'    !! Its name, for messages
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']    !! Names of the body axes
 
     !> One line of the summary.
     type :: finding_t
@@ -27,17 +27,18 @@ module gracecg_report_book
         character(24) :: verdict = ''       !! In words
     end type finding_t
 
+    !> The page with its files, as it grows.
     type :: report_book_t
         type(html_page_t) :: page                       !! The chapters so far
         character(:), allocatable :: folder             !! Exists
         integer :: runs = 0                             !! Of every Monte Carlo
-        integer :: seed = 1, threads = 1
-        type(finding_t), allocatable :: findings(:)
+        integer :: seed = 1, threads = 1                !! First seed of all Monte Carlos; threads to work on
+        type(finding_t), allocatable :: findings(:)     !! In the order of the page
         type(string_t), allocatable :: files(:)         !! Names of the CSV files
         type(string_t), allocatable :: figures(:)       !! Names of the figures' scripts
         integer :: not_drawn = 0                        !! Figures
         character(:), allocatable :: reason             !! Why the first of them is not
-        logical :: gnuplot_missing = .false.
+        logical :: gnuplot_missing = .false.    !! The page is without figures
         character(:), allocatable :: renderer           !! gnuplot and its version, when a figure is drawn
     end type report_book_t
 
@@ -46,8 +47,8 @@ contains
     !> An empty book.
     subroutine open_book(book, folder, runs, seed, threads)
         type(report_book_t), intent(out) :: book
-        character(*), intent(in) :: folder
-        integer, intent(in) :: runs, seed, threads
+        character(*), intent(in) :: folder          !! For the page and its files
+        integer, intent(in) :: runs, seed, threads  !! Runs of every Monte Carlo; first seed; in parallel
 
         book%folder = folder
         book%runs = runs
@@ -62,7 +63,7 @@ contains
     !> The path of a CSV file, which is noted for the list of files.
     function book_file(book, name) result(path)
         type(report_book_t), intent(inout) :: book
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name            !! Without the folder
         character(:), allocatable :: path
 
         call append(book%files, name)
@@ -74,8 +75,9 @@ contains
     subroutine add_figure(book, name, script, caption, title, description, error)
         type(report_book_t), intent(inout) :: book
         character(*), intent(in) :: name                !! figure_5_2: of its files, and its id
-        character(*), intent(in) :: script
+        character(*), intent(in) :: script    !! For gnuplot, text
         character(*), intent(in) :: caption, title, description
+        !! Below the figure; name and description for who does not see it
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: svg, reason
@@ -98,8 +100,9 @@ contains
     subroutine add_finding(book, source, anchor, claim, result, kind, verdict)
         type(report_book_t), intent(inout) :: book
         character(*), intent(in) :: source, anchor, claim, result
-        integer, intent(in) :: kind
-        character(*), intent(in) :: verdict
+        !! Where the claim stands; anchor of the chapter; the claim; what was found
+        integer, intent(in) :: kind    !! Of the verdict
+        character(*), intent(in) :: verdict    !! In words
 
         type(finding_t) :: found
 

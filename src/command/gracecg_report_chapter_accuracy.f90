@@ -4,7 +4,7 @@ module gracecg_report_chapter_accuracy
     use gracecg_error, only: error_t
     use gracecg_text, only: integer_text, real_text
     use gracecg_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_estimators, only: ESTIMATOR_NAMES
+    use gracecg_estimators, only: REPORT_ESTIMATORS
     use gracecg_calibration_case, only: calibration_case_t
     use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_simulation, only: simulator_t, new_simulator
@@ -31,6 +31,7 @@ module gracecg_report_chapter_accuracy
 
 contains
 
+    !> Adds the chapter on the accuracy of the estimates.
     subroutine add_accuracy_chapter(book, console, error)
         type(report_book_t), intent(inout) :: book
         type(console_t), intent(inout) :: console
@@ -89,15 +90,15 @@ contains
         type(simulator_t) :: simulator
         integer :: a, i
 
-        campaign = new_campaign(ESTIMATOR_NAMES, size(REPORT_CASE_NAMES), book%seed, book%runs, 1, 1)
+        campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), book%seed, book%runs, 1, 1)
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, error)
             if (.not. allocated(error)) call add_case(campaign, i, case, error)
             if (.not. allocated(error)) call new_simulator(case, simulator, error)
             if (allocated(error)) return
-            do a = 1, size(ESTIMATOR_NAMES)
+            do a = 1, size(REPORT_ESTIMATORS)
                 call console%progress(COMMAND//': '//trim(REPORT_CASE_NAMES(i))//', '// &
-                                      trim(ESTIMATOR_NAMES(a))//', '//integer_text(book%runs)//' runs')
+                                      trim(REPORT_ESTIMATORS(a))//', '//integer_text(book%runs)//' runs')
                 call run_entry(campaign, a, i, simulator, book%threads, error)
                 if (allocated(error)) return
             end do
@@ -245,7 +246,7 @@ contains
         type(campaign_t), intent(in) :: campaign
         character(:), allocatable :: script
 
-        type(panel_t) :: panels(3*size(ESTIMATOR_NAMES))
+        type(panel_t) :: panels(3*size(REPORT_ESTIMATORS))
         type(legend_item_t) :: legend(CASES + 2)
         type(grid_t) :: grid
         real(dp) :: limits(2)
@@ -257,12 +258,12 @@ contains
         grid%x_label = 'run'
         grid%x_high = REPORT_RUNS + 1
         grid%settings = 'set xtics 5'
-        do a = 1, size(ESTIMATOR_NAMES)
+        do a = 1, size(REPORT_ESTIMATORS)
             do axis = 1, 3
                 place = 6*((a - 1)/2) + 2*(axis - 1) + 1 + mod(a - 1, 2)
                 limits = printed_axis('6.'//integer_text(satellite + 1), trim(SATELLITES(satellite)), &
-                                      trim(ESTIMATOR_NAMES(a)), AXES(axis))/MILLIMETRE
-                panels(place)%title = trim(ESTIMATOR_NAMES(a))//': d_'//AXES(axis)//', mm'
+                                      trim(REPORT_ESTIMATORS(a)), AXES(axis))/MILLIMETRE
+                panels(place)%title = trim(REPORT_ESTIMATORS(a))//': d_'//AXES(axis)//', mm'
                 panels(place)%has_limits = any(abs(limits) > 0)
                 panels(place)%low = limits(1)
                 panels(place)%high = limits(2)
@@ -277,7 +278,7 @@ contains
                     panels(place)%plot = trim(panels(place)%plot)//', "'//RUNS_FILE//'" using '// &
                     '"run":(strcol("case") eq "'// &
                                          case_name//'" && strcol("algorithm") eq '// &
-                                         '"'//trim(ESTIMATOR_NAMES(a))// &
+                                         '"'//trim(REPORT_ESTIMATORS(a))// &
                                          '" && column("run") <= '// &
                                          integer_text(REPORT_RUNS)//' ? column("d'//AXES(axis)// &
                                          '_mm") : NaN) with points linetype '// &

@@ -11,6 +11,7 @@ module gracecg_report_chapter_budget
 
 contains
 
+    !> Adds the chapter on the budget of the centre of mass.
     subroutine add_budget_chapter(book)
         type(report_book_t), intent(inout) :: book
 

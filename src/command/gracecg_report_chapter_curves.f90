@@ -47,6 +47,7 @@ module gracecg_report_chapter_curves
 
 contains
 
+    !> Adds the chapter with the curves of the cases.
     subroutine add_curves_chapter(book, console, error)
         type(report_book_t), intent(inout) :: book
         type(console_t), intent(inout) :: console

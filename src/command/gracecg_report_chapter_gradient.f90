@@ -21,6 +21,7 @@ module gracecg_report_chapter_gradient
 
 contains
 
+    !> Adds the chapter on the gravity gradient.
     subroutine add_gradient_chapter(book, orbit, error)
         type(report_book_t), intent(inout) :: book
         type(nominal_orbit_t), intent(in) :: orbit      !! Of the front satellite

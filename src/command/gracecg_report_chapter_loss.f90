@@ -29,6 +29,7 @@ module gracecg_report_chapter_loss
 
 contains
 
+    !> Adds the chapter on the loss of the magnetometer.
     subroutine add_loss_chapter(book, console, error)
         type(report_book_t), intent(inout) :: book
         type(console_t), intent(inout) :: console

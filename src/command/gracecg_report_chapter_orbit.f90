@@ -28,8 +28,9 @@ module gracecg_report_chapter_orbit
 
     !> One revolution of one satellite.
     type :: orbit_study_t
-        type(nominal_orbit_t) :: orbit
+        type(nominal_orbit_t) :: orbit    !! Along which the places lie
         type(calibration_place_t), allocatable :: places(:), of_cases(:)
+        !! Along the orbit, and those of the cases
     end type orbit_study_t
 
 contains

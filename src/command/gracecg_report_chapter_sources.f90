@@ -31,6 +31,7 @@ module gracecg_report_chapter_sources
 
 contains
 
+    !> Adds the chapter on the sources of error.
     subroutine add_sources_chapter(book, console, error)
         type(report_book_t), intent(inout) :: book
         type(console_t), intent(inout) :: console

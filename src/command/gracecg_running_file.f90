@@ -16,7 +16,7 @@ contains
 
     !> Writes a row an epoch. Fails when the file cannot be written, and then leaves none half-written.
     subroutine write_running_estimate(path, running, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the CSV file
         type(running_estimate_t), intent(in) :: running
         type(error_t), allocatable, intent(out) :: error
 

@@ -19,6 +19,7 @@ module gracecg_calibration_filter
     public :: filter_problem_t
     public :: flicker_process, filter_axis, gather, gather_axis, run_through_time, smooth_axis, smooth_star_camera
 
+    !> A calibration, linearised about a nominal trajectory.
     type :: filter_problem_t
         integer :: m = 0                            !! Number of constants; the offset is the last three
         integer :: steps = 0                        !! Intervals of the arc
@@ -62,7 +63,7 @@ contains
     !> Fails when the process has no positive definite covariance.
     subroutine filter_axis(problem, axis, process, for_smoother, filter, remainder, error)
         type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis    !! 1, 2, 3
         type(gauss_markov_t), intent(in) :: process
         logical, intent(in) :: for_smoother             !! Keep what the smoother needs
         type(process_filter_t), intent(out) :: filter
@@ -92,7 +93,7 @@ contains
         type(filter_problem_t), intent(in) :: problem
         real(dp), intent(in) :: remainder(:, :, :)      !! (m + 1, samples, axis)
         type(constants_t), intent(out) :: constants
-        integer, intent(in), optional :: without
+        integer, intent(in), optional :: without    !! The axis to leave out, 1, 2 or 3
 
         integer :: i, axis
 
@@ -108,9 +109,10 @@ contains
         end do
     end subroutine gather
 
+    !> Adds to the constants what one axis says of them.
     pure subroutine gather_axis(problem, axis, remainder, constants)
         type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: remainder(:, :)         !! (m + 1, samples)
         type(constants_t), intent(inout) :: constants
 
@@ -198,7 +200,7 @@ contains
     !> for a sample that is not kept, e^2/(1 + v).
     subroutine smooth_axis(problem, axis, filter, constants, signal, disturbance, residual, chi_square)
         type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis    !! 1, 2, 3
         type(process_filter_t), intent(in) :: filter    !! At the last sample, with its history
         type(constants_t), intent(in) :: constants      !! After all observations
         real(dp), intent(in) :: signal(:)               !! Of the process' states those wanted: h, or a part of it

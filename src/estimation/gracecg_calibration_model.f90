@@ -35,7 +35,7 @@ module gracecg_calibration_model
     public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
     public :: ALWAYS_ESTIMATED, airflow_at
 
-    integer, parameter :: PARAMETERS = 37
+    integer, parameter :: PARAMETERS = 37    !! Number of all parameters
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch, rad
     integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch, rad/s
@@ -52,6 +52,7 @@ module gracecg_calibration_model
     !! Errors of J's elements xx, yy, zz, xy, yz, zx, kg m^2
     integer, parameter :: TORQUE_CHANGE(3) = [35, 36, 37]   !! T', N m
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
+    !! Parameters of every fit; `optimal` adds to them
 
     character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
         'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
@@ -59,6 +60,7 @@ module gracecg_calibration_model
         'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
         'wave_sin', 'wave_cos', 'wave_freq', &
         'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
+    !! In the order of their places
 
     !> Rows and columns of the elements of INERTIA
     integer, parameter :: ELEMENT_ROW(6) = [1, 2, 3, 1, 2, 3], ELEMENT_COLUMN(6) = [1, 2, 3, 2, 3, 1]
@@ -75,7 +77,7 @@ module gracecg_calibration_model
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
-        real(dp) :: camera_from_body(3, 3, HEADS) = 0
+        real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
         integer, allocatable :: place(:)
@@ -85,7 +87,7 @@ module gracecg_calibration_model
     !> Values of all parameters. The angles are zero: q* holds the attitude.
     type :: calibration_state_t
         real(dp) :: quaternion(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]   !! q* at t = 0, inertial to body
-        real(dp) :: value(PARAMETERS) = 0
+        real(dp) :: value(PARAMETERS) = 0    !! By the places of the parameters, in their units
     end type calibration_state_t
 
     !> The nominal rotation at k h with its partials by the model's `rotational` parameters.
@@ -229,7 +231,7 @@ contains
 
     !> The rotation vector zeta that turns `from` into `to`: the inverse of turned_by.
     pure function turn_between(from, to) result(zeta)
-        real(dp), intent(in) :: from(4), to(4)
+        real(dp), intent(in) :: from(4), to(4)    !! Inertial to body
         real(dp) :: zeta(3)                     !! rad
 
         real(dp) :: p(4)
@@ -486,7 +488,7 @@ contains
     pure function airflow_at(model, q, k) result(along)
         type(calibration_model_t), intent(in) :: model
         real(dp), intent(in) :: q(4)            !! Attitude, inertial to body
-        integer, intent(in) :: k
+        integer, intent(in) :: k    !! The epoch, in intervals
         real(dp) :: along(3)                    !! Unit vector, body axes
 
         along = [1.0_dp, 0.0_dp, 0.0_dp]
@@ -553,7 +555,7 @@ contains
         type(calibration_model_t), intent(in) :: model
         type(calibration_trajectory_t), intent(in) :: trajectory
         real(dp), intent(in) :: time            !! s
-        integer, intent(in) :: head
+        integer, intent(in) :: head    !! That took the sample, 1 to HEADS
         real(dp), intent(in) :: quaternion(4)   !! Sample, inertial to body
         real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)

@@ -21,24 +21,25 @@ module gracecg_calibration_problem
     type :: assumed_noise_t
         real(dp) :: level(3) = 0            !! Accelerometer, (3-2), m^2 s^-4/Hz
         real(dp) :: corner(3) = 0           !! Hz
-        integer :: sides = 2
+        integer :: sides = 2    !! Of the spectrum that `level` is meant for: 1 or 2
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
     end type assumed_noise_t
 
     !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), a priori.
     type, extends(batch_problem_t) :: calibration_problem_t
-        type(calibration_model_t) :: model
-        type(calibration_state_t) :: state
-        type(fitting_data_t) :: data
-        type(assumed_noise_t) :: noise
-        type(whitener_t) :: whiteners(3)
+        type(calibration_model_t) :: model    !! With the parameters that are estimated
+        type(calibration_state_t) :: state    !! About which the problem is linearised
+        type(fitting_data_t) :: data    !! The observations, preprocessed
+        type(assumed_noise_t) :: noise    !! That gives the weights
+        type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
         logical, allocatable :: acceleration_kept(:, :) !! (3, accelerometer samples)
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
         real(dp), allocatable :: left_over(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
         integer :: star_rows = 0, acceleration_rows = 0
-        type(calibration_trajectory_t), private :: trajectory
+        !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
+        type(calibration_trajectory_t) :: trajectory    !! The rotation at the last linearisation
         real(dp), allocatable, private :: star_partials(:, :)
         integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
         real(dp), allocatable, private :: known_sigma(:)
@@ -98,7 +99,7 @@ contains
     subroutine with_parameters(setup, problem, estimated, other)
         type(calibration_setup_t), intent(in) :: setup
         type(calibration_problem_t), intent(in) :: problem
-        integer, intent(in) :: estimated(:)
+        integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_calibration_model
         type(calibration_problem_t), intent(out) :: other
 
         type(fitting_data_t) :: data
@@ -236,6 +237,7 @@ contains
     subroutine information_matrix(problem, information, rhs, residuals)
         type(calibration_problem_t), intent(inout) :: problem
         real(dp), allocatable, intent(out) :: information(:, :), rhs(:)
+        !! (parameters, parameters), and the side: (parameters)
         real(dp), allocatable, intent(out) :: residuals(:)      !! Whitened
 
         real(dp), allocatable :: partials(:, :), weights(:)

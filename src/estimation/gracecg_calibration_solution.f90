@@ -9,9 +9,9 @@ module gracecg_calibration_solution
 
     !> A parameter beside the offset.
     type :: estimated_parameter_t
-        character(12) :: name = ''
+        character(12) :: name = ''      !! As gracecg_calibration_model names it
         real(dp) :: value = 0           !! SI units
-        real(dp) :: sigma = 0
+        real(dp) :: sigma = 0           !! Standard deviation, SI units
     end type estimated_parameter_t
 
     !> Offset and covariance, and what else the fit has found.

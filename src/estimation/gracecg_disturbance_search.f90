@@ -57,7 +57,7 @@ contains
     !> Finds the disturbances of one axis and adds them to its process.
     subroutine search_disturbance(problem, axis, needed_gain, remainder, found)
         type(filter_problem_t), intent(inout) :: problem
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
         type(disturbance_t), allocatable, intent(out) :: found(:)

@@ -33,9 +33,9 @@ contains
         case ('ascrest')
             call estimate_combined(observations, .true., solution, error, covariance, record)
         case ('optimal')
-            call estimate_optimal(observations, solution, error, covariance)
+            call estimate_optimal(observations, solution, error, covariance, record)
         case ('sequential')
-            call estimate_sequential(observations, solution, error, covariance)
+            call estimate_sequential(observations, solution, error, covariance, record)
         case default
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))

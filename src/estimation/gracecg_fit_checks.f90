@@ -88,7 +88,7 @@ contains
 
     !> Warns of residuals that are much larger than the noise.
     subroutine judge_noise(axis, rms, deviation, warnings)
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: rms             !! Of the axis's residuals, m/s^2
         real(dp), intent(in) :: deviation       !! Standard deviation of the noise, m/s^2
         type(string_t), allocatable, intent(inout) :: warnings(:)
@@ -130,6 +130,7 @@ contains
     !> What a factor of the magnetic torque that was estimated means.
     subroutine judge_torque(factor, sigma, misfit, warnings, error)
         real(dp), intent(in) :: factor, sigma
+        !! Of the rods' torque that fits best, and its standard deviation
         real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error

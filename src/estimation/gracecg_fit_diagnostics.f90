@@ -54,11 +54,12 @@ module gracecg_fit_diagnostics
         logical :: peak_counts = .false.        !! It is larger than chance makes one in a thousand records
     end type residual_diagnosis_t
 
+    !> What one fit tells of itself.
     type :: fit_diagnostics_t
         real(dp) :: sigma(3) = 0                !! Of the offset, m
         logical :: sigma_known = .false.        !! The setup gives the noise of all accelerometer axes
-        real(dp) :: correlation(3, 3) = 0
-        type(ellipsoid_t) :: ellipsoid
+        real(dp) :: correlation(3, 3) = 0    !! Of the components of the offset
+        type(ellipsoid_t) :: ellipsoid    !! Of the offset's error
         real(dp) :: source_share(3, NOISE_SOURCES) = 0
         !! Of the variance of each component of the offset: (component, source); a row adds up to 1
         real(dp) :: information(3, 3, 3) = 0
@@ -70,7 +71,7 @@ module gracecg_fit_diagnostics
         !! inverse of the information of all axes, m
         real(dp), allocatable :: parameter_correlation(:, :)
         !! Of the offset with the fit's other parameters: (component, parameter from number 4 on)
-        type(residual_diagnosis_t) :: residuals(3)
+        type(residual_diagnosis_t) :: residuals(3)    !! Of accelerometer x, y, z
         real(dp), allocatable :: frequency(:)           !! Of the spectrum, Hz, from 0 on
         real(dp), allocatable :: density(:, :)          !! Two-sided, (axis, frequency), m^2 s^-4/Hz
         real(dp), allocatable :: expected_density(:, :) !! Of the setup's noise; 0 if it is not known
@@ -197,7 +198,7 @@ contains
         real(dp), intent(in) :: covariance(3, 3)        !! m^2
         integer, intent(in) :: i, j                     !! 1, 2, 3
         real(dp), intent(in) :: scale                   !! 1: one sigma
-        integer, intent(in) :: count
+        integer, intent(in) :: count    !! Of the points
         real(dp) :: points(2, count)                    !! About 0, closed: the last is the first, m
 
         real(dp) :: a, b, c, turn
@@ -215,7 +216,7 @@ contains
 
     !> Covariances over the standard deviations; 0 where a variance is 0, but 1 on the diagonal.
     pure function correlation_matrix(covariance) result(correlation)
-        real(dp), intent(in) :: covariance(:, :)
+        real(dp), intent(in) :: covariance(:, :)    !! (n, n), in any units
         real(dp) :: correlation(size(covariance, 1), size(covariance, 1))
 
         integer :: i, k

@@ -7,24 +7,29 @@ module gracecg_fit_record
     use gracecg_offset_model, only: offset_matrix
     implicit none
     private
-    public :: fit_record_t, record_accelerations, NOISE_SOURCES, STAR_CAMERA_NOISE
+    public :: fit_record_t, record_accelerations, NOISE_SOURCES, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
 
-    integer, parameter :: NOISE_SOURCES = 4     !! Accelerometer x, y, z, star camera
-    integer, parameter :: STAR_CAMERA_NOISE = 4
+    integer, parameter :: NOISE_SOURCES = 5         !! Accelerometer x, y, z, star camera, a-priori knowledge
+    integer, parameter :: STAR_CAMERA_NOISE = 4     !! Its place among the sources
+    integer, parameter :: A_PRIORI_KNOWLEDGE = 5
+    !! Its place: errors of what `optimal` and `sequential` know of parameters beforehand
 
+    !> Series and covariances of one fit.
     type :: fit_record_t
         real(dp) :: interval = 0                    !! h of the accelerometer, s
-        integer, allocatable :: epoch(:)            !! k of each accelerometer sample, at t = k h
-        real(dp), allocatable :: residual(:, :)     !! Observed minus fitted, (3, samples), m/s^2
+        integer, allocatable :: epoch(:)
+        !! k of each accelerometer sample, at t = k h, that the fit keeps on all three axes
+        real(dp), allocatable :: residual(:, :)
+        !! Observed minus fitted, the noise of the instrument left in: (3, samples), m/s^2
         real(dp), allocatable :: partials(:, :, :)  !! da/dd at each sample, (3, 3, samples), 1/s^2
         real(dp), allocatable :: angular_acceleration(:, :) !! Of the fit, body axes, (3, samples), rad/s^2
         character(12), allocatable :: names(:)      !! Of the parameters: d_x, d_y, d_z first
         real(dp), allocatable :: covariance(:, :)
-        !! Of these parameters under the true noise, SI units; its first 3 x 3 block is that of the
-        !! solution
+        !! Of these parameters under the noise that the estimator takes for the true one, SI units; its
+        !! first 3 x 3 block is that of the solution
         real(dp) :: covariance_by_source(3, 3, NOISE_SOURCES) = 0
         !! What of the offset's covariance comes from which noise, m^2; together the whole
-        logical :: torque_checked = .false.
+        logical :: torque_checked = .false.    !! The torque was compared with the rotation seen
         real(dp) :: torque_factor = 1               !! Of the rods' torque that would fit best
         real(dp) :: torque_sigma = 0                !! Its standard deviation
         real(dp) :: attitude_misfit = 0

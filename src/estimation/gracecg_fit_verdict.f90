@@ -27,16 +27,18 @@ module gracecg_fit_verdict
     real(dp), parameter :: MILLIMETRES = 1e3_dp
     character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
+    !> One thing that was examined.
     type :: finding_t
-        integer :: grade = GRADE_GOOD
+        integer :: grade = GRADE_GOOD    !! One of the grades above
         character(:), allocatable :: subject    !! What was examined
         character(:), allocatable :: text       !! What was found, with figures
     end type finding_t
 
+    !> The findings and what follows from them.
     type :: verdict_t
         integer :: grade = GRADE_GOOD                   !! The worst of the findings
         character(:), allocatable :: summary            !! One sentence
-        type(finding_t), allocatable :: findings(:)
+        type(finding_t), allocatable :: findings(:)    !! In the order of examination
         type(string_t), allocatable :: next_steps(:)    !! What to do, the first thing first
     end type verdict_t
 
@@ -65,7 +67,7 @@ contains
         if (.not. all(setup%star_camera_sigma > 0)) &
             call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
                      '(noise_about_axes): the sigmas leave it out')
-        call summarise(solution, diagnostics, verdict)
+        call sum_up(solution, diagnostics, verdict)
         call advise(setup, solution, diagnostics, verdict)
     end function judge
 
@@ -208,7 +210,7 @@ contains
     end subroutine judge_torque
 
     !> The verdict in one sentence.
-    subroutine summarise(solution, diagnostics, verdict)
+    subroutine sum_up(solution, diagnostics, verdict)
         type(calibration_solution_t), intent(in) :: solution
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(verdict_t), intent(inout) :: verdict
@@ -234,8 +236,8 @@ contains
             if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
             text = text//'.'
         end if
-        verdict%summary = text
-    end subroutine summarise
+        call move_alloc(text, verdict%summary)
+    end subroutine sum_up
 
     !> What to do next.
     subroutine advise(setup, solution, diagnostics, verdict)
@@ -293,28 +295,30 @@ contains
                         'sigmas and the error of the mass balancing.')
     end subroutine advise
 
-    !> A number with its sign, filled up with blanks.
-    pure function signed(value) result(text)
+    !> A number with its sign.
+    function signed(value) result(text)
         real(dp), intent(in) :: value
-        character(24) :: text
+        character(32) :: text
 
         text = rounded_text(value, 3)
         if (value > 0) text = '+'//rounded_text(value, 3)
     end function signed
 
-    !> '4.9E+03', filled up with blanks.
-    pure function power_text(value) result(text)
+    !> '4.9E+03'.
+    function power_text(value) result(text)
         real(dp), intent(in) :: value
         character(12) :: text
 
-        write (text, '(es12.1)') value
-        text = adjustl(text)
+        character(12) :: buffer
+
+        write (buffer, '(es12.1)') value
+        text = trim(adjustl(buffer))
     end function power_text
 
-    !> The axes that are chosen: 'x', 'x and z', filled up with blanks.
-    pure function listed(chosen) result(text)
+    !> The axes that are chosen: 'x', 'x and z'.
+    function listed(chosen) result(text)
         logical, intent(in) :: chosen(3)
-        character(len('x, y and z')) :: text
+        character(10) :: text
 
         type(string_t), allocatable :: names(:)
         integer :: axis
@@ -333,25 +337,33 @@ contains
         end select
     end function listed
 
-    !> '(0.99, -0.01, 0.05)', filled up with blanks.
-    pure function direction_text(direction) result(text)
+    function direction_text(direction) result(text)
         real(dp), intent(in) :: direction(3)
         character(26) :: text
 
         character(26) :: buffer
-        integer :: i, n
 
         write (buffer, '("(", f5.2, ", ", f5.2, ", ", f5.2, ")")') &
             merge(direction, 0.0_dp, abs(direction) >= 0.005_dp)
-        text = ''
-        n = 0
-        do i = 1, len_trim(buffer)
-            if (buffer(i:i) == ' ') then
-                if (i == 1) cycle
-                if (buffer(i - 1:i - 1) /= ',') cycle   ! padding of a number
-            end if
-            n = n + 1
-            text(n:n) = buffer(i:i)
-        end do
+        text = without_blanks(trim(buffer))
+
+    contains
+
+        !> '( 0.99, -0.01,  0.05)' without the padding.
+        function without_blanks(padded_text) result(shorter)
+            character(*), intent(in) :: padded_text
+            character(len(padded_text)) :: shorter
+
+            integer :: i, n
+
+            shorter = ''
+            n = 0
+            do i = 1, len(padded_text)
+                if (padded_text(i:i) == ' ') cycle
+                n = n + 1
+                shorter(n:n) = padded_text(i:i)
+                if (padded_text(i:i) == ',') n = n + 1
+            end do
+        end function without_blanks
     end function direction_text
 end module gracecg_fit_verdict

@@ -33,11 +33,12 @@ module gracecg_noise_whitening
         real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations
         logical, allocatable, private :: used(:)                !! False: left out
     contains
-        procedure :: whiten
-        procedure :: whiten_series
-        procedure :: step
+        procedure :: whiten    !! Whitens several series in place
+        procedure :: whiten_series    !! Whitens one series in place
+        procedure :: step    !! Whitens the next sample of one series
         procedure :: innovations
-        procedure :: is_kept
+        !! How far every sample is from what the kept samples before it let expect, in standard deviations
+        procedure :: is_kept    !! False for a sample that is left out
     end type whitener_t
 
     !> Where the filter of one series has got to, for whitening sample by sample.
@@ -174,7 +175,7 @@ contains
         class(whitener_t), intent(in) :: self
         integer, intent(in) :: i                        !! Number of the sample: 1, 2, 3 ...
         type(whitening_state_t), intent(inout) :: state
-        real(dp), intent(in) :: value
+        real(dp), intent(in) :: value    !! The next one
         real(dp), intent(out) :: whitened               !! 0 for a sample that is left out
 
         real(dp) :: innovation
@@ -259,7 +260,7 @@ contains
     !> False for a sample that is left out.
     elemental logical function is_kept(self, i)
         class(whitener_t), intent(in) :: self
-        integer, intent(in) :: i
+        integer, intent(in) :: i    !! Number of the sample
 
         is_kept = self%used(i)
     end function is_kept

@@ -17,6 +17,7 @@ module gracecg_offset_bound
     private
     public :: offset_bound_t, bound_offset
 
+    !> Bound and consider covariance of the CG offset.
     type :: offset_bound_t
         real(dp) :: covariance(3, 3) = 0        !! Of d at best, m^2
         real(dp) :: sigma(3) = 0                !! Of its components, m

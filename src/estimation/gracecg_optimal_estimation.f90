@@ -20,6 +20,7 @@ module gracecg_optimal_estimation
     use gracecg_outlier_editing, only: edit_samples, report_edited
     use gracecg_fit_checks, only: refuse_stuck_axis, judge_torque, judge_noise, RODS_OFF
     use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
+    use gracecg_fit_record, only: fit_record_t, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
     implicit none
     private
     public :: estimate_optimal
@@ -39,11 +40,12 @@ contains
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
-    subroutine estimate_optimal(observations, solution, error, with_checks)
+    subroutine estimate_optimal(observations, solution, error, with_checks, record)
         type(observation_set_t), intent(in) :: observations
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(calibration_problem_t) :: problem
         type(fitting_data_t) :: data
@@ -59,7 +61,8 @@ contains
         if (.not. allocated(error)) call report_edited(problem, solution%edited, solution%warnings, error)
         if (.not. allocated(error)) call store(problem, batch, solution)
         if (.not. allocated(error) .and. with_checks) call check_fit(observations%setup, problem, batch, &
-                                                                     solution, error)
+                                                                     solution, error, record)
+        if (.not. allocated(error) .and. present(record)) call record_fit(problem, batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
@@ -248,12 +251,13 @@ contains
     end subroutine store
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
-    subroutine check_fit(setup, problem, batch, solution, error)
+    subroutine check_fit(setup, problem, batch, solution, error, record)
         type(calibration_setup_t), intent(in) :: setup
         type(calibration_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         type(calibration_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
 
         type(coloured_noise_t) :: noise
         real(dp) :: deviation(1), factor, sigma, misfit
@@ -272,9 +276,63 @@ contains
         end if
         misfit = sqrt(sum(batch%residuals(:problem%star_rows)**2)/max(1, 3*count(problem%star_kept)))
         call estimate_gain(setup, problem, factor, sigma, error)
-        if (.not. allocated(error)) call judge_torque(factor, sigma*max(1.0_dp, misfit), misfit, &
-                                                      solution%warnings, error)
+        if (allocated(error)) return
+        sigma = sigma*max(1.0_dp, misfit)
+        if (present(record)) then
+            record%torque_checked = .true.
+            record%torque_factor = factor
+            record%torque_sigma = sigma
+            record%attitude_misfit = misfit
+        end if
+        call judge_torque(factor, sigma, misfit, solution%warnings, error)
     end subroutine check_fit
+
+    !> Puts the fit into a record: the samples kept on all axes, the covariance with the offset first,
+    !> and what of it each group of observations brings.
+    subroutine record_fit(problem, batch, record)
+        type(calibration_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(fit_record_t), intent(inout) :: record
+
+        integer, allocatable :: kept(:), order(:)
+        integer :: i, axis, n
+
+        n = size(problem%model%estimated)
+        kept = pack([(i, i=1, size(problem%data%accelerometer_epoch))], all(problem%acceleration_kept, 1))
+        record%interval = problem%model%interval
+        record%epoch = problem%data%accelerometer_epoch(kept)
+        record%residual = problem%left_over(:, kept)
+        allocate (record%partials(3, 3, size(kept)))
+        do i = 1, size(kept)
+            record%partials(:, :, i) = transpose(problem%acceleration_partials(OFFSET, :, kept(i)))
+        end do
+        record%angular_acceleration = problem%trajectory%omega_dot(:, record%epoch)
+        order = [OFFSET, pack([(i, i=1, n)], [(all(OFFSET /= i), i=1, n)])]
+        record%names = problem%names(order)
+        record%covariance = batch%inverse(order, order)
+        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
+            do axis = 1, 3
+                record%covariance_by_source(:, :, axis) = brought_by(stars + axis, last, 3)
+            end do
+            record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = brought_by(1, stars, 1)
+            record%covariance_by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(last + 1, problem%observations, 1)
+        end associate
+
+    contains
+
+        !> What the observations first, first + step, ... bring to the covariance of the offset: they are
+        !> whitened, so their errors have the covariance I, and (H^T H)^-1 H^T takes them to the
+        !> parameters.
+        function brought_by(first, last, step) result(covariance)
+            integer, intent(in) :: first, last, step
+            real(dp) :: covariance(3, 3)            ! m^2
+
+            real(dp), allocatable :: gain(:, :)
+
+            gain = matmul(batch%inverse(OFFSET, :), batch%gain(:, first:last:step))
+            covariance = matmul(gain, transpose(gain))
+        end function brought_by
+    end subroutine record_fit
 
     !> The factor of the magnetic torque that fits best, without a-priori knowledge, by one linear step.
     subroutine estimate_gain(setup, problem, factor, sigma, error)

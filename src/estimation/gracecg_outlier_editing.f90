@@ -28,7 +28,7 @@ contains
     !> `changed` tells whether another fit is needed.
     subroutine edit_samples(problem, changed)
         type(calibration_problem_t), intent(inout) :: problem
-        logical, intent(out) :: changed
+        logical, intent(out) :: changed    !! Another set of samples than before
 
         real(dp) :: normalised(size(problem%star_kept))
         integer :: axis, i

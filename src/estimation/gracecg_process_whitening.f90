@@ -18,7 +18,7 @@ contains
     pure subroutine whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
         type(gauss_markov_t), intent(in) :: process     !! Its transition matrix tridiagonal
         integer, intent(in) :: epoch(:)                 !! Of each row, in intervals, increasing
-        logical, intent(in) :: kept(:)
+        logical, intent(in) :: kept(:)    !! (samples)
         real(dp), intent(in) :: rows(:, :)              !! (values, samples)
         real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
         real(dp), intent(out) :: log_variance           !! Sum of the logarithms of the innovations' variances

@@ -27,6 +27,7 @@ module gracecg_sequential
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
+    use gracecg_fit_record, only: fit_record_t, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
     implicit none
     private
     public :: estimate_sequential
@@ -37,6 +38,7 @@ module gracecg_sequential
     integer, parameter :: SHARED(2) = [M - 4, M - 3]
     !! Parts of the disturbance found in one axis that the other two see
     integer, parameter :: PLACE(18) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, M - 2, M - 1, M]
+    integer, parameter :: OFFSETS_AMONG_ESTIMATED(3) = [16, 17, 18]
     !> What is known a priori, so little that it weighs nothing: standard deviations of attitude (rad),
     !> angular velocity (rad/s), torque (N m), drift (m/s^3), bias (m/s^2), offset (m)
     real(dp), parameter :: PRIOR_SIGMA(18) = [1.0_dp, 1.0_dp, 1.0_dp, 0.1_dp, 0.1_dp, 0.1_dp, &
@@ -78,7 +80,10 @@ module gracecg_sequential
         real(dp) :: star_sigma(3) = 1                   !! Of the star camera about its axes, rad
         real(dp) :: shared_part(2) = 0                  !! A priori, the constants SHARED
         real(dp) :: shared_sigma = 1                    !! and their standard deviation
-        real(dp) :: residual_rms(3) = 0                 !! Of the accelerometer, m/s^2
+        integer :: noise_states(3) = 0                  !! Of each axis' process: those of the flicker noise
+        real(dp), allocatable :: residual(:, :)
+        !! Of the accelerometer, smoothed, the noise of the instrument left in: (3, samples), m/s^2
+        real(dp) :: residual_rms(3) = 0                 !! Of those kept, m/s^2
     end type work_t
 
 contains
@@ -88,11 +93,12 @@ contains
     !> Fails when the observations are refused, when the setup gives no noise levels, when the samples
     !> do not determine the offset, and, with the checks, when the satellite did not turn as the torque
     !> rods should have made it.
-    subroutine estimate_sequential(observations, solution, error, with_checks)
+    subroutine estimate_sequential(observations, solution, error, with_checks, record)
         type(observation_set_t), intent(in) :: observations
         type(calibration_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_checks      !! Compare the turn with the rods' torque, too
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(work_t) :: work
         integer :: round, iterations
@@ -114,9 +120,9 @@ contains
         end do
         solution%converged = solution%converged .and. .not. changed
         solution%warnings = work%data%warnings
-        call store_solution(observations%setup, work, solution, error)
+        call store_solution(observations%setup, work, solution, error, record)
         if (allocated(error)) return
-        if (with_checks) call check_rotation(observations%setup, work, solution, error)
+        if (with_checks) call check_rotation(observations%setup, work, solution, error, record)
     end subroutine estimate_sequential
 
     !> Preprocesses, and lays the problem out. Spikes of the star camera are left out of it.
@@ -137,6 +143,7 @@ contains
         work%guess%value(OFFSET) = 0            ! so that the guess has no weight at all
         n = size(work%data%accelerometer_epoch)
         stars = size(work%data%stars%time)
+        allocate (work%residual(3, n), source=0.0_dp)
         allocate (work%predicted(3, n), work%partials(size(ESTIMATED), 3, n), work%remainder(M + 1, n, 3))
         associate (problem => work%problem)
             problem%m = M
@@ -198,6 +205,7 @@ contains
             call noise%markov_form(white_variance, correlation, variance)
             work%white_sigma(axis) = sqrt(white_variance)
             work%problem%process(axis) = flicker_process(noise, work%problem%steps)
+            work%noise_states(axis) = work%problem%process(axis)%n
             associate (sequential => setup%sequential)
                 if (sequential%acceleration == GIVEN .and. sequential%process_sigma(axis) > 0) &
                     work%problem%process(axis) = with_disturbance( &
@@ -477,7 +485,7 @@ contains
         type(work_t), intent(inout) :: work
         logical, intent(out) :: changed         !! Another set of samples than before
 
-        real(dp), allocatable :: disturbance(:), residual(:), chi_square(:), star_chi_square(:)
+        real(dp), allocatable :: flicker(:), residual(:), chi_square(:), star_chi_square(:), signal(:)
         logical, allocatable :: kept(:)
         real(dp) :: limit
         integer :: axis, n
@@ -485,14 +493,16 @@ contains
         n = size(work%problem%epoch)
         changed = .false.
         limit = setup%sequential%edit_sigma**2
-        allocate (disturbance(n), residual(n), chi_square(n), kept(n))
+        allocate (flicker(n), residual(n), chi_square(n), kept(n))
         do axis = 1, 3
-            call smooth_axis(work%problem, axis, work%filter(axis), work%constants, &
-                             work%problem%process(axis)%output, disturbance, residual, chi_square)
+            signal = work%problem%process(axis)%output
+            signal(work%noise_states(axis) + 1:) = 0
+            call smooth_axis(work%problem, axis, work%filter(axis), work%constants, signal, flicker, residual, &
+                             chi_square)
             kept = chi_square <= limit*max(1.0_dp, median_of(chi_square)/MEDIAN_1)
             changed = changed .or. any(kept .neqv. work%problem%kept(:, axis))
-            work%residual_rms(axis) = work%white_sigma(axis)* &
-                                      norm2(pack(residual, work%problem%kept(:, axis)))/ &
+            work%residual(axis, :) = work%white_sigma(axis)*(residual + flicker)
+            work%residual_rms(axis) = norm2(pack(work%residual(axis, :), work%problem%kept(:, axis)))/ &
                                       sqrt(real(max(1, count(work%problem%kept(:, axis))), dp))
             work%problem%kept(:, axis) = kept
         end do
@@ -515,11 +525,12 @@ contains
     end function chi_square_of_three
 
     !> The last estimate with its covariance, and what is to be said of it.
-    subroutine store_solution(setup, work, solution, error)
+    subroutine store_solution(setup, work, solution, error, record)
         type(calibration_setup_t), intent(in) :: setup
         type(work_t), intent(inout) :: work
         type(calibration_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
 
         type(calibration_state_t) :: final
         type(constants_t) :: constants
@@ -555,7 +566,74 @@ contains
         call allow_for_misfit(work, constants, solution)
         call report_editing(work, solution)
         call report_disturbances(work, solution)
+        if (present(record)) call record_fit(work, constants, solution%covariance(1, 1)/ &
+                                             sum(root(PLACE(16), :)**2), record)
     end subroutine store_solution
+
+    !> Puts the fit into a record. The whitened observations have unit noise, so with the covariance
+    !> P = U U^T of the constants the observations of a source, with the partials g, bring
+    !> U (sum U^T g g^T U) U^T to it; all sources together make it whole.
+    subroutine record_fit(work, constants, misfit, record)
+        type(work_t), intent(in) :: work
+        type(constants_t), intent(in) :: constants  !! After all observations
+        real(dp), intent(in) :: misfit              !! Factor by which the covariance is enlarged
+        type(fit_record_t), intent(inout) :: record
+
+        real(dp) :: root(M, M)
+        integer, allocatable :: kept(:), order(:)
+        integer :: i, axis
+
+        associate (problem => work%problem)
+            kept = pack([(i, i=1, size(problem%epoch))], all(problem%kept, 2))
+            record%interval = problem%interval
+            record%epoch = problem%epoch(kept)
+            record%residual = work%residual(:, kept)
+            allocate (record%partials(3, 3, size(kept)))
+            do i = 1, size(kept)
+                record%partials(:, :, i) = transpose(work%partials(OFFSETS_AMONG_ESTIMATED, :, kept(i)))
+            end do
+            record%angular_acceleration = work%trajectory%omega_dot(:, record%epoch)
+
+            order = PLACE([OFFSETS_AMONG_ESTIMATED, [(i, i=1, 15)]])
+            record%names = [PARAMETER_NAMES(OFFSET), PARAMETER_NAMES(ESTIMATED(:15))]
+            if (work%leading > 0) then
+                order = [order, SHARED]
+                record%names = [character(12) :: record%names, 'shared_1', 'shared_2']
+            end if
+            root = constants%inverse_root()
+            record%covariance = misfit*matmul(root(order, :), transpose(root(order, :)))
+            associate (by => record%covariance_by_source)
+                by = 0
+                do i = 1, M
+                    call add(problem%prior(:M, i), by(:, :, A_PRIORI_KNOWLEDGE))
+                end do
+                do i = 1, size(problem%star_time)
+                    if (.not. problem%star_kept(i)) cycle
+                    do axis = 1, 3
+                        call add(problem%star(:M, axis, i), by(:, :, STAR_CAMERA_NOISE))
+                    end do
+                end do
+                do axis = 1, 3
+                    do i = 1, size(problem%epoch)
+                        if (problem%kept(i, axis)) call add(work%remainder(:M, i, axis), by(:, :, axis))
+                    end do
+                end do
+            end associate
+        end associate
+
+    contains
+
+        !> Adds what one whitened observation brings to the covariance of the offset.
+        pure subroutine add(g, covariance)
+            real(dp), intent(in) :: g(M)
+            real(dp), intent(inout) :: covariance(3, 3)     ! m^2
+
+            real(dp) :: gain(3)
+
+            gain = matmul(root(PLACE(OFFSETS_AMONG_ESTIMATED), :), matmul(g, root))
+            covariance = covariance + misfit*spread(gain, 2, 3)*spread(gain, 1, 3)
+        end subroutine add
+    end subroutine record_fit
 
     !> Condition number (1-norm) of the normal matrix with unit diagonal.
     pure real(dp) function condition_of(constants) result(condition)
@@ -644,17 +722,18 @@ contains
     end subroutine report_disturbances
 
     !> Compares the turn that the star camera saw with the torque of the rods.
-    subroutine check_rotation(setup, work, solution, error)
+    subroutine check_rotation(setup, work, solution, error, record)
         type(calibration_setup_t), intent(in) :: setup
         type(work_t), intent(in) :: work
         type(calibration_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
 
         type(attitude_problem_t) :: attitude
 
         call prepare_attitude(setup, work%data, .true., attitude)
         attitude%quaternion = solution%quaternion
         attitude%angular_velocity = solution%angular_velocity
-        call check_torque(setup, attitude, solution%warnings, error)
+        call check_torque(setup, attitude, solution%warnings, error, record)
     end subroutine check_rotation
 end module gracecg_sequential

@@ -15,9 +15,9 @@ contains
     !> True for the samples that lie farther from the median of their neighbourhood than `limit` times
     !> the larger of sigma and the spread of all such distances.
     pure function is_spike(values, sigma, limit) result(spike)
-        real(dp), intent(in) :: values(:)
+        real(dp), intent(in) :: values(:)    !! A series in the order of time
         real(dp), intent(in) :: sigma               !! Noise of a sample
-        real(dp), intent(in) :: limit
+        real(dp), intent(in) :: limit    !! In standard deviations
         logical :: spike(size(values))
 
         real(dp) :: distance(size(values))
@@ -32,7 +32,7 @@ contains
 
     !> The median: the mean of the middle two of an even number.
     pure real(dp) function median_of(values) result(median)
-        real(dp), intent(in) :: values(:)
+        real(dp), intent(in) :: values(:)    !! At least one
 
         real(dp) :: sorted(size(values))
         integer :: n

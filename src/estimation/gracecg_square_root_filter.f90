@@ -35,16 +35,19 @@ module gracecg_square_root_filter
         real(dp), allocatable, private :: row(:)    !! Workspace (n + 1)
     contains
         procedure :: fold_in
-        procedure :: is_determined
-        procedure :: solution
+        !! Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise
+        procedure :: is_determined    !! True when every constant has been observed
+        procedure :: solution    !! The estimate R_y^-1 z_y
         procedure :: last_covariance
-        procedure :: inverse_root
-        procedure :: log_determinant => constants_log_determinant
+        !! Estimate and covariance of the last few constants: only their corner of R_y is needed, so they
+        !! cost little at every epoch
+        procedure :: inverse_root    !! R_y^-1: times its transpose the covariance
+        procedure :: log_determinant => constants_log_determinant    !! ln det(R_y^T R_y)
     end type constants_t
 
     !> The array [R_p R_py | z_p] of a process.
     type :: process_filter_t
-        type(gauss_markov_t) :: process
+        type(gauss_markov_t) :: process    !! That is filtered
         integer :: n = 0                            !! Number of states of the process
         integer :: m = 0                            !! Number of constants
         real(dp), allocatable :: array(:, :)        !! (n + m + 1, n): column i is row i of the array
@@ -58,9 +61,11 @@ module gracecg_square_root_filter
         real(dp), allocatable, private :: left(:, :)    !! Phi^-1 L, n x n
         real(dp), allocatable, private :: reflected(:)  !! Workspace (2n + m + 1)
     contains
-        procedure :: observe
-        procedure :: advance
+        procedure :: observe    !! Folds an observation r = h^T p + g^T y + e in
+        procedure :: advance    !! To the next epoch: p(k+1) in place of p(k)
         procedure :: predict_observation
+        !! The innovation of an observation that has not been folded in, without solving for the state: with
+        !! R^T u = (h, g), observed minus predicted is r - u.z and its variance 1 + u.u
     end type process_filter_t
 
     !> What the filter expects of an observation before it is folded in.
@@ -78,6 +83,8 @@ module gracecg_square_root_filter
         real(dp), allocatable :: covariance(:, :)   !! C, given y: n x n
     contains
         procedure :: step_back
+        !! One epoch back, after Dyer and McReynolds (Bierman, section X.2): the kept rows give w from
+        !! p(k+1) and y, and p(k) = Phi^-1 (p(k+1) - L w)
     end type process_smoother_t
 
 contains
@@ -85,8 +92,8 @@ contains
     !> Constants of which nothing is known (`sigma` absent), or which are zero with the standard
     !> deviations given.
     pure function new_constants(n, sigma) result(constants)
-        integer, intent(in) :: n
-        real(dp), intent(in), optional :: sigma(:)
+        integer, intent(in) :: n    !! Their number
+        real(dp), intent(in), optional :: sigma(:)    !! Standard deviations, (n)
         type(constants_t) :: constants
 
         integer :: i

@@ -33,8 +33,8 @@ contains
     subroutine estimate_spectrum(interval, sides, epoch, kept, series, regressors, level, corner, error)
         real(dp), intent(in) :: interval            !! Of the epochs, s
         integer, intent(in) :: sides                !! Of the spectrum
-        integer, intent(in) :: epoch(:)
-        logical, intent(in) :: kept(:)
+        integer, intent(in) :: epoch(:)    !! k of each sample
+        logical, intent(in) :: kept(:)    !! (samples)
         real(dp), intent(in) :: series(:)           !! Residuals, (samples)
         real(dp), intent(in) :: regressors(:, :)    !! (regressors, samples)
         real(dp), intent(out) :: level              !! Unit of the series squared per Hz
@@ -145,7 +145,7 @@ contains
     pure real(dp) function estimate_variance(residuals, partials, covariance) result(factor)
         real(dp), intent(in) :: residuals(:)        !! In units of the assumed sigma
         real(dp), intent(in) :: partials(:, :)      !! Parameters x residuals, in the same units
-        real(dp), intent(in) :: covariance(:, :)
+        real(dp), intent(in) :: covariance(:, :)    !! Of all parameters: (parameters, parameters)
 
         real(dp) :: redundancy
         integer :: i

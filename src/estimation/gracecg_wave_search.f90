@@ -24,8 +24,9 @@ module gracecg_wave_search
     integer, parameter :: REFINEMENTS = 14              !! Of the golden section
     real(dp), parameter :: GOLDEN = (sqrt(5.0_dp) - 1)/2
 
+    !> A wave in the residuals.
     type :: density_wave_found_t
-        logical :: found = .false.
+        logical :: found = .false.    !! It stands out of the noise
         real(dp) :: frequency = 0           !! Hz
         real(dp) :: amplitude(2) = 0        !! Of sine and cosine, m/s^2
     end type density_wave_found_t

@@ -14,6 +14,7 @@ module gracecg_gauss_markov
     private
     public :: gauss_markov_t, first_order_process, second_order_process, no_process, superposed
 
+    !> A stationary process in discrete time, with a scalar output.
     type :: gauss_markov_t
         integer :: n = 0                                    !! Number of states
         real(dp), allocatable :: transition(:, :)           !! Phi over one interval, n x n

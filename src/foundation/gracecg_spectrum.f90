@@ -93,6 +93,7 @@ contains
         real(dp), intent(in) :: frequency(:), density(:)    !! From frequency 0 on
         real(dp), intent(in) :: octaves                     !! Width of a band, > 0
         real(dp), allocatable, intent(out) :: band_frequency(:), band_density(:)
+        !! (bands): Hz, and the means in the unit of the density
 
         integer :: first, last, bands
         real(dp) :: means(2, size(frequency))

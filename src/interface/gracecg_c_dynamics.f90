@@ -13,7 +13,7 @@ module gracecg_c_dynamics
     use gracecg_c_surface, only: check_attitude
     implicit none
     private
-    public :: case_object_t
+    public :: case_object_t, keep_case
     public :: c_case_open, c_case_parse, c_case_free, c_case_text, c_case_values
     public :: c_force_model_open, c_force_model_free, c_force_model_epoch, c_force_model_evaluate
     public :: c_force_model_torques, c_force_model_rate, c_force_model_propagate
@@ -73,10 +73,11 @@ contains
         if (status == STATUS_OK) call keep_case(case, handle, status, error)
     end function c_case_parse
 
+    !> Stores a case and gives its handle out.
     subroutine keep_case(case, handle, status, error)
         type(calibration_case_t), intent(in) :: case
-        integer(c_intptr_t), intent(out) :: handle
-        integer(c_int), intent(inout) :: status
+        integer(c_intptr_t), intent(out) :: handle  !! Of the case; 0 without room
+        integer(c_int), intent(inout) :: status     !! Of the call so far
         type(c_error_t), intent(inout), optional :: error
 
         class(object_t), pointer :: object

@@ -23,6 +23,9 @@ module gracecg_c_estimation
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
     public :: c_observations_orbit, c_estimate
 
+    integer, parameter :: MOST_PARAMETERS = 16      !! Beside the offset
+    integer, parameter :: NAME_SIZE = 16            !! Bytes of a parameter's name with its closing zero
+
     !> gracecg_samples
     type, bind(c) :: c_samples_t
         integer(c_size_t) :: accelerometer_count    !! Number of samples
@@ -51,10 +54,18 @@ module gracecg_c_estimation
         real(c_double) :: angular_velocity(3)   !! rad/s
         real(c_double) :: residual_rms(3)       !! m/s^2
         real(c_double) :: condition             !! Of the scaled normal matrix
+        real(c_double) :: variance_factor       !! 0: the estimator has none
+        real(c_double) :: noise_level(3)        !! m^2 s^-4/Hz
+        real(c_double) :: noise_corner(3)       !! Hz
+        real(c_double) :: star_camera_sigma(3)  !! rad
+        real(c_double) :: parameter_value(MOST_PARAMETERS)  !! SI units
+        real(c_double) :: parameter_sigma(MOST_PARAMETERS)  !! SI units
+        character(kind=c_char) :: parameter_name(NAME_SIZE, MOST_PARAMETERS)    !! Ends with a zero
+        integer(c_int32_t) :: parameter_count   !! How many there are
+        integer(c_int32_t) :: edited(2)         !! Accelerometer, star camera
         integer(c_int32_t) :: iterations        !! Of the batch processor
         integer(c_int32_t) :: converged         !! 1 or 0
         integer(c_int32_t) :: warning_count     !! How many there are
-        integer(c_int32_t) :: reserved          !! 0
     end type c_solution_t
 
     type, extends(object_t) :: simulator_object_t
@@ -720,7 +731,7 @@ contains
         type(calibration_solution_t), intent(in) :: solution
         type(c_solution_t), intent(inout) :: c_solution
 
-        integer :: i
+        integer :: i, k
 
         c_solution%offset = solution%offset
         c_solution%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
@@ -731,11 +742,29 @@ contains
         c_solution%angular_velocity = solution%angular_velocity
         c_solution%residual_rms = solution%residual_rms
         c_solution%condition = solution%condition
+        c_solution%variance_factor = solution%variance_factor
+        c_solution%noise_level = solution%noise_level
+        c_solution%noise_corner = solution%noise_corner
+        c_solution%star_camera_sigma = solution%star_camera_sigma
+        c_solution%edited = solution%edited
+        c_solution%parameter_value = 0
+        c_solution%parameter_sigma = 0
+        c_solution%parameter_name = c_null_char
+        c_solution%parameter_count = 0
+        if (allocated(solution%parameters)) c_solution%parameter_count = min(size(solution%parameters), MOST_PARAMETERS)
+        do i = 1, c_solution%parameter_count
+            associate (parameter => solution%parameters(i))
+                c_solution%parameter_value(i) = parameter%value
+                c_solution%parameter_sigma(i) = parameter%sigma
+                do k = 1, len_trim(parameter%name)
+                    c_solution%parameter_name(k, i) = parameter%name(k:k)
+                end do
+            end associate
+        end do
         c_solution%iterations = solution%iterations
         c_solution%converged = merge(1, 0, solution%converged)
         c_solution%warning_count = 0
         if (allocated(solution%warnings)) c_solution%warning_count = size(solution%warnings)
-        c_solution%reserved = 0
     end subroutine give_solution
 
     !> The warnings as lines, cut off where the buffer ends.

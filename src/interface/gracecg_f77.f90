@@ -942,3 +942,186 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     if (status == STATUS_OK) error%message = warnings
     call finish(status, error, istat, msg)
 end subroutine gcestm
+
+!> The least covariance of the offset with the manoeuvre and the noise of a case.
+subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_kinds, only: dp
+    use gracecg_c_support, only: c_error_t, STATUS_OK
+    use gracecg_c_planning, only: c_bound_t, c_case_bound
+    use gracecg_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: icas                     !! Handle: case
+    real(dp), intent(inout) :: sig(3)               !! Standard deviations, body axes, m
+    real(dp), intent(inout) :: cov(3, 3)            !! Covariance, m^2
+    real(dp), intent(inout) :: psig(3)              !! Of the error ellipsoid, ascending, m
+    real(dp), intent(inout) :: dir(3, 3)            !! Its directions as columns; the last is the worst
+    real(dp), intent(inout) :: csig(3)              !! With what is known only within limits, m
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_bound_t) :: bound
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_case_bound(c_handle(icas), bound, error)
+    if (status == STATUS_OK) then
+        sig = bound%sigma
+        cov = bound%covariance
+        psig = bound%principal_sigma
+        dir = bound%direction
+        csig = bound%consider_sigma
+    end if
+    call finish(status, error, istat, msg)
+end subroutine gcbnd
+
+!> The settings of the planner that `gracecg design` has for a case, to be changed and given to gcdsgn.
+subroutine gcdsgd(icas, opt, iopt, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_kinds, only: dp
+    use gracecg_c_support, only: c_error_t, STATUS_OK
+    use gracecg_c_planning, only: c_design_settings_t, c_design_defaults
+    use gracecg_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: icas                     !! Handle: case
+    real(dp), intent(inout) :: opt(9)
+    !! Start, duration (s), amplitude (A m^2), lowest and highest frequency (Hz), taper, rise time (s), limits
+    !! of rate (rad/s) and pointing (rad)
+    integer, intent(inout) :: iopt(8)               !! Rods x, y, z; four waveforms: 1 or 0; threads
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_design_settings_t) :: settings
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_design_defaults(c_handle(icas), settings, error)
+    if (status == STATUS_OK) then
+        opt = [settings%start, settings%duration, settings%amplitude, settings%lowest_frequency, &
+               settings%highest_frequency, settings%taper, settings%rise_time, settings%rate_limit, &
+               settings%pointing_limit]
+        iopt = [settings%rod_used, settings%waveform_used, settings%threads]
+    end if
+    call finish(status, error, istat, msg)
+end subroutine gcdsgd
+
+!> Searches the manoeuvre with the best worst axis.
+subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_kinds, only: dp
+    use gracecg_c_support, only: c_error_t, STATUS_OK
+    use gracecg_c_planning, only: c_design_settings_t, c_design_t, c_design_manoeuvre
+    use gracecg_f77_support, only: c_handle, finish_handle
+    implicit none
+    integer, intent(in) :: icas                     !! Handle: case
+    real(dp), intent(in) :: opt(9)                  !! As gcdsgd gives it
+    integer, intent(in) :: iopt(8)                  !! As gcdsgd gives it
+    integer, intent(out) :: jcas                    !! Handle: case with the manoeuvre
+    real(dp), intent(inout) :: sig(3)               !! Limit under the accelerometer's noise, m
+    real(dp), intent(inout) :: wave(3)              !! Error by the density wave, m
+    real(dp), intent(inout) :: frc(3)               !! Error by curved drag and radiation, m
+    real(dp), intent(inout) :: amot(2)              !! Greatest angular velocity, rad/s, and turn, rad
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_design_settings_t) :: settings
+    type(c_design_t) :: design
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    settings = c_design_settings_t(opt(1), opt(2), opt(3), opt(4), opt(5), opt(6), opt(7), opt(8), opt(9), &
+                                   iopt(1:3), iopt(4:7), iopt(8))
+    status = c_design_manoeuvre(c_handle(icas), settings, handle, design, error)
+    if (status == STATUS_OK) then
+        sig = design%sigma
+        wave = design%wave
+        frc = design%force
+        amot = [design%rate, design%excursion]
+    end if
+    call finish_handle(status, error, handle, jcas, istat, msg)
+end subroutine gcdsgn
+
+!> The torque rods of a case.
+subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use gracecg_kinds, only: dp
+    use gracecg_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, start, raise
+    use gracecg_c_planning, only: c_rod_t, c_case_rods
+    use gracecg_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: icas                     !! Handle: case
+    integer, intent(in) :: nmax                     !! Columns of the arrays
+    integer, intent(out) :: n                       !! Activations
+    real(dp), intent(inout) :: rod(7, *)
+    !! Amplitude (A m^2), frequency (Hz), phase (rad), start, stop, taper, rise time (s)
+    integer, intent(inout) :: irod(2, *)            !! Axis, waveform
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_rod_t), allocatable :: rods(:)
+    type(c_error_t) :: error
+    integer(c_size_t) :: count
+    integer(c_int) :: status
+    integer :: i
+
+    count = 0
+    call start(status, error)
+    if (nmax < 0) then
+        call raise(STATUS_BAD_SIZE, 'a number of columns is negative', status, error)
+    else
+        status = c_case_rods(c_handle(icas), 0_c_size_t, count, error=error)
+    end if
+    if (status == STATUS_OK) then
+        allocate (rods(count))
+        status = c_case_rods(c_handle(icas), int(min(int(count), nmax), c_size_t), count, rods, error)
+    end if
+    if (status == STATUS_OK) then
+        do i = 1, int(count)
+            rod(:, i) = [rods(i)%amplitude, rods(i)%frequency, rods(i)%phase, rods(i)%start, rods(i)%stop, &
+                         rods(i)%taper, rods(i)%rise_time]
+            irod(:, i) = [rods(i)%axis, rods(i)%waveform]
+        end do
+    end if
+    n = int(count)
+    call finish(status, error, istat, msg)
+end subroutine gcrods
+
+!> The manoeuvre of a case at places of its orbit.
+subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use gracecg_kinds, only: dp
+    use gracecg_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, start, raise
+    use gracecg_c_planning, only: c_map
+    use gracecg_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: icas                     !! Handle: case
+    integer, intent(in) :: nplc                     !! Places
+    real(dp), intent(in) :: t(*)                    !! Starts of the calibration, s from the case's epoch
+    integer, intent(in) :: nthr                     !! Threads
+    real(dp), intent(inout) :: plc(2, *)            !! Geodetic latitude and longitude, rad
+    real(dp), intent(inout) :: sig(3, *)            !! Standard deviations, m
+    real(dp), intent(inout) :: wrst(4, *)           !! Worst direction: standard deviation (m), unit vector
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    real(dp), allocatable :: latitude(:), longitude(:), worst(:), direction(:, :)
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    call start(status, error)
+    if (nplc < 0) then
+        call raise(STATUS_BAD_SIZE, 'the number of places is negative', status, error)
+    else
+        allocate (latitude(nplc), longitude(nplc), worst(nplc), direction(3, nplc))
+        status = c_map(c_handle(icas), int(nplc, c_size_t), t(:nplc), nthr, latitude, longitude, sig, worst, &
+                       direction, error=error)
+        if (status == STATUS_OK) then
+            plc(1, :nplc) = latitude
+            plc(2, :nplc) = longitude
+            wrst(1, :nplc) = worst
+            wrst(2:4, :nplc) = direction
+        end if
+    end if
+    call finish(status, error, istat, msg)
+end subroutine gcmap

@@ -89,7 +89,7 @@ contains
     pure function cubic_interpolated(times, values, t) result(value)
         real(dp), intent(in) :: times(:)        !! Increasing, at least four
         real(dp), intent(in) :: values(:, :)    !! (3, samples)
-        real(dp), intent(in) :: t
+        real(dp), intent(in) :: t    !! s
         real(dp) :: value(3)
 
         real(dp) :: factor

@@ -14,15 +14,18 @@ module gracecg_optimal_settings
     public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED
 
     character(*), parameter :: NOISE_GIVEN = 'given', NOISE_ESTIMATED = 'estimate'
+    !! Values of `noise`
     character(*), parameter :: WAVE_NONE = 'none', WAVE_GIVEN = 'given', WAVE_SEARCHED = 'search'
+    !! Values of `density_wave`
 
+    !> The settings of group `optimal`.
     type :: optimal_settings_t
         character(16) :: noise = NOISE_GIVEN
         !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
         !! the setup gives as 0 is estimated in either case
-        logical :: estimate_scale_factors = .false.
-        logical :: estimate_rod_gain = .false.
-        logical :: estimate_magnetometer_bias = .false.
+        logical :: estimate_scale_factors = .false.     !! Of the accelerometer
+        logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
+        logical :: estimate_magnetometer_bias = .false. !! Of the flux density
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one

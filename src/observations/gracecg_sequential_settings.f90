@@ -8,7 +8,9 @@ module gracecg_sequential_settings
     public :: sequential_settings_t, describe_sequential, ADAPTIVE, STRAIGHT_LINE, GIVEN
 
     character(*), parameter :: ADAPTIVE = 'adaptive', STRAIGHT_LINE = 'straight-line', GIVEN = 'given'
+    !! Values of `acceleration`
 
+    !> The settings of group `sequential`.
     type :: sequential_settings_t
         character(16) :: acceleration = ADAPTIVE
         !! Beside bias and drift: second-order Gauss-Markov processes whose size, period and damping the

@@ -18,7 +18,7 @@ module gracecg_torque_rods
     real(dp), parameter :: MAX_DIPOLE = 30.0_dp
     !! Greatest linear dipole moment of a rod, A m^2: CSR-TM-00-01 section 4.1
 
-    integer, parameter :: SINE = 1, COSINE = 2, TAPERED = 3, SQUARE = 4
+    integer, parameter :: SINE = 1, COSINE = 2, TAPERED = 3, SQUARE = 4    !! Waveforms, by number
     character(8), parameter :: WAVEFORM_NAMES(4) = [character(8) :: 'sine', 'cosine', 'tapered', 'square']
     !! Waveforms of a moment: see `waveform_value`
 

@@ -252,6 +252,7 @@ contains
         case%offset = 0
         do low_or_high = 1, 2
             case%setup%rods = three_rods(merge([3, 4, 3], [9, 10, 9], low_or_high == 1), SQUARE)
+            case%setup%rods%activations(:3)%phase = [90, 0, 90]*DEGREE
             call stand(case, view, site, error)
             if (allocated(error)) return
             call propagate_case(case, arc, failure)
@@ -271,7 +272,7 @@ contains
             end do
             call evaluate_manoeuvre(view, site, case%setup%rods, quality)
             found = abs(matmul(quality%covariance, found))
-            call check(error, maxval(abs(quality%force - found)) < 0.1_dp*maxval(found) + 0.1_dp*MICROMETRE)
+            call check(error, maxval(abs(quality%force - found)) < 0.1_dp*maxval(found) + 0.3_dp*MICROMETRE)
             if (allocated(error)) return
             if (low_or_high == 1) call check(error, maxval(found) > 5*MICROMETRE)
             if (low_or_high == 2) call check(error, maxval(found) < 3*MICROMETRE)
@@ -279,13 +280,14 @@ contains
         end do
     end subroutine test_forces
 
-    !> A quick search: cycles 6 to 8 only.
+    !> A quick search: cycles 6 and 7 only.
     function quick_settings(waveform) result(settings)
         integer, intent(in) :: waveform
         type(design_settings_t) :: settings
 
         settings%lowest_frequency = 0.1_dp
-        settings%highest_frequency = 8/60.0_dp
+        settings%highest_frequency = 7/60.0_dp
+        settings%refinement_steps = 25
         settings%waveform_used = .false.
         settings%waveform_used(waveform) = .true.
     end function quick_settings
@@ -405,7 +407,7 @@ contains
     subroutine test_shortest(error)
         type(error_type), allocatable, intent(out) :: error
 
-        real(dp), parameter :: STEP = 20, TARGET = 8*MICROMETRE
+        real(dp), parameter :: STEP = 12, TARGET = 8*MICROMETRE
         type(calibration_case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(accelerometer_view_t) :: view
@@ -433,7 +435,7 @@ contains
             if (allocated(error)) return
         end if
         call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, MICROMETRE/10, view, design, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'target of', 'out of reach'])
+        call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
     end subroutine test_shortest
 
     !> Among the three places of the report, that over the pole is best: the field is the strongest.

@@ -13,7 +13,7 @@ module test_commands
     use gracecg_console, only: console_t
     use gracecg_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use testdrive, only: unittest_type, error_type, check, new_unittest
-    use fixture, only: FOLDER, make_file, check_passes
+    use fixture, only: FOLDER, make_file, make_folder, check_passes
     implicit none
     private
     public :: collect_commands
@@ -43,6 +43,8 @@ contains
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('verify', test_verify), &
                     new_unittest('timing', test_timing), &
+                    new_unittest('design', test_design_command), &
+                    new_unittest('rods-that-are-off', test_rods_off), &
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('gravity', test_gravity), &
                     new_unittest('field', test_field), &
@@ -627,6 +629,87 @@ contains
                      [character(W) :: 'two of the cases'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
     end subroutine test_verify
+
+    !> The designed case is a case like any other; the map has its columns; contradictions are refused.
+    subroutine test_design_command(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: QUICK = 'design --frequencies 0.1 0.1 --waveforms sine --threads 1 '
+        character(:), allocatable :: output
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+        character(24), parameter :: FIRST_COLUMNS(10) = [character(24) :: 'time_s', 'latitude_deg', &
+            'longitude_deg', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'worst_sigma_mm', 'worst_x', 'worst_y', &
+            'worst_z']
+
+        call make_folder(error)
+        if (.not. allocated(error)) call succeeds(error, QUICK//'--satellite back --at 1400 --out '//FOLDER// &
+                                                  'design.nml --map '//FOLDER//'map.csv --step 600', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'this manoeuvre') > 0 .and. index(output, '5, 6, 7 cycles') > 0 .and. &
+                   index(output, 'worst place') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'cases show '//FOLDER//'design.nml', output)
+        if (allocated(error)) return
+        call check(error, index(output, '1989-01-02T00:23:20') > 0 .and. index(output, 'back-1-design') > 0, output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'simulate '//FOLDER//'design.nml --out '//FOLDER//'design', output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'estimate '//FOLDER//'design --algorithm assest-rde', output)
+        if (.not. allocated(error)) call succeeds(error, 'bound '//FOLDER//'design.nml', output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'map.csv', [character(24) :: FIRST_COLUMNS, 'wave_x_mm', 'wave_y_mm', 'wave_z_mm', &
+                                          'force_x_mm', 'force_y_mm', 'force_z_mm', 'rate_deg_s', &
+                                          'pointing_deg'], table, failure)
+        call check(error,.not. allocated(failure), message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 10, 'a revolution has ten places 600 s apart')
+        if (allocated(error)) return
+        call succeeds(error, 'design --manoeuvre '//FOLDER//'design.nml --format csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'case,time_s,latitude_deg') == 1 .and. &
+                   index(output, 'back-1-design,0,') > 0, output)
+
+        call refused(error, QUICK//'--case front-1 --satellite back', STATUS_MISUSED, &
+                     [character(W) :: '--satellite and --case'])
+        call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
+        call refused(error, QUICK//'--rods w', STATUS_MISUSED, [character(W) :: '--rods', '"w"'])
+        call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, [character(W) :: '--anywhere'])
+        call refused(error, 'design --frequencies 0.1 5', STATUS_FAILED, [character(W) :: 'frequency = 5 Hz', &
+                                                                          'below 5 Hz'])
+        call refused(error, QUICK//'--rate-limit 0.06', STATUS_FAILED, [character(W) :: 'no manoeuvre stays', &
+                                                                        'at most 0.06 deg/s'])
+        call refused(error, QUICK//'--out '//FOLDER//'no/such.nml', STATUS_FAILED, [character(W) :: 'no folder'])
+    end subroutine test_design_command
+
+    !> Without a moment there is no calibration; the observations themselves can be simulated, with a
+    !> warning.
+    subroutine test_rods_off(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(:), allocatable :: text, messages, output
+        integer :: place, status
+
+        call succeeds(error, 'cases show front-3', text)
+        if (allocated(error)) return
+        do
+            place = index(text, 'amplitude = 30')
+            if (place == 0) exit
+            text = text(:place - 1)//'amplitude = 0'//text(place + len('amplitude = 30'):)
+        end do
+        call make_file(error, 'off.nml', text)
+        if (allocated(error)) return
+        call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, [character(W) :: 'all torque rods are off'])
+        call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        if (allocated(error)) return
+        call run('simulate '//FOLDER//'off.nml --out '//FOLDER//'off', status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'all torque rods are off') > 0, messages)
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'off --algorithm optimal', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+    end subroutine test_rods_off
 
     !> The file's angular acceleration is what its field gives: rods y and z at 30 A m^2, opposed when
     !> B_y and B_z have one sign, on the inertia of CSR-TM-00-01 section 5.2.

@@ -6,6 +6,8 @@ module c_library
     implicit none
     private
     public :: error_struct, utc_struct, samples_struct, solution_struct
+    public :: bound_struct, rod_struct, design_settings_struct, design_struct
+    public :: gracecg_case_bound, gracecg_case_rods, gracecg_design_defaults, gracecg_design_manoeuvre, gracecg_map
     public :: gracecg_version, gracecg_status_text, gracecg_algorithm_count, gracecg_algorithm_name
     public :: gracecg_case_count, gracecg_case_name
     public :: gracecg_utc_parse, gracecg_utc_add, gracecg_utc_difference, gracecg_sidereal_angle
@@ -58,9 +60,33 @@ module c_library
 
     type, bind(c) :: solution_struct
         real(c_double) :: offset(3), sigma(3), covariance(3, 3), drift(3), bias(3), quaternion(4)
-        real(c_double) :: angular_velocity(3), residual_rms(3), condition
-        integer(c_int32_t) :: iterations, converged, warning_count, reserved
+        real(c_double) :: angular_velocity(3), residual_rms(3), condition, variance_factor
+        real(c_double) :: noise_level(3), noise_corner(3), star_camera_sigma(3)
+        real(c_double) :: parameter_value(16), parameter_sigma(16)
+        character(kind=c_char) :: parameter_name(16, 16)
+        integer(c_int32_t) :: parameter_count, edited(2), iterations, converged, warning_count
     end type solution_struct
+
+    type, bind(c) :: bound_struct
+        real(c_double) :: covariance(3, 3), sigma(3), principal_sigma(3), direction(3, 3), consider_sigma(3)
+        real(c_double) :: by_source(3, 5)
+    end type bound_struct
+
+    type, bind(c) :: rod_struct
+        real(c_double) :: amplitude, frequency, phase, start, stop, taper, rise_time
+        integer(c_int32_t) :: axis, waveform
+    end type rod_struct
+
+    type, bind(c) :: design_settings_struct
+        real(c_double) :: start, duration, amplitude, lowest_frequency, highest_frequency, taper, rise_time
+        real(c_double) :: rate_limit, pointing_limit
+        integer(c_int32_t) :: rod_used(3), waveform_used(4), threads
+    end type design_settings_struct
+
+    type, bind(c) :: design_struct
+        real(c_double) :: sigma(3), wave(3), force(3), worst, rate, excursion
+        integer(c_int32_t) :: evaluations, reserved
+    end type design_struct
 
     interface
         function gracecg_version() result(text) bind(c, name='gracecg_version')
@@ -797,6 +823,58 @@ module c_library
     end interface
 
     interface
+        function gracecg_case_bound(the_case, bound, error) result(status) bind(c, name='gracecg_case_bound')
+            import :: c_int, c_intptr_t, error_struct, bound_struct
+            integer(c_intptr_t), intent(in), value :: the_case
+            type(bound_struct), intent(inout), optional :: bound
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_case_bound
+
+        function gracecg_case_rods(the_case, capacity, count, rods, error) &
+            result(status) bind(c, name='gracecg_case_rods')
+            import :: c_int, c_intptr_t, c_size_t, error_struct, rod_struct
+            integer(c_intptr_t), intent(in), value :: the_case
+            integer(c_size_t), intent(in), value :: capacity
+            integer(c_size_t), intent(inout), optional :: count
+            type(rod_struct), intent(inout), optional :: rods(*)
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_case_rods
+
+        function gracecg_design_defaults(the_case, settings, error) &
+            result(status) bind(c, name='gracecg_design_defaults')
+            import :: c_int, c_intptr_t, error_struct, design_settings_struct
+            integer(c_intptr_t), intent(in), value :: the_case
+            type(design_settings_struct), intent(inout), optional :: settings
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_design_defaults
+
+        function gracecg_design_manoeuvre(the_case, settings, planned, design, error) &
+            result(status) bind(c, name='gracecg_design_manoeuvre')
+            import :: c_int, c_intptr_t, error_struct, design_settings_struct, design_struct
+            integer(c_intptr_t), intent(in), value :: the_case
+            type(design_settings_struct), intent(in), optional :: settings
+            integer(c_intptr_t), intent(inout), optional :: planned
+            type(design_struct), intent(inout), optional :: design
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_design_manoeuvre
+
+        function gracecg_map(the_case, n, seconds, threads, latitude, longitude, sigma, worst_sigma, &
+                             worst_direction, wave, force, error) result(status) bind(c, name='gracecg_map')
+            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
+            integer(c_intptr_t), intent(in), value :: the_case
+            integer(c_size_t), intent(in), value :: n
+            real(c_double), intent(in), optional :: seconds(*)
+            integer(c_int32_t), intent(in), value :: threads
+            real(c_double), intent(inout), optional :: latitude(*), longitude(*), sigma(3, *), worst_sigma(*)
+            real(c_double), intent(inout), optional :: worst_direction(3, *), wave(3, *), force(3, *)
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_map
+
         pure function c_strlen(text) result(n) bind(c, name='strlen')
             import :: c_ptr, c_size_t
             type(c_ptr), intent(in), value :: text

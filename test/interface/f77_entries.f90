@@ -7,6 +7,7 @@ module f77_entries
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
     public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
+    public :: gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
 
     interface
         subroutine gcvers(vers)
@@ -241,5 +242,35 @@ module f77_entries
             integer :: iobs, niter, iconv, istat
             double precision :: d(3), cov(3, 3), rms(3), cond
         end subroutine gcestm
+
+        subroutine gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
+            character(*) :: msg
+            integer :: icas, istat
+            double precision :: sig(3), cov(3, 3), psig(3), dir(3, 3), csig(3)
+        end subroutine gcbnd
+
+        subroutine gcdsgd(icas, opt, iopt, istat, msg)
+            character(*) :: msg
+            integer :: icas, iopt(8), istat
+            double precision :: opt(9)
+        end subroutine gcdsgd
+
+        subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
+            character(*) :: msg
+            integer :: icas, iopt(8), jcas, istat
+            double precision :: opt(9), sig(3), wave(3), frc(3), amot(2)
+        end subroutine gcdsgn
+
+        subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)
+            character(*) :: msg
+            integer :: icas, nmax, n, irod(2, *), istat
+            double precision :: rod(7, *)
+        end subroutine gcrods
+
+        subroutine gcmap(icas, nplc, t, nthr, plc, sig, wrst, istat, msg)
+            character(*) :: msg
+            integer :: icas, nplc, nthr, istat
+            double precision :: t(*), plc(2, *), sig(3, *), wrst(4, *)
+        end subroutine gcmap
     end interface
 end module f77_entries

@@ -13,6 +13,7 @@ module test_c_interface
         calibration_case_t, find_case, case_text, build_dynamics, initial_state, satellite_dynamics_t, &
         accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, observe, &
         observation_set_t, calibration_solution_t, estimate_offset, ESTIMATOR_NAMES, CASE_NAMES, &
+        case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, map_case, &
         LIBRARY_VERSION, rotation_z, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
     use gracecg_handles, only: live_objects, MAX_OBJECTS
     use gracecg_truth_arc, only: MAX_STEPS
@@ -52,6 +53,10 @@ contains
                     new_unittest('estimate-as-in-fortran', test_estimate), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
+                    new_unittest('optimal-and-sequential', test_details), &
+                    new_unittest('bound', test_bound), &
+                    new_unittest('design-and-map', test_design), &
+                    new_unittest('design-misused', test_design_misuse), &
                     new_unittest('null-pointers', test_null), &
                     new_unittest('invalid-handles', test_handles), &
                     new_unittest('freed-twice', test_freed_twice), &
@@ -699,7 +704,7 @@ contains
             call check_equal(error, solution%sigma, [(sqrt(expected%covariance(k, k)), k=1, 3)], 'sigma')
             if (allocated(error)) return
             call check(error, solution%iterations == expected%iterations .and. solution%converged == 1 .and. &
-                       solution%warning_count == size(expected%warnings) .and. solution%reserved == 0, &
+                       solution%warning_count == size(expected%warnings), &
                        'iterations, convergence, warnings')
             if (allocated(error)) return
         end do
@@ -1312,6 +1317,291 @@ contains
         status = gracecg_observations_free(observations)
         status = gracecg_setup_free(setup)
     end subroutine test_not_converged
+
+    !> What `optimal` and `sequential` say beside the offset.
+    subroutine test_details(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(solution_struct), target :: solution
+        type(calibration_case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(calibration_solution_t) :: expected
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations
+        integer(c_int) :: status
+        character(10), parameter :: NAMES(3) = [character(10) :: 'optimal', 'sequential', 'ascfest']
+        integer :: i, k
+
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 1, 1, set, problem)
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        do i = 1, size(NAMES)
+            if (allocated(error)) return
+            call estimate_offset(trim(NAMES(i)), set, expected, problem)
+            status = gracecg_estimate(c_string(trim(NAMES(i))), observations, solution, size=NONE, error=failure)
+            call check_ok(error, status, failure)
+            call check_equal(error, [solution%offset, solution%sigma], &
+                             [expected%offset, [(sqrt(expected%covariance(k, k)), k=1, 3)]], trim(NAMES(i)))
+            if (allocated(error)) return
+            if (i == 3) exit
+            call check_equal(error, [solution%variance_factor, solution%noise_level, solution%noise_corner, &
+                                     solution%star_camera_sigma], &
+                             [expected%variance_factor, expected%noise_level, expected%noise_corner, &
+                              expected%star_camera_sigma], 'variance factor and noise')
+            if (allocated(error)) return
+            call check(error, int(solution%parameter_count), size(expected%parameters))
+            if (allocated(error)) return
+            k = size(expected%parameters)
+            call check_equal(error, [solution%parameter_value(:k), solution%parameter_sigma(:k)], &
+                             [expected%parameters%value, expected%parameters%sigma], 'parameters')
+            if (allocated(error)) return
+            call check(error, text_at(c_loc(solution%parameter_name(:, 1))), 'torque_x')
+        end do
+        if (.not. allocated(error)) &
+            call check(error, solution%parameter_count == 0 .and. abs(solution%variance_factor) <= 0, &
+                       'ascfest has no such parameters')
+        status = gracecg_observations_free(observations)
+    end subroutine test_details
+
+    subroutine test_bound(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(bound_struct) :: bound
+        type(calibration_case_t) :: case
+        type(case_bound_t) :: expected
+        type(error_t), allocatable :: problem
+        character(:), allocatable :: text
+        integer(c_intptr_t) :: handle
+        integer(c_int) :: status
+
+        call find_case('front-2', case, problem)
+        call bound_of_case(case, expected, problem)
+        status = gracecg_case_open(c_string('front-2'), handle)
+        status = gracecg_case_bound(handle, bound, failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [[bound%covariance], bound%sigma, bound%principal_sigma, [bound%direction], &
+                                 bound%consider_sigma, [bound%by_source]], &
+                         [[expected%covariance], expected%sigma, expected%principal_sigma, [expected%direction], &
+                          expected%consider_sigma, [expected%by_source]], 'bound')
+        if (allocated(error)) return
+        ! the eigenvectors belong to the eigenvalues
+        call check(error, norm2(matmul(bound%covariance, bound%direction(:, 3)) - &
+                                bound%principal_sigma(3)**2*bound%direction(:, 3)) < &
+                   1e-9_dp*bound%principal_sigma(3)**2, 'worst direction')
+        status = gracecg_case_bound(handle, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'bound')
+        status = gracecg_case_free(handle)
+        status = gracecg_case_bound(handle, bound, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+        status = gracecg_gravity_open(c_string('point-mass'), 0, 0, handle)
+        status = gracecg_case_bound(handle, bound, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+        status = gracecg_gravity_free(handle)
+        case%setup%rods%count = 0
+        call case_text(case, text, problem)
+        status = gracecg_case_parse(c_string(text), handle)
+        status = gracecg_case_bound(handle, bound, failure)
+        call check_refused(error, status, FAILED, failure, 'rods are off')
+        status = gracecg_case_free(handle)
+    end subroutine test_bound
+
+    subroutine test_design(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(design_settings_struct) :: settings
+        type(design_struct) :: design
+        type(rod_struct) :: rods(9)
+        type(calibration_case_t) :: case, planned_case
+        type(design_settings_t) :: own_settings
+        type(manoeuvre_design_t) :: expected
+        type(map_point_t), allocatable :: points(:)
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: handle, planned
+        integer(c_size_t) :: count
+        integer(c_int) :: status
+        integer :: i
+        real(dp), parameter :: TIMES(2) = [0.0_dp, 6000.0_dp]       ! the second in the second revolution
+        real(dp), dimension(2) :: latitude, longitude, worst
+        real(dp), dimension(3, 2) :: sigma, direction, wave, force
+        real(dp) :: epoch_state(13), later_state(13)
+
+        status = gracecg_case_open(c_string('back-1'), handle)
+        status = gracecg_case_values(handle, state=epoch_state)
+        status = gracecg_design_defaults(handle, settings, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('back-1', case, problem)
+        call check(error, abs(settings%duration - case%setup%duration) <= 0 .and. &
+                   abs(settings%rate_limit - case%setup%rate_limit) <= 0 .and. &
+                   abs(settings%highest_frequency - own_settings%highest_frequency) <= 0 .and. &
+                   all((settings%waveform_used /= 0) .eqv. own_settings%waveform_used), 'defaults')
+        if (allocated(error)) return
+        settings%start = 1400
+        settings%duration = 50
+        settings%rate_limit = 0.9_dp*settings%rate_limit
+        settings%lowest_frequency = 5/50.0_dp       ! few candidates
+        settings%highest_frequency = 6/50.0_dp
+        settings%waveform_used = [1, 0, 0, 0]
+        settings%threads = 2
+        status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        case%setup%duration = settings%duration
+        case%setup%rate_limit = settings%rate_limit
+        own_settings%lowest_frequency = settings%lowest_frequency
+        own_settings%highest_frequency = settings%highest_frequency
+        own_settings%waveform_used = [.true., .false., .false., .false.]
+        call plan_manoeuvre(case, 1400.0_dp, own_settings, planned_case, expected, problem)
+        call check(error,.not. allocated(problem), message_of(problem))
+        call check_equal(error, [design%sigma, design%wave, design%force, design%worst, design%rate, design%excursion], &
+                         [expected%sigma, expected%wave, expected%force, expected%worst, expected%rate, &
+                          expected%excursion], 'design')
+        if (allocated(error)) return
+        call check(error, design%rate <= settings%rate_limit .and. design%evaluations == expected%evaluations .and. &
+                   planned_case%setup%name == 'back-1-design', 'limits, evaluations, name')
+        if (allocated(error)) return
+
+        ! the case that flies it: later, elsewhere, with these rods
+        status = gracecg_case_values(planned, state=later_state)
+        call check(error, norm2(later_state(1:3) - epoch_state(1:3)) > 1e6_dp, 'at another place')
+        if (allocated(error)) return
+        status = gracecg_case_rods(planned, NONE, count, error=failure)
+        call check(error, status == OK .and. count == 3, 'number of rods')
+        if (allocated(error)) return
+        status = gracecg_case_rods(planned, 9_c_size_t, count, rods, failure)
+        call check_ok(error, status, failure)
+        do i = 1, 3
+            associate (rod => expected%rods%activations(i))
+                call check_equal(error, [rods(i)%amplitude, rods(i)%frequency, rods(i)%phase, rods(i)%stop], &
+                                 [rod%amplitude, rod%frequency, rod%phase, rod%stop], 'rod')
+                if (.not. allocated(error)) call check(error, int(rods(i)%axis), i)
+            end associate
+        end do
+        if (allocated(error)) return
+        status = gracecg_case_rods(planned, 2_c_size_t, count, rods, failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'there are 3')
+        if (allocated(error)) return
+
+        status = gracecg_map(planned, 2_c_size_t, TIMES, 2, latitude, longitude, sigma, worst, direction, wave, &
+                             force, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call map_case(planned_case, TIMES, 1, points, problem)
+        call check(error,.not. allocated(problem), message_of(problem))
+        do i = 1, 2
+            call check_equal(error, [latitude(i), longitude(i), sigma(:, i), worst(i), direction(:, i), wave(:, i), &
+                                     force(:, i)], &
+                             [points(i)%latitude, points(i)%longitude, points(i)%quality%sigma, &
+                              points(i)%worst_sigma, points(i)%worst_direction, points(i)%quality%wave, &
+                              points(i)%quality%force], 'map')
+        end do
+        if (allocated(error)) return
+        call check(error, maxval(abs(sigma(:, 1)/design%sigma - 1)) < 1e-5_dp, 'the map at the place of the design')
+        status = gracecg_map(planned, NONE, threads=1, error=failure)
+        if (.not. allocated(error)) call check(error, int(status), int(OK), 'a map of no place')
+        status = gracecg_case_free(planned)
+        status = gracecg_case_free(handle)
+    end subroutine test_design
+
+    !> Every setting that is none, missing pointers, handles of another kind: refused, with no case made.
+    subroutine test_design_misuse(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(design_settings_struct) :: settings, right
+        type(design_struct) :: design
+        integer(c_intptr_t) :: handle, planned
+        integer(c_int) :: status
+        real(dp) :: nan, sigma(3, 1)
+
+        nan = 0
+        nan = ieee_value(nan, ieee_quiet_nan)
+        status = gracecg_case_open(c_string('front-1'), handle)
+        status = gracecg_design_defaults(handle, right)
+        settings = right
+        settings%start = nan
+        call refuse(BAD_VALUE, 'number 1 of the settings')
+        settings%pointing_limit = nan
+        call refuse(BAD_VALUE, 'number 9 of the settings')
+        settings%threads = 0
+        call refuse(BAD_VALUE, 'threads = 0')
+        settings%threads = 2000
+        call refuse(BAD_VALUE, 'threads = 2000')
+        settings%start = -1
+        call refuse(FAILED, 'time of the calibration')
+        settings%start = 1e5_dp
+        call refuse(FAILED, 'time of the calibration')
+        settings%duration = 1e9_dp
+        call refuse(FAILED, 'duration')
+        settings%duration = 0
+        call refuse(FAILED, 'duration')
+        settings%rate_limit = 0
+        call refuse(FAILED, 'limits of rate')
+        settings%amplitude = 31
+        call refuse(FAILED, '30 A m^2')
+        settings%highest_frequency = 6
+        settings%lowest_frequency = 5.9_dp
+        call refuse(FAILED, 'half the sampling')
+        settings%lowest_frequency = 0.3_dp
+        call refuse(FAILED, 'frequencies')
+        settings%rod_used = 0
+        call refuse(FAILED, 'rods are off')
+        settings%waveform_used = 0
+        call refuse(FAILED, 'no waveform')
+        if (allocated(error)) return
+        status = gracecg_design_manoeuvre(handle, right, design=design, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'planned')
+        status = gracecg_design_manoeuvre(handle, planned=planned, design=design, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'settings')
+        status = gracecg_design_manoeuvre(handle, right, planned, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'design')
+        status = gracecg_design_defaults(handle, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'settings')
+        status = gracecg_map(handle, ONE, threads=1, sigma=sigma, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'seconds')
+        status = gracecg_map(handle, ONE, [nan], 1, sigma=sigma, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'seconds')
+        status = gracecg_map(handle, ONE, [-5.0_dp], 1, sigma=sigma, error=failure)
+        call check_refused(error, status, FAILED, failure, 'time of the calibration')
+        status = gracecg_map(handle, ONE, [1e9_dp], 1, sigma=sigma, error=failure)
+        call check_refused(error, status, FAILED, failure, '150 revolutions')
+        status = gracecg_map(handle, ONE, [0.0_dp], -1, sigma=sigma, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'threads')
+        status = gracecg_map(handle, -1_c_size_t, [0.0_dp], 1, sigma=sigma, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'n is too great')
+        status = gracecg_case_rods(handle, -1_c_size_t, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'capacity')
+        status = gracecg_case_free(handle)
+        planned = 77
+        status = gracecg_design_manoeuvre(handle, right, planned, design, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+        if (.not. allocated(error)) call check(error, planned == 0, 'the handle after a failure')
+        status = gracecg_design_defaults(handle, settings, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+        status = gracecg_map(handle, ONE, [0.0_dp], 1, sigma=sigma, error=failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+        status = gracecg_case_rods(handle, NONE, error=failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'case')
+
+    contains
+
+        subroutine refuse(expected, part)
+            integer(c_int), intent(in) :: expected
+            character(*), intent(in) :: part
+
+            planned = 77
+            status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
+            call check_refused(error, status, expected, failure, part)
+            if (.not. allocated(error)) call check(error, planned == 0, part//': a handle after a failure')
+            settings = right
+        end subroutine refuse
+    end subroutine test_design_misuse
 
     !> The tests above have freed all that they made.
     subroutine test_nothing_left(error)

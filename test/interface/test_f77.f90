@@ -3,7 +3,7 @@ module test_f77
     use gracecg, only: dp, error_t, LIBRARY_VERSION, calibration_case_t, find_case, build_dynamics, &
         initial_state, satellite_dynamics_t, accelerations_t, loads_t, simulator_t, new_simulator, observe, &
         observation_set_t, calibration_solution_t, estimate_offset, write_observations, geopotential_t, egm96, &
-        drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES
+        drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES, case_bound_t, bound_of_case
     use gracecg_handles, only: live_objects
     use f77_entries
     use fixture, only: FOLDER, make_folder
@@ -26,6 +26,7 @@ contains
                     new_unittest('forces', test_forces), &
                     new_unittest('propagation', test_propagation), &
                     new_unittest('estimation', test_estimation), &
+                    new_unittest('bound-and-planner', test_planning), &
                     new_unittest('status-and-message', test_messages), &
                     new_unittest('nothing-is-left', test_nothing_left)]
     end subroutine collect_f77
@@ -279,6 +280,71 @@ contains
         call gcfree(isim, istat, msg)
         call gcfree(icas, istat, msg)
     end subroutine test_estimation
+
+    !> Bound, design with few candidates, its rods and its map: each other's numbers and those of the Fortran
+    !> API.
+    subroutine test_planning(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(200) :: msg
+        type(calibration_case_t) :: case
+        type(case_bound_t) :: bound
+        type(error_t), allocatable :: failure
+        integer :: icas, jcas, istat, iopt(8), irod(2, 9), n, i
+        double precision :: sig(3), cov(3, 3), psig(3), dir(3, 3), csig(3), opt(9), wave(3), frc(3), amot(2)
+        double precision :: rod(7, 9), plc(2, 2), sigs(3, 2), wrst(4, 2)
+
+        call find_case('front-3', case, failure)
+        call bound_of_case(case, bound, failure)
+        call gccase('front-3', icas, istat, msg)
+        call gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
+        call check(error, istat == 0 .and. all(abs(sig - bound%sigma) <= 0) .and. all(sig > 0) .and. &
+                   all(abs(cov - bound%covariance) <= 0) .and. all(abs(dir - bound%direction) <= 0) .and. &
+                   all(abs(psig - bound%principal_sigma) <= 0) .and. all(csig > sig), 'gcbnd '//msg)
+        if (allocated(error)) return
+
+        call gcdsgd(icas, opt, iopt, istat, msg)
+        call check(error, istat == 0 .and. abs(opt(2) - 60) <= 0 .and. all(iopt == [1, 1, 1, 1, 0, 1, 1, 1]), &
+                   'gcdsgd '//msg)
+        if (allocated(error)) return
+        opt(4:5) = [6d0, 7d0]/60
+        iopt(4:7) = [1, 0, 0, 0]
+        call gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
+        call check(error, istat == 0 .and. jcas > 0 .and. all(sig > 0) .and. all(sig < 1d-5) .and. &
+                   all(amot <= opt(8:9)) .and. all(amot > 0), 'gcdsgn '//msg)
+        if (allocated(error)) return
+        call gcrods(jcas, 9, n, rod, irod, istat, msg)
+        call check(error, istat == 0 .and. n == 3 .and. all(irod(1, :3) == [1, 2, 3]) .and. all(irod(2, :3) == 1) .and. &
+                   all(rod(2, :3) >= opt(4) .and. rod(2, :3) <= opt(5)) .and. all(abs(rod(5, :3) - 60) <= 0), &
+                   'gcrods '//msg)
+        if (allocated(error)) return
+        call gcmap(jcas, 2, [0d0, 1400d0], 2, plc, sigs, wrst, istat, msg)
+        call check(error, istat == 0 .and. all(abs(sigs(:, 1) - sig) < 1d-9*sig) .and. &
+                   all(wrst(1, :) >= maxval(sigs, 1)*(1 - 1d-12)), 'gcmap '//msg)
+        if (allocated(error)) return
+        do i = 1, 2
+            call check(error, abs(norm2(wrst(2:4, i)) - 1) < 1d-12, 'gcmap: a direction')
+            if (allocated(error)) return
+        end do
+
+        call gcrods(jcas, 2, n, rod, irod, istat, msg)
+        call check(error, istat == 3 .and. n == 3 .and. index(msg, 'there are 3') > 0, msg)
+        if (allocated(error)) return
+        call gcrods(jcas, -1, n, rod, irod, istat, msg)
+        call check(error, istat, 3, 'a negative number of columns')
+        if (allocated(error)) return
+        call gcmap(jcas, -1, [0d0], 1, plc, sigs, wrst, istat, msg)
+        call check(error, istat, 3, 'a negative number of places')
+        if (allocated(error)) return
+        call gcfree(jcas, istat, msg)
+        iopt(1:3) = 0
+        call gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
+        call check(error, istat == 5 .and. jcas == 0 .and. index(msg, 'rods are off') > 0, msg)
+        if (allocated(error)) return
+        call gcfree(icas, istat, msg)
+        call gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
+        call check(error, istat, 2, 'the bound of a case that was freed')
+    end subroutine test_planning
 
     subroutine test_messages(error)
         type(error_type), allocatable, intent(out) :: error
