@@ -214,9 +214,11 @@ contains
         case%setup%rate_limit = settings%rate_limit
         case%setup%pointing_limit = settings%pointing_limit
         call plan_manoeuvre(case, settings%start, &
-                            design_settings_t(settings%rod_used /= 0, settings%amplitude, settings%lowest_frequency, &
-                                              settings%highest_frequency, settings%waveform_used /= 0, &
-                                              settings%taper, settings%rise_time, threads=settings%threads), &
+                            design_settings_t(rod_used=settings%rod_used /= 0, amplitude=settings%amplitude, &
+                                              lowest_frequency=settings%lowest_frequency, &
+                                              highest_frequency=settings%highest_frequency, &
+                                              waveform_used=settings%waveform_used /= 0, taper=settings%taper, &
+                                              rise_time=settings%rise_time, threads=settings%threads), &
                             planned, design, failure)
         call pass_on(failure, status, error)
         if (status == STATUS_OK) call keep_case(planned, planned_handle, status, error)
