@@ -37,7 +37,8 @@ module gracecg_html_style
         'td .value{color:var(--ink);display:inline-block;min-width:4.3em}', &
         'tbody tr.part{border-top:2px solid var(--soft)}', &
         'pre code{background:none;padding:0;font-size:1em}', &
-        'nav ol{columns:2 18rem;column-gap:3rem;margin:1rem 0;padding:.8rem 1rem .8rem 2rem;background:var(--box);border-radius:4px}', &
+        'nav ol{columns:2 18rem;column-gap:3rem;margin:1rem 0;padding:.75rem 1rem .75rem 2.4rem;', &
+        'background:var(--box);border-radius:.3rem}', &
         'nav li{margin:.15rem 0;break-inside:avoid}', &
         'sup,sub{font-size:.75em;line-height:0}', &
         '.scroll{overflow-x:auto;margin:1rem 0;max-width:100%}', &
