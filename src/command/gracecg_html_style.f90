@@ -13,7 +13,7 @@ module gracecg_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(57) = [character(118) :: &
+    character(*), parameter :: RULES(58) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
