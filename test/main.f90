@@ -80,7 +80,8 @@ program tester
     implicit none
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
-    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'report', 'optimal-monte-carlo']
+    character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'report', 'optimal-monte-carlo', &
+                                                        'sequential']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
