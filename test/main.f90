@@ -81,7 +81,7 @@ program tester
 
     !> Suites that take long when compiled with run-time checks: left out by --fast.
     character(20), parameter :: SLOW(*) = [character(20) :: 'monte-carlo', 'studies', 'report', 'optimal-monte-carlo', &
-                                                        'sequential']
+                                                        'sequential', 'design']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
