@@ -87,7 +87,8 @@ contains
             if (allocated(error)) return
         end do
         call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
-        if (plan%without /= '') call console%line('(error sources switched off: '//plan%without//')')
+        if (plan%without /= '') call console%line('(error sources switched off here: '//plan%without// &
+                                                    '; the report''s values have them all)')
         call console%line('')
         call show_campaign(campaign, console)
         if (plan%table_file /= '') call write_table(plan%table_file, campaign, COMMAND, error)

@@ -6,12 +6,14 @@
 module gracecg_report_book
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t
-    use gracecg_text, only: string_t, append
+    use gracecg_text, only: string_t, append, integer_text
     use gracecg_html, only: html_page_t
     use gracecg_gnuplot, only: draw_figure, NO_GNUPLOT
+    use gracecg_report_text, only: fixed_text
     implicit none
     private
     public :: report_book_t, finding_t, open_book, book_file, add_figure, add_finding, COMMAND, MILLIMETRE, AXES
+    public :: begin_rms_table, rms_cells
 
     character(*), parameter :: COMMAND = 'report'    !! Its name, for messages
     real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
@@ -114,6 +116,42 @@ contains
         found%verdict = verdict
         book%findings = [book%findings, found]
     end subroutine add_finding
+
+    !> Begins a table of RMS errors beside theory: head and columns; rows and the table's end are the chapter's.
+    subroutine begin_rms_table(book, anchor, columns)
+        type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: anchor          !! Id of the table on the page
+        character(*), intent(in) :: columns(:)      !! Heads of the columns before the errors
+
+        integer :: i
+
+        call book%page%begin_table('RMS errors of the CG offset, mm: '//integer_text(book%runs)//' runs and theory', anchor)
+        call book%page%begin_row()
+        do i = 1, size(columns)
+            call book%page%column_head(trim(columns(i)))
+        end do
+        do i = 1, 3
+            call book%page%column_head(AXES(i)//' here', numeric=.true.)
+            call book%page%column_head(AXES(i)//' theory', numeric=.true.)
+        end do
+        call book%page%end_row()
+        call book%page%head_end()
+    end subroutine begin_rms_table
+
+    !> The errors of a row of such a table, and the row's end.
+    subroutine rms_cells(book, rms, predicted)
+        type(report_book_t), intent(inout) :: book
+        real(dp), intent(in) :: rms(3)              !! x, y, z, m
+        real(dp), intent(in) :: predicted(3)        !! By theory, m
+
+        integer :: axis
+
+        do axis = 1, 3
+            call book%page%number_cell(fixed_text(rms(axis)/MILLIMETRE, 5))
+            call book%page%number_cell(fixed_text(predicted(axis)/MILLIMETRE, 5))
+        end do
+        call book%page%end_row()
+    end subroutine rms_cells
 
     !> Who drew an SVG file, as it says itself: 'gnuplot 5.4 patchlevel 4'.
     pure function renderer_of(svg) result(name)

@@ -1,6 +1,7 @@
 !> The report page, beyond the report: every estimator against the theoretical limit.
 module gracecg_report_chapter_limit
     use gracecg_kinds, only: dp
+    use gracecg_median, only: median_of
     use gracecg_error, only: error_t
     use gracecg_text, only: integer_text, real_text
     use gracecg_version, only: VERSION
@@ -220,7 +221,7 @@ contains
             kind = merge(VERDICT_MET, VERDICT_MISSED, reached == size(ratios) .and. missing == 0)
             if (any(REPORT_ESTIMATORS == ESTIMATOR_NAMES(a))) kind = VERDICT_NONE
             call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))//' at the bound.', &
-                                   'Ratios '//range//'; median '//fixed_text(median(ratios), 2)// &
+                                   'Ratios '//range//'; median '//fixed_text(median_of(reshape(ratios, [size(ratios)])), 2)// &
                                    pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', &
                                              '')//'.')
             if (kind == VERDICT_NONE) cycle
@@ -229,25 +230,6 @@ contains
                            'the bound; ratios '//range, kind, pick_text(kind == VERDICT_MET, 'reached', 'missed'))
         end do
     end subroutine add_verdicts
-
-    !> Of the ratios.
-    pure real(dp) function median(ratios)
-        real(dp), intent(in) :: ratios(3, CASES)
-
-        real(dp) :: left(size(ratios)), lower
-        integer :: i, place
-
-        left = reshape(ratios, [size(ratios)])
-        lower = 0
-        median = 0
-        do i = 1, size(left)/2 + 1
-            lower = median
-            place = minloc(left, 1)
-            median = left(place)
-            left(place) = huge(1.0_dp)
-        end do
-        if (mod(size(ratios), 2) == 0) median = (lower + median)/2
-    end function median
 
     !> Groups of bars from the file: a group a case, a bar an estimator.
     function script_of(runs, studies) result(script)

@@ -13,7 +13,7 @@ module gracecg_report_chapter_loss
     use gracecg_study_files, only: write_field_studies, write_field_runs
     use gracecg_console, only: console_t
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+    use gracecg_report_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, add_figure, COMMAND, &
         MILLIMETRE, AXES
     use gracecg_report_text, only: pick_text, fixed_text, percent_text
     implicit none
@@ -86,35 +86,17 @@ contains
         type(report_book_t), intent(inout) :: book
         type(field_study_t), intent(in) :: study(:)
 
-        integer :: i, axis
+        integer :: i
 
-        associate (page => book%page)
-            call page%begin_table('RMS errors of the CG offset, mm: '//integer_text(book%runs)//' runs '// &
-                                  'and theory', &
-                                  'magnetometer_loss')
-            call page%begin_row()
-            call page%column_head('case')
-            call page%column_head('algorithm')
-            call page%column_head('field')
-            do axis = 1, 3
-                call page%column_head(AXES(axis)//' here', numeric=.true.)
-                call page%column_head(AXES(axis)//' theory', numeric=.true.)
-            end do
-            call page%end_row()
-            call page%head_end()
-            do i = 1, size(study)
-                call page%begin_row()
-                call page%row_head(trim(study(i)%case_name))
-                call page%text_cell(trim(study(i)%algorithm))
-                call page%text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))
-                do axis = 1, 3
-                    call page%number_cell(fixed_text(study(i)%rms(axis)/MILLIMETRE, 5))
-                    call page%number_cell(fixed_text(study(i)%predicted(axis)/MILLIMETRE, 5))
-                end do
-                call page%end_row()
-            end do
-            call page%end_table()
-        end associate
+        call begin_rms_table(book, 'magnetometer_loss', [character(9) :: 'case', 'algorithm', 'field'])
+        do i = 1, size(study)
+            call book%page%begin_row()
+            call book%page%row_head(trim(study(i)%case_name))
+            call book%page%text_cell(trim(study(i)%algorithm))
+            call book%page%text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))
+            call rms_cells(book, study(i)%rms, study(i)%predicted)
+        end do
+        call book%page%end_table()
     end subroutine add_table
 
     !> "The impact on the estimation accuracy is very small": by theory, at most a tenth in every component,

@@ -12,7 +12,7 @@ module gracecg_report_chapter_sources
     use gracecg_console, only: console_t
     use gracecg_gnuplot, only: data_block
     use gracecg_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_report_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+    use gracecg_report_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, add_figure, COMMAND, &
         MILLIMETRE, AXES
     use gracecg_report_text, only: pick_text, fixed_text, percent_text
     implicit none
@@ -75,33 +75,16 @@ contains
         type(report_book_t), intent(inout) :: book
         type(error_study_t), intent(in) :: studies(:)
 
-        integer :: i, axis
+        integer :: i
 
-        associate (page => book%page)
-            call page%begin_table('RMS errors of the CG offset, mm: '//integer_text(book%runs)//' runs '// &
-                                  'and theory', &
-                                  'error_sources')
-            call page%begin_row()
-            call page%column_head('simulation')
-            call page%column_head('what is off')
-            do axis = 1, 3
-                call page%column_head(AXES(axis)//' here', numeric=.true.)
-                call page%column_head(AXES(axis)//' theory', numeric=.true.)
-            end do
-            call page%end_row()
-            call page%head_end()
-            do i = 1, size(studies)
-                call page%begin_row()
-                call page%row_head(trim(STUDY_NAMES(i)))
-                call page%text_cell(trim(MEANING(i)), wraps=.true.)
-                do axis = 1, 3
-                    call page%number_cell(fixed_text(studies(i)%rms(axis)/MILLIMETRE, 5))
-                    call page%number_cell(fixed_text(studies(i)%predicted(axis)/MILLIMETRE, 5))
-                end do
-                call page%end_row()
-            end do
-            call page%end_table()
-        end associate
+        call begin_rms_table(book, 'error_sources', [character(11) :: 'simulation', 'what is off'])
+        do i = 1, size(studies)
+            call book%page%begin_row()
+            call book%page%row_head(trim(STUDY_NAMES(i)))
+            call book%page%text_cell(trim(MEANING(i)), wraps=.true.)
+            call rms_cells(book, studies(i)%rms, studies(i)%predicted)
+        end do
+        call book%page%end_table()
     end subroutine add_table
 
     !> The report's statement, and its axes.

@@ -9,6 +9,7 @@
 !> of the worst (what the fit shares out among many samples is smaller), and the fit is repeated.
 module gracecg_outlier_editing
     use gracecg_kinds, only: dp
+    use gracecg_median, only: median_of
     use gracecg_error, only: error_t, fail, number_text
     use gracecg_text, only: string_t, append, integer_text
     use gracecg_calibration_problem, only: calibration_problem_t
@@ -54,32 +55,11 @@ contains
 
         worst = maxval(normalised, mask=kept)
         if (worst <= LIMIT) return
-        most = LIMIT*max(1.0_dp, median(pack(normalised, kept))/expected_median)
+        most = LIMIT*max(1.0_dp, median_of(pack(normalised, kept))/expected_median)
         if (worst <= most) return
         changed = .true.
         kept = kept .and. normalised <= max(most, worst/2)
     end subroutine leave_out
-
-    !> The median of values, by bisection of their range (to 1e-6 of it).
-    pure real(dp) function median(values)
-        real(dp), intent(in) :: values(:)
-
-        real(dp) :: low, high
-        integer :: i
-
-        low = minval(values)
-        high = maxval(values)
-        do i = 1, 60
-            if (high - low <= 1e-6_dp*abs(high)) exit
-            median = (low + high)/2
-            if (2*count(values <= median) >= size(values)) then
-                high = median
-            else
-                low = median
-            end if
-        end do
-        median = high
-    end function median
 
     !> Warns of what was left out. Fails when it is more than a quarter of a series: then the fit is
     !> wrong, not the samples.

@@ -23,7 +23,8 @@ module gracecg_sequential
         run_through_time, smooth_axis, smooth_star_camera
     use gracecg_disturbance_search, only: disturbance_t, search_disturbance, with_disturbance
     use gracecg_process_whitening, only: whiten_by_process
-    use gracecg_spike_screen, only: is_spike, median_of
+    use gracecg_spike_screen, only: is_spike
+    use gracecg_median, only: median_of
     use gracecg_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_fit_checks, only: refuse_stuck_axis, check_torque
     use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t

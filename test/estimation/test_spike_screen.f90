@@ -14,20 +14,9 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('median', test_median), &
                     new_unittest('spikes-on-a-wave', test_spikes), &
                     new_unittest('no-spikes-in-noise', test_noise)]
     end subroutine collect_spike_screen
-
-    subroutine test_median(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        call check(error, median_of([5.0_dp, -1.0_dp, 3.0_dp]), 3.0_dp)
-        if (allocated(error)) return
-        call check(error, median_of([4.0_dp, 1.0_dp, 1e9_dp, 2.0_dp]), 3.0_dp)
-        if (allocated(error)) return
-        call check(error, median_of([7.0_dp]), 7.0_dp)
-    end subroutine test_median
 
     function wave_with_noise() result(values)
         real(dp) :: values(300)
