@@ -151,6 +151,6 @@ contains
                  messages)
         call check(error, status, STATUS_DONE, messages)
         if (allocated(error)) return
-        call check_fails(error, output, [character(24) :: 'switched off: systematic', 'own covariances'])
+        call check_fails(error, output, [character(29) :: 'switched off here: systematic', 'own covariances'])
     end subroutine test_montecarlo
 end module test_bound_command
