@@ -15,7 +15,7 @@ module gracecg_planner
     use gracecg_manoeuvre_design, only: design_settings_t, manoeuvre_design_t, design_manoeuvre
     implicit none
     private
-    public :: plan_manoeuvre, map_case, moved_case, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    public :: plan_manoeuvre, take_design, map_case, moved_case, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
 
     real(dp), parameter :: PLANNING_STEP = 10       !! Between the orbit's samples, s
     real(dp), parameter :: SHORTEST_ARC = 10        !! s
@@ -49,9 +49,21 @@ contains
         call add_context(error, 'case '//trim(case%setup%name))
         if (allocated(error)) return
         planned = moved_case(case, orbit, time, any(REPORT_CASE_NAMES == case%setup%name))
-        planned%setup%rods = design%rods
-        planned%setup%name = trim(case%setup%name)//'-design'
+        call take_design(design, planned)
     end subroutine plan_manoeuvre
+
+    !> Makes a case fly a designed manoeuvre; its name then ends with -design. `optimal` is asked to estimate
+    !> scale factors and magnetometer bias, too: the noise of such a calibration is so small that they, in
+    !> proportion to the offset, would make the largest errors and be missing in its sigmas.
+    subroutine take_design(design, case)
+        type(manoeuvre_design_t), intent(in) :: design
+        type(calibration_case_t), intent(inout) :: case
+
+        case%setup%rods = design%rods
+        case%setup%name = trim(case%setup%name)//'-design'
+        case%setup%optimal%estimate_scale_factors = .true.
+        case%setup%optimal%estimate_magnetometer_bias = .true.
+    end subroutine take_design
 
     subroutine check_limits(case, error)
         type(calibration_case_t), intent(in) :: case

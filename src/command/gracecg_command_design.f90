@@ -15,7 +15,7 @@ module gracecg_command_design
     use gracecg_case_library, only: find_case, find_calibration
     use gracecg_report_cases, only: REPORT_CASE_NAMES
     use gracecg_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planner, only: moved_case, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    use gracecg_planner, only: moved_case, take_design, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_manoeuvre_limits, only: check_motion
     use gracecg_manoeuvre_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
         new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
@@ -150,7 +150,7 @@ contains
             call show(request, case, orbit, view, sites, design, points, console, error)
         end if
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, case, points(2:), error)
-        if (.not. allocated(error) .and. request%out /= '') call write_case(request, case, orbit, error)
+        if (.not. allocated(error) .and. request%out /= '') call write_case(request, case, orbit, design, error)
     end subroutine run_design
 
     subroutine read_request(arguments, request, misuse)
@@ -410,6 +410,8 @@ contains
         if (size(points) > 1) call show_map(points(2:), orbit, console)
         if (request%out /= '') then
             call console%line('')
+            if (.not. request%given) call console%line(request%out//' has `optimal` estimate scale factors and '// &
+                                                       'magnetometer bias, too: else they would be the largest errors')
             call console%line('next: gracecg simulate '//request%out//' --out run1')
         end if
     end subroutine show
@@ -530,10 +532,11 @@ contains
     end subroutine write_map
 
     !> The case with the manoeuvre, at its place.
-    subroutine write_case(request, case, orbit, error)
+    subroutine write_case(request, case, orbit, design, error)
         type(request_t), intent(in) :: request
         type(calibration_case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
+        type(manoeuvre_design_t), intent(in) :: design
         type(error_t), allocatable, intent(out) :: error
 
         type(calibration_case_t) :: later
@@ -541,7 +544,7 @@ contains
         character(:), allocatable :: text
 
         later = moved_case(case, orbit, request%time, request%built_in)
-        if (.not. request%given) later%setup%name = trim(case%setup%name)//'-design'
+        if (.not. request%given) call take_design(design, later)
         call case_text(later, text, error)
         if (.not. allocated(error)) call file%open(request%out, error)
         if (allocated(error)) return

@@ -226,7 +226,8 @@ contains
 
         unit = ''
         if (index(name, 'torque') == 1) unit = 'N m'
-        if (index(name, 'wave') == 1) unit = 'm/s^2'
+        if (name == 'drag_curve' .or. index(name, 'wave') == 1) unit = 'm/s^2'
+        if (name == 'wave_freq') unit = 'Hz'
         if (index(name, 'field') == 1) unit = 'T'
     end function unit_of
 end module gracecg_command_estimate

@@ -16,6 +16,7 @@ module gracecg_report_chapter_design
     use gracecg_manoeuvre_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t
     use gracecg_manoeuvre_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
     use gracecg_manoeuvre_design, only: design_settings_t, manoeuvre_design_t, design_manoeuvre
+    use gracecg_planner, only: take_design
     use gracecg_simulation, only: simulator_t, new_simulator
     use gracecg_bound, only: case_bound_t, bound_of_case
     use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
@@ -125,7 +126,7 @@ contains
         call map_manoeuvre(view, orbit, times, study%case%setup%rods, threads, study%report, error)
         if (allocated(error)) return
         call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
-        study%case%setup%rods = study%design%rods
+        call take_design(study%design, study%case)
         study%case%setup%name = satellite//'-design'
     end subroutine study_design
 
@@ -185,6 +186,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(calibration_case_t) :: case
+        type(manoeuvre_design_t) :: design
         type(case_bound_t) :: bound
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
@@ -195,8 +197,10 @@ contains
 
         call report_case(REPORT_CASE_NAMES(number), case, error)
         if (allocated(error)) return
-        case%setup%rods = studies(merge(1, 2, case%satellite == SATELLITES(1)))%design%rods
+        design = studies(merge(1, 2, case%satellite == SATELLITES(1)))%design
+        case%setup%rods = design%rods
         call bound_of_case(case, bound, error)
+        call take_design(design, case)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, book%seed, [(k, k=1, runs)], &
                                                          book%threads, results, error)

@@ -8,8 +8,9 @@
 !> multiplicative: R(q) = C(zeta) R(q*), d zeta/dt = -omega* x zeta + d omega. J_p stands for the
 !> inertia about the centre of mass, from which it differs by 1e-6 (4-6).
 !>
-!> Accelerometer: S [(A~ + G) d + alpha t + beta + w (a sin + b cos)(2 pi (f + df) t)], (3-7), (4-17), with
-!> S = diag(1 + s) and a density wave along the airflow w, from the orbit (body x without one).
+!> Accelerometer: S [(A~ + G) d + alpha t + beta + w (gamma P2(t) + (a sin + b cos)(2 pi (f + df) t))], (3-7),
+!> (4-17), with S = diag(1 + s), and along the airflow w, which comes from the orbit (body x without one),
+!> a density wave and Legendre's polynomial P2 over the arc.
 module gracecg_calibration_model
     use gracecg_kinds, only: dp
     use gracecg_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
@@ -32,10 +33,10 @@ module gracecg_calibration_model
     public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
     public :: correct_state, turned_by, turn_between
     public :: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
-    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
-    public :: ALWAYS_ESTIMATED, airflow_at
+    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY
+    public :: INERTIA, TORQUE_CHANGE, ALWAYS_ESTIMATED, airflow_at
 
-    integer, parameter :: PARAMETERS = 37    !! Number of all parameters
+    integer, parameter :: PARAMETERS = 38    !! Number of all parameters
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch, rad
     integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch, rad/s
@@ -46,11 +47,12 @@ module gracecg_calibration_model
     integer, parameter :: SCALE_FACTORS(3) = [19, 20, 21]   !! s: scale factor minus 1
     integer, parameter :: ROD_GAIN = 22                     !! g: gain minus 1
     integer, parameter :: FIELD_BIAS(3) = [23, 24, 25]      !! b, T
-    integer, parameter :: WAVE_SINE = 26, WAVE_COSINE = 27  !! Amplitudes of the density wave, m/s^2
-    integer, parameter :: WAVE_FREQUENCY = 28               !! Error of the wave's frequency, Hz
-    integer, parameter :: INERTIA(6) = [29, 30, 31, 32, 33, 34]
+    integer, parameter :: DRAG_CURVATURE = 26               !! gamma, m/s^2
+    integer, parameter :: WAVE_SINE = 27, WAVE_COSINE = 28  !! Amplitudes of the density wave, m/s^2
+    integer, parameter :: WAVE_FREQUENCY = 29               !! Error of the wave's frequency, Hz
+    integer, parameter :: INERTIA(6) = [30, 31, 32, 33, 34, 35]
     !! Errors of J's elements xx, yy, zz, xy, yz, zx, kg m^2
-    integer, parameter :: TORQUE_CHANGE(3) = [35, 36, 37]   !! T', N m
+    integer, parameter :: TORQUE_CHANGE(3) = [36, 37, 38]   !! T', N m
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
 
@@ -58,7 +60,7 @@ module gracecg_calibration_model
         'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
         'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
         'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
-        'wave_sin', 'wave_cos', 'wave_freq', &
+        'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
         'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
     !! In the order of their places
 
@@ -433,7 +435,8 @@ contains
             k = epoch(i)
             t = k*model%interval
             matrix = acceleration_matrix(model, trajectory, k)
-            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS)
+            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + &
+                       state%value(DRAG_CURVATURE)*parabola_at(model, t)*airflow_at(model, trajectory%q(:, k), k)
             if (model%wave_frequency > 0) then
                 wave = wave_partials(model, state, trajectory, k)
                 unscaled = unscaled + wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE)
@@ -465,6 +468,18 @@ contains
 
         c = matmul(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
     end function vertical_at
+
+    !> The parabola over the arc that bias and drift do not contain: Legendre's polynomial of degree 2, from
+    !> 1 at the ends to -1/2 in the middle.
+    pure real(dp) function parabola_at(model, t) result(parabola)
+        type(calibration_model_t), intent(in) :: model
+        real(dp), intent(in) :: t       !! s
+
+        real(dp) :: x
+
+        x = 2*t/(model%steps*model%interval) - 1
+        parabola = (3*x**2 - 1)/2
+    end function parabola_at
 
     !> The unscaled acceleration of the density wave by its parameters: sine, cosine, frequency.
     pure function wave_partials(model, state, trajectory, k) result(partials)
@@ -540,6 +555,8 @@ contains
                         partials(i, axis) = factor(axis)
                     case (SCALE_FACTORS(1):SCALE_FACTORS(3))
                         partials(i, axis) = unscaled(axis)
+                    case (DRAG_CURVATURE)
+                        partials(i, :) = factor*parabola_at(model, t)*airflow_at(model, trajectory%q(:, k), k)
                     case (WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY)
                         partials(i, :) = factor*wave(:, p - WAVE_SINE + 1)
                     end select

@@ -130,7 +130,8 @@ contains
         all_sizes(DRIFT) = 1e-6_dp/duration         ! m/s^3
         all_sizes(BIAS) = 1e-6_dp                   ! m/s^2
         all_sizes(FIELD_BIAS) = 1e-7_dp             ! T
-        all_sizes(WAVE_SINE) = 1e-8_dp              ! m/s^2
+        all_sizes(DRAG_CURVATURE) = 1e-8_dp         ! m/s^2
+        all_sizes(WAVE_SINE) = 1e-8_dp
         all_sizes(WAVE_COSINE) = 1e-8_dp
         all_sizes(WAVE_FREQUENCY) = 1e-1_dp/duration    ! Hz
         sizes = all_sizes(estimated)

@@ -13,6 +13,7 @@
 module gracecg_disturbance_search
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
+    use gracecg_spectrum, only: strongest_line
     use gracecg_gauss_markov, only: gauss_markov_t, second_order_process, superposed
     use gracecg_square_root_filter, only: constants_t
     use gracecg_process_whitening, only: whiten_by_process
@@ -72,7 +73,7 @@ contains
         call gather(problem, remainder, others, without=axis)
         call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current)
         do while (size(found) < MOST_DISTURBANCES)
-            call strongest_line(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
+            call line_of_residuals(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
             if (line < LINE_LIKELY_NOISE) exit
             call best_disturbance(problem, axis, others, frequency, amplitude, trial, best, value)
             if (.not. current - value > needed_gain) exit
@@ -102,21 +103,19 @@ contains
         value = log_variance + constants%squares + constants%log_determinant()
     end subroutine minus_two_log_likelihood
 
-    !> The strongest line in the spectrum of the whitened residuals: 2 |sum u exp(i w t)|^2/n, for white
-    !> residuals a chi-square with two degrees of freedom.
-    subroutine strongest_line(problem, axis, others, remainder, line, frequency, amplitude)
+    !> The strongest line in the spectrum of an axis' whitened residuals.
+    subroutine line_of_residuals(problem, axis, others, remainder, line, frequency, amplitude)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(constants_t), intent(in) :: others
         real(dp), intent(in) :: remainder(:, :)
-        real(dp), intent(out) :: line
+        real(dp), intent(out) :: line                   !! A chi-square with two degrees of freedom
         real(dp), intent(out) :: frequency              !! Hz
         real(dp), intent(out) :: amplitude              !! Of the whitened residuals
 
         type(constants_t) :: constants
-        real(dp) :: residual(size(remainder, 2)), y(problem%m), spacing, power
-        complex(dp) :: total, turn, phase
-        integer :: i, j, k, m
+        real(dp) :: residual(size(remainder, 2)), y(problem%m), spacing
+        integer :: i, m, kept
 
         m = problem%m
         constants = others
@@ -126,27 +125,12 @@ contains
             residual(i) = remainder(m + 1, i) - dot_product(remainder(:m, i), y)
         end do
         spacing = 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval)
-        line = 0
-        frequency = spacing
-        do j = nint(SPECTRUM_LINES_PER_BIN)/2, int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%interval)/spacing)
-            turn = exp(cmplx(0.0_dp, TWO_PI*j*spacing*problem%interval, dp))
-            phase = 1
-            total = 0
-            k = problem%epoch(1)
-            do i = 1, size(residual)
-                do while (k < problem%epoch(i))
-                    phase = phase*turn
-                    k = k + 1
-                end do
-                total = total + residual(i)*phase
-            end do
-            power = 2*abs(total)**2/count(problem%kept(:, axis))
-            if (.not. power > line) cycle
-            line = power
-            frequency = j*spacing
-        end do
-        amplitude = sqrt(2*line/count(problem%kept(:, axis)))
-    end subroutine strongest_line
+        kept = count(problem%kept(:, axis))
+        call strongest_line(problem%epoch, residual, kept, problem%interval, spacing, &
+                            nint(SPECTRUM_LINES_PER_BIN)/2, &
+                            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%interval)/spacing), line, frequency)
+        amplitude = sqrt(2*line/kept)
+    end subroutine line_of_residuals
 
     !> The disturbance near a line of the spectrum that makes the observations most likely: for each of
     !> a few dampings the size, then the frequency of the best of them.

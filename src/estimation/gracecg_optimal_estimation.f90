@@ -5,7 +5,7 @@ module gracecg_optimal_estimation
     use gracecg_kinds, only: dp
     use gracecg_constants, only: ARCSECOND
     use gracecg_error, only: error_t, add_context, number_text
-    use gracecg_text, only: append
+    use gracecg_text, only: append, string_t
     use gracecg_lapack, only: solve_normal_equations
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t
@@ -32,6 +32,15 @@ module gracecg_optimal_estimation
     !> Below what any instrument has: data without noise
     real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
 
+    !> A fit that has settled.
+    type :: fit_t
+        type(calibration_problem_t) :: problem
+        type(batch_solution_t) :: batch
+        integer :: iterations = 0
+        logical :: converged = .false.
+        logical :: noise_estimated = .false.    !! Some of it
+    end type fit_t
+
 contains
 
     !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
@@ -47,84 +56,158 @@ contains
         logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
-        type(calibration_problem_t) :: problem
+        type(calibration_problem_t) :: start
         type(fitting_data_t) :: data
-        type(batch_solution_t) :: batch
+        type(fit_t) :: fit
 
         solution%algorithm = 'optimal'
         call preprocess(observations, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
-        call prepare_calibration(observations%setup, data, estimated_parameters(observations%setup), problem)
-        solution%warnings = problem%data%warnings
-        call fit_repeatedly(observations%setup, problem, batch, solution, error)
-        if (.not. allocated(error)) call report_edited(problem, solution%edited, solution%warnings, error)
-        if (.not. allocated(error)) call store(problem, batch, solution)
-        if (.not. allocated(error) .and. with_checks) call check_fit(observations%setup, problem, batch, &
-                                                                     solution, error, record)
-        if (.not. allocated(error) .and. present(record)) call record_fit(problem, batch, record)
+        call prepare_calibration(observations%setup, data, estimated_parameters(observations%setup), start)
+        solution%warnings = start%data%warnings
+        call fit_best(observations%setup, start, fit, solution, error)
+        if (allocated(error)) then
+            call add_context(error, 'optimal')
+            return
+        end if
+        call report_edited(fit%problem, solution%edited, solution%warnings, error)
+        if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
+        if (.not. allocated(error) .and. with_checks) &
+            call check_fit(observations%setup, fit%problem, fit%batch, solution, error, record)
+        if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
-    !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
-    subroutine fit_repeatedly(setup, problem, batch, solution, error)
+    !> The fit with the parameters that the setup asks for; if its residuals show a density wave, the best
+    !> of this fit and those that estimate the wave, without and with curved drag: a parabola would pull
+    !> the wave's frequency.
+    subroutine fit_best(setup, start, fit, solution, error)
         type(calibration_setup_t), intent(in) :: setup
-        type(calibration_problem_t), intent(inout) :: problem
-        type(batch_solution_t), intent(out) :: batch
+        type(calibration_problem_t), intent(in) :: start
+        type(fit_t), intent(out) :: fit
         type(calibration_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
+        type(fit_t) :: candidates(3)
+        type(density_wave_found_t) :: wave
+        type(error_t), allocatable :: not_determined
+        integer :: best, last, i
+
+        candidates(1)%problem = start
+        call settle(setup, candidates(1), error)
+        if (allocated(error)) return
+        best = 1
+        last = 1
+        if (setup%optimal%density_wave == WAVE_SEARCHED) &
+            wave = search_wave(candidates(1)%problem, candidates(1)%batch)
+        if (wave%found) then
+            do i = 2, 3
+                call widen(setup, candidates(i - 1), wave, candidates(i))
+                call settle(setup, candidates(i), not_determined)
+                if (allocated(not_determined) .or. .not. candidates(i)%converged) exit
+                last = i
+            end do
+            best = best_fit(candidates(:last))
+            call report_wave(wave, best, solution%warnings)
+        end if
+        fit = candidates(best)
+        solution%iterations = sum(candidates(:last)%iterations)
+        solution%converged = fit%converged
+        if (fit%noise_estimated) &
+            call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
+    end subroutine fit_best
+
+    !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
+    subroutine settle(setup, fit, error)
+        type(calibration_setup_t), intent(in) :: setup
+        type(fit_t), intent(inout) :: fit
+        type(error_t), allocatable, intent(out) :: error
+
         type(batch_settings_t), parameter :: SETTINGS = batch_settings_t(tolerance=1e-6_dp)
-        logical :: unknown_level(3), unknown_angle(3), changed, edited, searched
+        logical :: unknown_level(3), unknown_angle(3), changed, edited
         integer :: round
 
-        searched = .false.
-        call find_unknown(setup, problem%noise, unknown_level, unknown_angle)
+        call find_unknown(setup, fit%problem%noise, unknown_level, unknown_angle)
+        fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
         do round = 1, MOST_ROUNDS
-            call set_noise(problem, error)
-            if (.not. allocated(error)) call process_batch(problem, SETTINGS, batch, error)
+            call set_noise(fit%problem, error)
+            if (.not. allocated(error)) call process_batch(fit%problem, SETTINGS, fit%batch, error)
             if (allocated(error)) return
-            solution%iterations = solution%iterations + batch%iterations
-            call refresh_residuals(batch, problem)
+            fit%iterations = fit%iterations + fit%batch%iterations
+            call refresh_residuals(fit%batch, fit%problem)
             changed = .false.
-            if (any(unknown_level)) call update_spectra(problem, unknown_level, changed, error)
+            if (any(unknown_level)) call update_spectra(fit%problem, unknown_level, changed, error)
             if (allocated(error)) return
-            if (any(unknown_angle)) call update_angles(problem, batch, unknown_angle, changed)
-            call edit_samples(problem, edited)
-            if (changed .or. edited) cycle
-            if (searched .or. setup%optimal%density_wave /= WAVE_SEARCHED) exit
-            searched = .true.       ! once; with outliers in the data every spectrum has lines
-            call add_wave(setup, batch, problem, solution, changed)
-            if (.not. changed) exit
+            if (any(unknown_angle)) call update_angles(fit%problem, fit%batch, unknown_angle, changed)
+            call edit_samples(fit%problem, edited)
+            if (.not. (changed .or. edited)) exit
         end do
-        solution%converged = batch%converged .and. round <= MOST_ROUNDS
-        if (any(unknown_level) .or. any(unknown_angle)) &
-            call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
-    end subroutine fit_repeatedly
+        fit%converged = fit%batch%converged .and. round <= MOST_ROUNDS
+    end subroutine settle
 
-    !> Adds a density wave to the parameters if the residuals show one. Its frequency stays what the search
-    !> found: its error changes the offset and its sigma by far less than the noise.
-    subroutine add_wave(setup, batch, problem, solution, added)
+    !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
+    subroutine widen(setup, fit, wave, wider)
         type(calibration_setup_t), intent(in) :: setup
-        type(batch_solution_t), intent(in) :: batch
-        type(calibration_problem_t), intent(inout) :: problem
-        type(calibration_solution_t), intent(inout) :: solution
-        logical, intent(out) :: added
+        type(fit_t), intent(in) :: fit
+        type(density_wave_found_t), intent(in) :: wave
+        type(fit_t), intent(out) :: wider
 
-        type(calibration_problem_t) :: larger
-        type(density_wave_found_t) :: wave
+        associate (estimated => fit%problem%model%estimated)
+            if (any(estimated == WAVE_SINE)) then
+                call with_parameters(setup, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
+            else
+                call with_parameters(setup, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
+                                     wider%problem)
+                wider%problem%model%wave_frequency = wave%frequency
+                wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
+            end if
+        end associate
+    end subroutine widen
 
-        wave = search_wave(problem, batch)
-        added = wave%found
-        if (.not. added) return
-        problem%model%wave_frequency = wave%frequency
-        problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
-        call with_parameters(setup, problem, [problem%model%estimated, WAVE_SINE, WAVE_COSINE], larger)
-        problem = larger
-        call append(solution%warnings, 'the residuals of the accelerometer show a wave of period '// &
+    !> The fit that promises the smallest error of the offset, of fits with more and more parameters.
+    !>
+    !> Parameters enlarge the covariance, from P to P + D of the last fit; those left out make a bias. The
+    !> difference of the two estimates has the bias as its mean and the covariance D (J. A. Hausman,
+    !> Econometrica 46 (1978) 1251-1271), so the square of its component less that of D is an unbiased
+    !> estimate of the squared bias, and expected squared errors can be compared (the focused criterion of
+    !> G. Claeskens, N. L. Hjort, J. Am. Stat. Assoc. 98 (2003) 900-916), each in units of the variance.
+    pure integer function best_fit(fits) result(best)
+        type(fit_t), intent(in) :: fits(:)
+
+        real(dp) :: expected(size(fits)), variance, growth, difference
+        integer :: i, axis, k
+
+        associate (widest => fits(size(fits)))
+            do i = 1, size(fits)
+                expected(i) = 0
+                do axis = 1, 3
+                    k = OFFSET(axis)            ! estimated begins with ALWAYS_ESTIMATED
+                    variance = fits(i)%batch%inverse(k, k)
+                    growth = widest%batch%inverse(k, k) - variance
+                    difference = widest%problem%state%value(k) - fits(i)%problem%state%value(k)
+                    expected(i) = expected(i) + (variance + difference**2 - growth)/widest%batch%inverse(k, k)
+                end do
+            end do
+        end associate
+        best = minloc(expected, 1)
+    end function best_fit
+
+    !> Warns of a wave that was found.
+    subroutine report_wave(wave, best, warnings)
+        type(density_wave_found_t), intent(in) :: wave
+        integer, intent(in) :: best     !! Of the fits of fit_best
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        character(48), parameter :: CONSEQUENCE(3) = [character(48) :: &
+            'it hardly moves the offset and is left in', &
+            'it is estimated, too', &
+            'it is estimated, too, and a parabola of the drag']
+
+        call append(warnings, 'the residuals of the accelerometer show a wave of period '// &
                     number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
-                    ' m/s^2 along the airflow: it is estimated, too')
-    end subroutine add_wave
+                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(best)))
+    end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
     subroutine find_unknown(setup, noise, unknown_level, unknown_angle)
@@ -189,7 +272,7 @@ contains
         integer :: i
 
         places = pack([(i, i=1, size(problem%model%estimated))], &
-                      [(any([OFFSET, DRIFT(axis), BIAS(axis), WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY] == &
+                      [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY] == &
                             problem%model%estimated(i)), i=1, size(problem%model%estimated))])
     end function places_of
 

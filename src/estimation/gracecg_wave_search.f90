@@ -9,6 +9,7 @@
 module gracecg_wave_search
     use gracecg_kinds, only: dp
     use gracecg_constants, only: TWO_PI
+    use gracecg_spectrum, only: strongest_line
     use gracecg_calibration_problem, only: calibration_problem_t
     use gracecg_batch_processor, only: batch_solution_t
     use gracecg_calibration_model, only: airflow_at
@@ -43,7 +44,7 @@ contains
         integer :: i
 
         arc = problem%model%steps*problem%model%interval
-        call strongest_line(problem, batch, arc, line, frequency)
+        call line_along_airflow(problem, batch, arc, line, frequency)
         if (line < LEAST_GAIN) return
         low = frequency - 1/(LINES_PER_BIN*arc)
         high = frequency + 1/(LINES_PER_BIN*arc)
@@ -110,18 +111,17 @@ contains
     end function search_wave
 
     !> The strongest line in the periodogram of the whitened residuals, the axes weighted as a wave
-    !> along the airflow would show in them; in units of its mean for white noise, times 2.
-    subroutine strongest_line(problem, batch, arc, line, frequency)
+    !> along the airflow would show in them.
+    subroutine line_along_airflow(problem, batch, arc, line, frequency)
         type(calibration_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         real(dp), intent(in) :: arc                     !! s
-        real(dp), intent(out) :: line, frequency        !! Hz
+        real(dp), intent(out) :: line                   !! A chi-square with two degrees of freedom
+        real(dp), intent(out) :: frequency              !! Hz
 
-        real(dp) :: series(size(problem%data%accelerometer_epoch)), along(3), weight(3), f, power
-        complex(dp) :: total, turn, phase
-        integer :: i, axis, n, first, step
+        real(dp) :: series(size(problem%data%accelerometer_epoch)), along(3), weight(3)
+        integer :: axis, first
 
-        n = size(series)
         first = problem%star_rows
         along = airflow_at(problem%model, problem%state%quaternion, 0)
         weight = along/sqrt(problem%noise%level)
@@ -130,25 +130,9 @@ contains
         do axis = 1, 3
             series = series + weight(axis)*batch%residuals(first + axis:first + problem%acceleration_rows:3)
         end do
-        line = 0
-        frequency = 0
-        do i = ceiling(LEAST_CYCLES*LINES_PER_BIN), &
-            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%model%interval)*arc*LINES_PER_BIN)
-            f = i/(LINES_PER_BIN*arc)
-            turn = exp(cmplx(0.0_dp, TWO_PI*f*problem%model%interval, dp))
-            total = 0
-            phase = 1
-            associate (epoch => problem%data%accelerometer_epoch)
-                do step = 1, n
-                    if (step > 1) phase = phase*merge(turn, turn**(epoch(step) - epoch(step - 1)), &
-                                                      epoch(step) - epoch(step - 1) == 1)
-                    total = total + series(step)*phase
-                end do
-            end associate
-            power = 2*(real(total)**2 + aimag(total)**2)/n
-            if (power <= line) cycle
-            line = power
-            frequency = f
-        end do
-    end subroutine strongest_line
+        call strongest_line(problem%data%accelerometer_epoch, series, size(series), problem%model%interval, &
+                            1/(LINES_PER_BIN*arc), ceiling(LEAST_CYCLES*LINES_PER_BIN), &
+                            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%model%interval)*arc*LINES_PER_BIN), &
+                            line, frequency)
+    end subroutine line_along_airflow
 end module gracecg_wave_search

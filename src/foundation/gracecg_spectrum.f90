@@ -7,7 +7,7 @@ module gracecg_spectrum
     use gracecg_constants, only: TWO_PI
     implicit none
     private
-    public :: power_spectrum, band_means, BOXCAR, HANN
+    public :: power_spectrum, band_means, strongest_line, BOXCAR, HANN
 
     integer, parameter :: BOXCAR = 0    !! No taper: power is conserved (Parseval), lines leak far
     integer, parameter :: HANN = 1      !! Lines leak into the two neighbouring frequencies only
@@ -63,6 +63,44 @@ contains
         end do
         density = density/max(1, used)
     end subroutine power_spectrum
+
+    !> The strongest line in the periodogram of samples at multiples of h, 2 |sum x_i exp(2 pi j f k_i h)|^2/n
+    !> for f from `lowest` to `highest` times the spacing. For white samples of variance 1 a line is a
+    !> chi-square with two degrees of freedom. Missing samples may be absent or zero.
+    pure subroutine strongest_line(epoch, values, counted, interval, spacing, lowest, highest, line, frequency)
+        integer, intent(in) :: epoch(:)         !! Increasing index of each sample, k, in units of h
+        real(dp), intent(in) :: values(:)       !! One for each epoch
+        integer, intent(in) :: counted          !! n: the samples that are there
+        real(dp), intent(in) :: interval        !! h, s
+        real(dp), intent(in) :: spacing         !! Of the frequencies, Hz
+        integer, intent(in) :: lowest, highest  !! First and last frequency, in spacings
+        real(dp), intent(out) :: line           !! 0 if no frequency was tried
+        real(dp), intent(out) :: frequency      !! Hz
+
+        complex(dp) :: total, turn, phase
+        real(dp) :: power
+        integer :: i, j, k
+
+        line = 0
+        frequency = lowest*spacing
+        do j = lowest, highest
+            turn = exp(cmplx(0.0_dp, TWO_PI*j*spacing*interval, dp))
+            phase = 1
+            total = 0
+            k = epoch(1)
+            do i = 1, size(values)
+                do while (k < epoch(i))
+                    phase = phase*turn
+                    k = k + 1
+                end do
+                total = total + values(i)*phase
+            end do
+            power = 2*(real(total)**2 + aimag(total)**2)/counted
+            if (.not. power > line) cycle
+            line = power
+            frequency = j*spacing
+        end do
+    end subroutine strongest_line
 
     !> |sum x_i exp(-2 pi j k i/L)|^2 for k = 0 .. L/2.
     pure subroutine periodogram(x, cosine, sine, power)

@@ -24,6 +24,7 @@ contains
         testsuite = [ &
                     new_unittest('parseval', test_parseval), &
                     new_unittest('line', test_line), &
+                    new_unittest('strongest-line', test_strongest), &
                     new_unittest('level-of-coloured-noise', test_level), &
                     new_unittest('segments', test_segments), &
                     new_unittest('band-means', test_bands)]
@@ -74,6 +75,37 @@ contains
         if (allocated(error)) return
         call check(error, maxval(density([1, 2, 3, 4, 10, 20, 200])), 0.0_dp, thr=1e-9_dp)
     end subroutine test_line
+
+    !> A tone of amplitude a in n of a minute's samples, some of them absent or zero: a line of n a^2/2 at
+    !> its frequency; in white noise of variance 1 a single line has the mean 2.
+    subroutine test_strongest(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SPACING = 1/240.0_dp, TONE = 20*SPACING
+        integer, parameter :: SERIES = 2000
+        type(random_stream_t) :: stream
+        integer, allocatable :: epoch(:)
+        real(dp), allocatable :: values(:)
+        real(dp) :: line, frequency, noise(64), mean
+        integer :: i
+
+        epoch = pack([(i, i=100, 699)], [(i < 200 .or. i > 210, i=100, 699)])
+        allocate (values(size(epoch)))
+        values = 0.3_dp*sin(TWO_PI*TONE*epoch*H + 1)
+        values(300:303) = 0
+        call strongest_line(epoch, values, size(epoch) - 4, H, SPACING, 6, 240, line, frequency)
+        call check(error, frequency, TONE, thr=1e-12_dp)
+        if (.not. allocated(error)) call check(error, line, 0.045_dp*(size(epoch) - 4), thr=0.03_dp, rel=.true.)
+        if (allocated(error)) return
+        mean = 0
+        stream = new_stream(5, 1, 1)
+        do i = 1, SERIES
+            call stream%normals(noise)
+            call strongest_line([(i, i=1, 64)], noise, 64, H, 0.7_dp, 2, 2, line, frequency)
+            mean = mean + line/SERIES
+        end do
+        call check(error, mean, 2.0_dp, thr=Z_999*2/sqrt(real(SERIES, dp)))
+    end subroutine test_strongest
 
     !> Over its expectation a periodogram has mean 1 and variance 1 at each frequency; Hann's taper
     !> correlates the powers of neighbours by 4/9 and 1/36. A third of the samples lost changes the
