@@ -307,7 +307,7 @@ def check_design(here, program):
     """The manoeuvre, its errors and its map against the command's, and the bound of the planned case
     against that of the case file that the command writes."""
     output = here.output(program)
-    values = here.table("design", "--case", "front-2", "--waveforms", "sine", "--step", "600", "--out", "best.nml",
+    values = here.table("design", "front-2", "--waveforms", "sine", "--step", "600", "--out", "best.nml",
                         "--map", "map.csv", "--threads", "2", "--format", "csv")
     for what in ("sigma", "wave", "force"):
         compare(f"{what}, mm", line_with(output, what), [values[f"{what}_{axis}_mm"] for axis in "xyz"],

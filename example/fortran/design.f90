@@ -3,7 +3,7 @@
 !>
 !>     gfortran design.f90 $(pkg-config --cflags --libs gracecg)
 !>
-!> The numbers are those of `gracecg design --case front-2 --waveforms sine`.
+!> The numbers are those of `gracecg design front-2 --waveforms sine`.
 program design
     use gracecg, only: dp, DEGREE, error_t, calibration_case_t, find_case, case_bound_t, bound_of_case, &
         design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_case, map_point_t, WAVEFORM_NAMES

@@ -68,6 +68,7 @@ contains
         type(case_bound_t), intent(in) :: bound
         type(console_t), intent(inout) :: console
 
+        character(len(SOURCES)), allocatable :: estimated(:)
         character(120) :: line
         integer :: i
 
@@ -76,6 +77,12 @@ contains
         call console%line(trim(line))
         write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', MILLIMETRES*bound%sigma
         call console%line(trim(line))
+        associate (asked => case%setup%optimal)
+            estimated = pack(SOURCES(:3), [asked%estimate_scale_factors, asked%estimate_rod_gain, &
+                                           asked%estimate_magnetometer_bias])
+        end associate
+        if (size(estimated) > 0) &
+            call console%line('  with the a-priori sigmas of '//join(estimated, ', ')//', which are estimated, too')
         do i = 1, size(SOURCES)
             if (.not. any(bound%by_source(:, i) > 0)) cycle
             write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), MILLIMETRES*bound%by_source(:, i)

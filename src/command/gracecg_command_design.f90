@@ -59,8 +59,9 @@ contains
     subroutine declare_design(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('design', '', 0, 0, &
-                                'Plans the manoeuvre of the torque rods: searches frequencies, phases and '// &
+        call arguments%describe('design', '[CASE]', 0, 1, &
+                                'Plans the manoeuvre of the torque rods for the orbit, satellite and '// &
+                                'instruments of a case (default front-1): searches frequencies, phases and '// &
                                 'waveforms for the least standard deviation of the worst axis, within the '// &
                                 'limits of rods, rate and pointing, and writes the case with the best '// &
                                 'manoeuvre as a file that every command takes. The standard deviation is '// &
@@ -68,12 +69,11 @@ contains
                                 'the errors by the density wave and by curved drag and radiation. With --manoeuvre a given one '// &
                                 'is judged instead.', &
                                 'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
-                                'gracecg design --case front-2 --waveforms sine --map map.csv'//new_line('a')// &
+                                'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
-        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1 (default front)')
-        call arguments%add_option('--case', 'CASE', 'the orbit, satellite and instruments of this case instead')
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE')
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
-                                  'without --satellite and --case on the orbit of this case')
+                                  'without --satellite and CASE on the orbit of this case')
         call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch (default 0)')
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
@@ -227,8 +227,8 @@ contains
                                                         '--frequencies', '--waveforms', '--taper']
         integer :: i
 
-        if (arguments%has('--satellite') .and. arguments%has('--case')) then
-            call fail(misuse, 'options --satellite and --case exclude each other: a case names its satellite')
+        if (arguments%has('--satellite') .and. arguments%positional_count() > 0) then
+            call fail(misuse, 'option --satellite and a CASE exclude each other: a case names its satellite')
         else if (count([arguments%has('--at'), request%anywhere, request%everywhere]) > 1 .and. &
                  .not. (request%everywhere .and. .not. request%anywhere)) then
             call fail(misuse, 'options --at, --anywhere and --everywhere: --anywhere chooses the place itself')
@@ -252,15 +252,15 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(calibration_case_t) :: of_manoeuvre
-        character(:), allocatable :: satellite, name, default_name, manoeuvre
+        character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: limit, duration
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
         if (.not. allocated(misuse)) call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
-        default_name = satellite//'-1'
-        if (request%given .and. .not. arguments%has('--satellite')) default_name = manoeuvre
-        if (.not. allocated(misuse)) call arguments%get('--case', name, misuse, default=default_name)
         if (allocated(misuse)) return
+        name = satellite//'-1'
+        if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
+        if (arguments%positional_count() > 0) name = arguments%positional(1)
         call find_case(name, case, error)
         if (allocated(error)) return
         request%built_in = any(REPORT_CASE_NAMES == name)

@@ -427,24 +427,27 @@ contains
         real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), wave(3, 3), t
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), t
+        logical :: drag_changes
         integer :: i, k
 
         factor = 1 + state%value(SCALE_FACTORS)
+        drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
+        changes = 0
+        drag = 0
         do i = 1, size(epoch)
             k = epoch(i)
             t = k*model%interval
             matrix = acceleration_matrix(model, trajectory, k)
-            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + &
-                       state%value(DRAG_CURVATURE)*parabola_at(model, t)*airflow_at(model, trajectory%q(:, k), k)
-            if (model%wave_frequency > 0) then
-                wave = wave_partials(model, state, trajectory, k)
-                unscaled = unscaled + wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE)
+            if (drag_changes) then
+                changes = drag_partials(model, state, trajectory, k)
+                drag = matmul(changes(:, :3), state%value([DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE]))
             end if
+            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
-                                           wave, partials(:, :, i))
+                                           drag, changes, partials(:, :, i))
         end do
     end subroutine predict_accelerations
 
@@ -469,35 +472,26 @@ contains
         c = matmul(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
     end function vertical_at
 
-    !> The parabola over the arc that bias and drift do not contain: Legendre's polynomial of degree 2, from
-    !> 1 at the ends to -1/2 in the middle.
-    pure real(dp) function parabola_at(model, t) result(parabola)
-        type(calibration_model_t), intent(in) :: model
-        real(dp), intent(in) :: t       !! s
-
-        real(dp) :: x
-
-        x = 2*t/(model%steps*model%interval) - 1
-        parabola = (3*x**2 - 1)/2
-    end function parabola_at
-
-    !> The unscaled acceleration of the density wave by its parameters: sine, cosine, frequency.
-    pure function wave_partials(model, state, trajectory, k) result(partials)
+    !> The unscaled acceleration along the airflow that is no straight line by its parameters: curvature,
+    !> sine, cosine, frequency. The curvature's is Legendre's polynomial of degree 2 over the arc.
+    pure function drag_partials(model, state, trajectory, k) result(partials)
         type(calibration_model_t), intent(in) :: model
         type(calibration_state_t), intent(in) :: state
         type(calibration_trajectory_t), intent(in) :: trajectory
         integer, intent(in) :: k
-        real(dp) :: partials(3, 3)          !! (axis, parameter); the last one in m/s^2/Hz
+        real(dp) :: partials(3, 4)          !! (axis, parameter); the last one in m/s^2/Hz
 
-        real(dp) :: along(3), angle, t
+        real(dp) :: along(3), angle, t, x
 
         along = airflow_at(model, trajectory%q(:, k), k)
         t = k*model%interval
+        x = 2*real(k, dp)/model%steps - 1
         angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
-        partials(:, 1) = along*sin(angle)
-        partials(:, 2) = along*cos(angle)
-        partials(:, 3) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
-    end function wave_partials
+        partials(:, 1) = along*(3*x**2 - 1)/2
+        partials(:, 2) = along*sin(angle)
+        partials(:, 3) = along*cos(angle)
+        partials(:, 4) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
+    end function drag_partials
 
     !> The direction of the airflow at k h.
     pure function airflow_at(model, q, k) result(along)
@@ -510,14 +504,15 @@ contains
         if (model%airflow_known) along = matmul(rotation_matrix(q), model%airflow(:, k))
     end function airflow_at
 
-    pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, wave, &
+    pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, drag, changes, &
                                           partials)
         type(calibration_model_t), intent(in) :: model
         type(calibration_state_t), intent(in) :: state
         type(calibration_trajectory_t), intent(in) :: trajectory
         integer, intent(in) :: k
         real(dp), intent(in) :: factor(3), matrix(3, 3), unscaled(3)
-        real(dp), intent(in) :: wave(3, 3)          !! Of wave_partials
+        real(dp), intent(in) :: drag(3)             !! That is no straight line
+        real(dp), intent(in) :: changes(3, 4)       !! Of drag_partials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
@@ -534,8 +529,7 @@ contains
                      spread(c, 2, 3)*spread(matmul(d, cross_matrix(c)), 1, 3)
                 by_angles = -3*model%rate_squared(2*k)*cd
             end if
-            if (model%wave_frequency > 0 .and. model%airflow_known) by_angles = by_angles + cross_matrix( &
-                wave(:, 1)*state%value(WAVE_SINE) + wave(:, 2)*state%value(WAVE_COSINE))
+            if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
             partials = 0
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
@@ -555,10 +549,8 @@ contains
                         partials(i, axis) = factor(axis)
                     case (SCALE_FACTORS(1):SCALE_FACTORS(3))
                         partials(i, axis) = unscaled(axis)
-                    case (DRAG_CURVATURE)
-                        partials(i, :) = factor*parabola_at(model, t)*airflow_at(model, trajectory%q(:, k), k)
-                    case (WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY)
-                        partials(i, :) = factor*wave(:, p - WAVE_SINE + 1)
+                    case (DRAG_CURVATURE:WAVE_FREQUENCY)
+                        partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
                     end select
                 end associate
             end do

@@ -82,14 +82,27 @@ contains
     subroutine test_text(error)
         type(error_type), allocatable, intent(out) :: error
 
-        character(:), allocatable :: output, messages
-        integer :: status
+        character(*), parameter :: FLAG = 'estimate_scale_factors = ', NO = '.false.'
+        character(:), allocatable :: output, messages, case_text
+        integer :: status, first
 
         call run('bound front-1', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         if (allocated(error)) return
         call check_fails(error, output, [character(24) :: 'front-1', 'Cramer-Rao', 'scale factors', 'rod gain', &
                                          'magnetometer bias', 'inertia', 'unmodelled torque', 'worst direction'])
+        if (allocated(error)) return
+        call check(error, index(output, 'estimated, too') == 0)
+        if (allocated(error)) return
+        call run('cases show front-1', status, case_text, messages)
+        first = index(case_text, FLAG) + len(FLAG)
+        call make_file(error, 'scaled.nml', case_text(:first - 1)//'.true.'//case_text(first + len(NO):))
+        if (allocated(error)) return
+        call run('bound '//FOLDER//'scaled.nml', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (allocated(error)) return
+        call check_fails(error, output, [character(58) :: 'a-priori sigmas of scale factors, which are estimated, too', &
+                                         'adds by rod gain'])
     end subroutine test_text
 
     subroutine test_wrong(error)
@@ -129,7 +142,7 @@ contains
 
         call make_folder(error)
         if (allocated(error)) return
-        call run('simulate front-3 --out '//FOLDER//'optimal-run', status, output, messages)
+        call run('simulate front-1 --out '//FOLDER//'optimal-run', status, output, messages)
         call check(error, status, STATUS_DONE, messages)
         if (allocated(error)) return
         call run('estimate '//FOLDER//'optimal-run --algorithm optimal', status, output, messages)

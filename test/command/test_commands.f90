@@ -664,6 +664,8 @@ contains
             call succeeds(error, 'estimate '//FOLDER//'design --algorithm assest-rde', output)
         if (.not. allocated(error)) call succeeds(error, 'bound '//FOLDER//'design.nml', output)
         if (allocated(error)) return
+        call check(error, index(output, 'scale factors, magnetometer bias, which are estimated') > 0, output)
+        if (allocated(error)) return
         call read_csv(FOLDER//'map.csv', [character(24) :: FIRST_COLUMNS, 'wave_x_mm', 'wave_y_mm', 'wave_z_mm', &
                                           'force_x_mm', 'force_y_mm', 'force_z_mm', 'rate_deg_s', &
                                           'pointing_deg'], table, failure)
@@ -676,8 +678,8 @@ contains
         call check(error, index(output, 'case,time_s,latitude_deg') == 1 .and. &
                    index(output, 'back-1-design,0,') > 0, output)
 
-        call refused(error, QUICK//'--case front-1 --satellite back', STATUS_MISUSED, &
-                     [character(W) :: '--satellite and --case'])
+        call refused(error, QUICK//'front-1 --satellite back', STATUS_MISUSED, &
+                     [character(W) :: '--satellite and a CASE'])
         call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
         call refused(error, QUICK//'--rods w', STATUS_MISUSED, [character(W) :: '--rods', '"w"'])
         call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, [character(W) :: '--anywhere'])

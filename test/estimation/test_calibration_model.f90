@@ -12,7 +12,7 @@ module test_calibration_model
     use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
         correct_state, PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
-        SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
+        SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
         INERTIA, TORQUE_CHANGE
     use test_estimators, only: example, OMEGA_0, Q_0
     use fixture, only: check_passes
@@ -27,7 +27,7 @@ module test_calibration_model
                                                 spread(1e-5_dp, 1, 3), spread(1e-3_dp, 1, 3), &
                                                 spread(1e-9_dp, 1, 3), spread(1e-6_dp, 1, 3), &
                                                 spread(1e-2_dp, 1, 3), 1e-2_dp, spread(1e-7_dp, 1, 3), &
-                                                1e-8_dp, 1e-8_dp, 1e-6_dp, &
+                                                spread(1e-8_dp, 1, 3), 1e-6_dp, &
                                                 spread(1e-2_dp, 1, 6), &
                                                 spread(1e-5_dp, 1, 3)]
 
@@ -94,6 +94,7 @@ contains
         state%value(SCALE_FACTORS) = [0.0101_dp, -0.0159_dp, -0.0119_dp]
         state%value(ROD_GAIN) = 0.02_dp
         state%value(FIELD_BIAS) = [50e-9_dp, -30e-9_dp, 25e-9_dp]
+        state%value(DRAG_CURVATURE) = 2e-8_dp
         state%value(WAVE_SINE) = 1e-8_dp
         state%value(WAVE_COSINE) = -3e-8_dp
         state%value(WAVE_FREQUENCY) = 0.002_dp

@@ -98,7 +98,7 @@ contains
         if (.not. allocated(error)) call check(error, line, 0.045_dp*(size(epoch) - 4), thr=0.03_dp, rel=.true.)
         if (allocated(error)) return
         mean = 0
-        stream = new_stream(5, 1, 1)
+        stream = new_stream(5, 1, 1, 1, 1)
         do i = 1, SERIES
             call stream%normals(noise)
             call strongest_line([(i, i=1, 64)], noise, 64, H, 0.7_dp, 2, 2, line, frequency)
