@@ -3,8 +3,8 @@
 !> It fits the physical model (gracecg_calibration_model) to accelerometer and star-camera samples at
 !> their own epochs, each in units of its noise. The attitude error is a rotation vector; filter and
 !> smoother run about a nominal trajectory and are repeated about the corrected one until nothing
-!> changes. Beside bias and drift the non-gravitational acceleration of every axis may follow
-!> Gauss-Markov processes (gracecg_disturbance_search), and the flicker noise of the accelerometer is
+!> changes. Beside bias, drift and a parabola of the drag, which would pull the frequency of a wave, the
+!> non-gravitational acceleration of every axis may follow Gauss-Markov processes (gracecg_disturbance_search), and the flicker noise of the accelerometer is
 !> followed by its own. Samples that all others contradict are edited.
 module gracecg_sequential
     use gracecg_kinds, only: dp
@@ -12,11 +12,12 @@ module gracecg_sequential
     use gracecg_text, only: append, integer_text
     use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observation_set, only: observation_set_t, calibration_setup_t
-    use gracecg_sequential_settings, only: ADAPTIVE, GIVEN
+    use gracecg_sequential_settings, only: ADAPTIVE, GIVEN, STRAIGHT_LINE
     use gracecg_preprocessing, only: fitting_data_t, preprocess
     use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
-        turn_between, airflow_at, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
+        turn_between, airflow_at, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
+        DRAG_CURVATURE
     use gracecg_gauss_markov, only: gauss_markov_t
     use gracecg_square_root_filter, only: constants_t, process_filter_t
     use gracecg_calibration_filter, only: filter_problem_t, flicker_process, filter_axis, gather, &
@@ -34,17 +35,19 @@ module gracecg_sequential
     public :: estimate_sequential
 
     !> The parameters of the physical model, and their places among the constants: the offset last
-    integer, parameter :: ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, OFFSET]
+    integer, parameter :: ESTIMATED(19) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, DRAG_CURVATURE, OFFSET]
     integer, parameter :: M = size(ESTIMATED) + 2           !! Number of constants
     integer, parameter :: SHARED(2) = [M - 4, M - 3]
     !! Parts of the disturbance found in one axis that the other two see
-    integer, parameter :: PLACE(18) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, M - 2, M - 1, M]
-    integer, parameter :: OFFSETS_AMONG_ESTIMATED(3) = [16, 17, 18]
+    integer, parameter :: PLACE(19) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, M - 2, M - 1, M]
+    integer, parameter :: OTHERS = size(ESTIMATED) - 3
+    integer, parameter :: OFFSETS_AMONG_ESTIMATED(3) = OTHERS + [1, 2, 3]
     !> What is known a priori, so little that it weighs nothing: standard deviations of attitude (rad),
-    !> angular velocity (rad/s), torque (N m), drift (m/s^3), bias (m/s^2), offset (m)
-    real(dp), parameter :: PRIOR_SIGMA(18) = [1.0_dp, 1.0_dp, 1.0_dp, 0.1_dp, 0.1_dp, 0.1_dp, &
+    !> angular velocity (rad/s), torque (N m), drift (m/s^3), bias and curvature of the drag (m/s^2), offset (m)
+    real(dp), parameter :: PRIOR_SIGMA(19) = [1.0_dp, 1.0_dp, 1.0_dp, 0.1_dp, 0.1_dp, 0.1_dp, &
                                               0.01_dp, 0.01_dp, 0.01_dp, 1e-4_dp, 1e-4_dp, 1e-4_dp, &
-                                              1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+                                              1e-3_dp, 1e-3_dp, 1e-3_dp, 1e-6_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    real(dp), parameter :: NO_CURVATURE = 1e-15_dp  !! The same where the drag is to be a straight line, m/s^2
     real(dp), parameter :: UNDETERMINED = 0.3_dp    !! A sigma of the offset that the data did not make, m
 
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
@@ -79,6 +82,7 @@ module gracecg_sequential
         type(constants_t) :: constants
         type(found_t) :: found(3)                       !! By axis
         real(dp) :: star_sigma(3) = 1                   !! Of the star camera about its axes, rad
+        real(dp) :: prior_sigma(size(ESTIMATED)) = PRIOR_SIGMA  !! Of the parameters of the model
         real(dp) :: shared_part(2) = 0                  !! A priori, the constants SHARED
         real(dp) :: shared_sigma = 1                    !! and their standard deviation
         integer :: noise_states(3) = 0                  !! Of each axis' process: those of the flicker noise
@@ -164,6 +168,8 @@ contains
         call integrate_trajectory(work%model, work%state, work%trajectory)
         work%star_sigma = observations%setup%star_camera_sigma
         work%shared_sigma = observations%setup%sequential%shared_part
+        if (observations%setup%sequential%acceleration == STRAIGHT_LINE) &
+            where (ESTIMATED == DRAG_CURVATURE) work%prior_sigma = NO_CURVATURE
         call linearise_stars(work)
         call screen_stars(work%problem)
     end subroutine prepare
@@ -229,8 +235,8 @@ contains
         known(1:3) = turn_between(work%state%quaternion, work%guess%quaternion)
         work%problem%prior = 0
         do i = 1, size(ESTIMATED)
-            work%problem%prior(PLACE(i), PLACE(i)) = 1/PRIOR_SIGMA(i)
-            work%problem%prior(M + 1, PLACE(i)) = known(i)/PRIOR_SIGMA(i)
+            work%problem%prior(PLACE(i), PLACE(i)) = 1/work%prior_sigma(i)
+            work%problem%prior(M + 1, PLACE(i)) = known(i)/work%prior_sigma(i)
         end do
         do i = 1, size(SHARED)
             work%problem%prior(SHARED(i), SHARED(i)) = 1/work%shared_sigma
@@ -568,7 +574,7 @@ contains
         call report_editing(work, solution)
         call report_disturbances(work, solution)
         if (present(record)) call record_fit(work, constants, solution%covariance(1, 1)/ &
-                                             sum(root(PLACE(16), :)**2), record)
+                                             sum(root(PLACE(OFFSETS_AMONG_ESTIMATED(1)), :)**2), record)
     end subroutine store_solution
 
     !> Puts the fit into a record. The whitened observations have unit noise, so with the covariance
@@ -595,8 +601,8 @@ contains
             end do
             record%angular_acceleration = work%trajectory%omega_dot(:, record%epoch)
 
-            order = PLACE([OFFSETS_AMONG_ESTIMATED, [(i, i=1, 15)]])
-            record%names = [PARAMETER_NAMES(OFFSET), PARAMETER_NAMES(ESTIMATED(:15))]
+            order = PLACE([OFFSETS_AMONG_ESTIMATED, [(i, i=1, OTHERS)]])
+            record%names = [PARAMETER_NAMES(OFFSET), PARAMETER_NAMES(ESTIMATED(:OTHERS))]
             if (work%leading > 0) then
                 order = [order, SHARED]
                 record%names = [character(12) :: record%names, 'shared_1', 'shared_2']

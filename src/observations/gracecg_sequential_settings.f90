@@ -13,15 +13,17 @@ module gracecg_sequential_settings
     !> The settings of group `sequential`.
     type :: sequential_settings_t
         character(16) :: acceleration = ADAPTIVE
-        !! Beside bias and drift: second-order Gauss-Markov processes whose size, period and damping the
-        !! likelihood of the innovations tells (adaptive), none (straight-line), or the one below (given)
+        !! Beside bias and drift: a parabola along the airflow, and second-order Gauss-Markov processes whose
+        !! size, period and damping the likelihood of the innovations tells (adaptive) or the one below
+        !! (given); nothing (straight-line)
         real(dp) :: process_sigma(3) = 0            !! Of the given process by axis, m/s^2; 0: none
         real(dp) :: process_period = 12             !! Of its undamped oscillation, s
         real(dp) :: process_damping = 1             !! Its damping ratio, 0 < zeta <= 1
         real(dp) :: likelihood_gain = 10            !! Of 2 ln L, that an adaptive process must bring
-        real(dp) :: shared_part = 0.015_dp
+        real(dp) :: shared_part = 0.013_dp
         !! Of the process found in one axis the others see a part, as drag acts along the airflow. Its
-        !! standard deviation about that of the air that turns with the Earth: wind of 115 m/s makes 0.015
+        !! standard deviation about that of the air that turns with the Earth: 0.013 for the eastward wind of
+        !! HWM93 along polar orbits, 100 m/s RMS (data/wind_hwm93_1989-01-02.txt)
         real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
     end type sequential_settings_t
 
@@ -36,7 +38,8 @@ contains
 
         call settings%group('sequential', 'The estimator sequential: non-gravitational acceleration, editing')
         call settings%text_value('acceleration', sequential%acceleration, &
-                                 'beside the straight line: processes found from the data, none, or given', &
+                                 'beside the straight line: a parabola and processes found from the data, nothing, or '// &
+                                 'a parabola and a given process', &
                                  [character(13) :: ADAPTIVE, STRAIGHT_LINE, GIVEN])
         call settings%real_values('process_sigma', sequential%process_sigma, 0.0_dp, 1e-3_dp, &
                                   'm/s^2, of the given process by axis; 0: none', unit='m/s^2')

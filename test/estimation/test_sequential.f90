@@ -36,6 +36,7 @@ contains
                     new_unittest('straight-line-equals-optimal', test_straight), &
                     new_unittest('sigmas-are-honest', test_honest), &
                     new_unittest('wave-is-found-and-followed', test_wave), &
+                    new_unittest('curved-drag-does-not-pull-a-wave', test_curved), &
                     new_unittest('wandering-drag-beats-the-batch', test_wander), &
                     new_unittest('given-process', test_given), &
                     new_unittest('spikes-are-edited', test_spikes), &
@@ -181,8 +182,46 @@ contains
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')
             if (allocated(error)) return
+            observations%setup%sequential%acceleration = STRAIGHT_LINE
+            call solve('sequential', observations, sequential, error)
+            if (allocated(error)) return
+            call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
+                       REPORT_CASE_NAMES(i)//': sigma, without a parabola')
+            if (allocated(error)) return
         end do
     end subroutine test_straight
+
+    !> A wave and a parabola of the drag: the wave is found with its own period and as a pure tone, so that
+    !> the offset is moved by less than half a sigma.
+    subroutine test_curved(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 0.006_dp, PARABOLA = 0.009_dp   ! of the drag
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(calibration_solution_t) :: reference, solution
+        type(error_t), allocatable :: failure
+        integer :: k
+
+        call prepare('front-3', .false., simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
+        call solve('sequential', observations, reference, error)
+        if (allocated(error)) return
+        do k = 1, size(observations%accelerometer_time)
+            associate (t => observations%accelerometer_time(k), drag => simulator%arc%loads(k)%drag)
+                observations%acceleration(:, k) = observations%acceleration(:, k) + &
+                                                  drag*(AMPLITUDE*sin(TWO_PI*t/PERIOD) + PARABOLA*(t/30 - 1)**2)
+            end associate
+        end do
+        call solve('sequential', observations, solution, error)
+        if (allocated(error)) return
+        call check(error, found_period(solution), PERIOD, thr=0.06_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(solution%offset - reference%offset)/sigma_of(reference)) < 0.5_dp, 'estimate')
+        if (allocated(error)) return
+        call check(error, maxval(sigma_of(solution)/sigma_of(reference)) < 1.3_dp, 'sigma')
+    end subroutine test_curved
 
     !> The normalised error squared of 10 runs of each case: chi-square with 180 degrees of freedom.
     subroutine test_honest(error)
