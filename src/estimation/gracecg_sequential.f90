@@ -5,7 +5,8 @@
 !> smoother run about a nominal trajectory and are repeated about the corrected one until nothing
 !> changes. Beside bias, drift and a parabola of the drag, which would pull the frequency of a wave, the
 !> non-gravitational acceleration of every axis may follow Gauss-Markov processes
-!> (gracecg_disturbance_search), and the flicker noise of the accelerometer is followed by its own. Samples that all others contradict are edited.
+!> (gracecg_disturbance_search), and the flicker noise of the accelerometer is followed by its own. Samples
+!> that all others contradict are edited.
 module gracecg_sequential
     use gracecg_kinds, only: dp
     use gracecg_error, only: error_t, fail, number_text

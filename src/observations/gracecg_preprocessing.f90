@@ -10,7 +10,7 @@ module gracecg_preprocessing
     use gracecg_torque_rods, only: dipole_moment
     use gracecg_observation_set, only: observation_set_t, check_observations, has_orbit
     use gracecg_interpolation, only: interpolation_t, interpolation_at, interpolated
-    use gracecg_repeated_samples, only: drop_repeated_samples
+    use gracecg_repeated_samples, only: drop_repeated_samples, drop_stuck_field
     use gracecg_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_field_fallback, only: complete_field
     implicit none
@@ -52,6 +52,7 @@ contains
         if (allocated(error)) return
         clean = observations
         call drop_repeated_samples(clean, data%warnings)
+        call drop_stuck_field(clean, data%warnings)
         data%interval = clean%setup%accelerometer_interval
         data%steps = nint(clean%setup%duration/data%interval)
         call take_accelerations(clean, data, error)
@@ -149,7 +150,7 @@ contains
             t = j*data%interval/2
             source = interpolation_at(times, t, observations%setup%magnetometer_interval)
             if (.not. source%supported) then
-                call fail(error, 'magnetometer: no samples near '//number_text(t)//' s')
+                call fail(error, 'magnetometer: no samples near '//number_text(t)//' s (repetitions of one value do not count)')
                 if (.not. has_orbit(observations)) error%message = error%message// &
                     '; with the orbit in the set, a field model would stand in'
                 return

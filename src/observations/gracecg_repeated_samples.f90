@@ -1,4 +1,4 @@
-!> Samples that the data came with twice.
+!> Samples that repeat: data that came twice, and a magnetometer that is stuck.
 module gracecg_repeated_samples
     use gracecg_kinds, only: dp
     use gracecg_error, only: number_text
@@ -6,7 +6,11 @@ module gracecg_repeated_samples
     use gracecg_observation_set, only: observation_set_t, HEADS
     implicit none
     private
-    public :: drop_repeated_samples
+    public :: drop_repeated_samples, drop_stuck_field
+
+    integer, parameter :: LONGEST_STANDSTILL = 4
+    !! Equal values in succession that are passed. In orbit the field in body axes changes by 20 nT and more
+    !! from second to second, more than the resolution of a magnetometer.
 
 contains
 
@@ -70,4 +74,34 @@ contains
                         number_text(times(findloc(new, .false., 1)))//' s')
         end subroutine find_kept
     end subroutine drop_repeated_samples
+
+    !> Leaves out the samples of a magnetometer that keeps its last value, all but the first, with a warning.
+    !> A series that is constant from beginning to end is passed: it is no measurement in orbit.
+    subroutine drop_stuck_field(observations, warnings)
+        type(observation_set_t), intent(inout) :: observations
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        logical :: stuck(size(observations%magnetometer_time))
+        integer :: first, last, n
+
+        n = size(stuck)
+        stuck = .false.
+        first = 1
+        do while (first <= n)
+            last = first
+            do while (last < n)
+                if (any(abs(observations%field(:, last + 1) - observations%field(:, first)) > 0)) exit
+                last = last + 1
+            end do
+            if (last - first + 1 > LONGEST_STANDSTILL) stuck(first + 1:last) = .true.
+            first = last + 1
+        end do
+        if (count(stuck) == 0 .or. count(stuck) == n - 1) return
+        associate (times => observations%magnetometer_time)
+            call append(warnings, 'magnetometer: stuck at one value: '//integer_text(count(stuck))// &
+                        ' samples are left out, the first at '//number_text(times(findloc(stuck, .true., 1)))//' s')
+            observations%field = reshape(pack(observations%field, spread(.not. stuck, 1, 3)), [3, count(.not. stuck)])
+            observations%magnetometer_time = pack(times, .not. stuck)
+        end associate
+    end subroutine drop_stuck_field
 end module gracecg_repeated_samples

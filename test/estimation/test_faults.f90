@@ -360,6 +360,10 @@ contains
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf95'])
         bad%setup%field_model = 'igrf14'
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf14'])
+        bad = good
+        bad%field(:, 20:) = spread(good%field(:, 20), 2, 41)
+        call survived(error, bad, NEARLY, [character(W) :: 'stuck at one value: 40 samples'])
+        call survived(error, bad, NEARLY, [character(W) :: '39 epochs', '22 s to 60 s', 'igrf95'])
     end subroutine test_magnetometer_lost
 
     !> A gap of 7 s, and samples that are not at whole seconds.

@@ -38,6 +38,7 @@ contains
                     new_unittest('values-are-refused', test_values), &
                     new_unittest('too-few-samples-are-refused', test_too_few), &
                     new_unittest('magnetometer-gap-is-refused', test_magnetometer_gap), &
+                    new_unittest('stuck-magnetometer-has-a-gap', test_stuck_magnetometer), &
                     new_unittest('inconsistent-sizes-are-refused', test_sizes), &
                     new_unittest('impossible-setup-is-refused', test_setup)]
     end subroutine collect_preprocessing
@@ -480,6 +481,29 @@ contains
         bad%field = good%field(:, 5:)
         call refused(bad, [character(W) :: 'magnetometer', 'no samples near 0 s'], error)
     end subroutine test_magnetometer_gap
+
+    !> A magnetometer that keeps its value for 5 s has a gap there; 4 s pass.
+    subroutine test_stuck_magnetometer(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
+        call preprocess(bad, data, failure)
+        call check(error,.not. allocated(failure), message_of(failure))
+        if (.not. allocated(error)) call check(error, size(data%warnings), 0)
+        if (allocated(error)) return
+        bad%field(:, 34) = good%field(:, 30)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 30', 'repetitions of one value'], error)
+        if (allocated(error)) return
+        bad%field(:, 31:) = spread(good%field(:, 30), 2, 30)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 31', 'repetitions of one value'], error)
+    end subroutine test_stuck_magnetometer
 
     subroutine test_sizes(error)
         type(error_type), allocatable, intent(out) :: error
