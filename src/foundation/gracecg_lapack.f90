@@ -1,5 +1,9 @@
-!> Linear algebra: explicit interfaces to the LAPACK and BLAS procedures that are used, and the few
-!> solvers built on them. Nothing else in the project calls LAPACK.
+!> Linear algebra: explicit interfaces to the LAPACK procedures that are used, and the few solvers built
+!> on them. Nothing else in the project calls LAPACK.
+!>
+!> The matrices have some 20 rows. For these the unblocked procedures (dpotf2 and the like) are the right
+!> ones: the blocked ones of a threaded library (OpenBLAS) wake its threads, which costs more than the
+!> work and more again inside the threads of a Monte Carlo.
 module gracecg_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_kinds, only: dp
@@ -18,21 +22,29 @@ module gracecg_lapack
             integer, intent(out) :: info
         end subroutine dsyev
 
-        subroutine dpotrf(uplo, n, a, lda, info)
+        subroutine dpotf2(uplo, n, a, lda, info)
             import :: dp
             character(1), intent(in) :: uplo
             integer, intent(in) :: n, lda
             real(dp), intent(inout) :: a(lda, *)
             integer, intent(out) :: info
-        end subroutine dpotrf
+        end subroutine dpotf2
 
-        subroutine dpotri(uplo, n, a, lda, info)
+        subroutine dtrti2(uplo, diag, n, a, lda, info)
+            import :: dp
+            character(1), intent(in) :: uplo, diag
+            integer, intent(in) :: n, lda
+            real(dp), intent(inout) :: a(lda, *)
+            integer, intent(out) :: info
+        end subroutine dtrti2
+
+        subroutine dlauu2(uplo, n, a, lda, info)
             import :: dp
             character(1), intent(in) :: uplo
             integer, intent(in) :: n, lda
             real(dp), intent(inout) :: a(lda, *)
             integer, intent(out) :: info
-        end subroutine dpotri
+        end subroutine dlauu2
 
         subroutine dpocon(uplo, n, a, lda, anorm, rcond, work, iwork, info)
             import :: dp
@@ -124,7 +136,7 @@ contains
             scaled(:, i) = scale*normal(:, i)*scale(i)
         end do
         factor = scaled
-        call dpotrf('U', n, factor, n, info)
+        call dpotf2('U', n, factor, n, info)
         if (info == 0) then
             call dpocon('U', n, factor, n, maxval(sum(abs(scaled), 1)), reciprocal, work, iwork, &
                         info)
@@ -136,7 +148,8 @@ contains
             call report_singular(scaled, error, names)
             return
         end if
-        call dpotri('U', n, factor, n, info)
+        call dtrti2('U', 'N', n, factor, n, info)       ! U^-1
+        call dlauu2('U', n, factor, n, info)            ! U^-1 U^-T
         do i = 1, n
             covariance(1:i, i) = scale(1:i)*factor(1:i, i)*scale(i)
             covariance(i, 1:i) = covariance(1:i, i)
