@@ -334,9 +334,9 @@ contains
 
         call book%page%paragraph('The six cases with these manoeuvres, all errors on: the noise, the scale '// &
                                  'factors, the bias of the magnetometer, the density wave, and drag and radiation '// &
-                                 'as they are. Part of the error grows with the offset (scale factors, which `'// &
-                                 ALGORITHM//'` estimates here, and the magnetometer''s bias, but no better '// &
-                                 'than they are known); so the last columns show a second calibration, after the masses '// &
+                                 'as they are. Part of the error grows with the offset: scale factors and the '// &
+                                 'magnetometer''s bias, which `'//ALGORITHM//'` estimates here, though hardly better '// &
+                                 'than they are known. So the last columns show a second calibration, after the masses '// &
                                  'have been moved by the estimate of the first (1 % error of the mass balancing).')
         associate (page => book%page)
             call page%begin_table('RMS error of `'//ALGORITHM//'` with the designed manoeuvre, mm: '// &
