@@ -109,7 +109,7 @@ contains
                 last = i
             end do
             best = best_fit(candidates(:last))
-            call report_wave(wave, best, solution%warnings)
+            call report_wave(wave, best, last, solution%warnings)
         end if
         fit = candidates(best)
         solution%iterations = sum(candidates(:last)%iterations)
@@ -194,19 +194,20 @@ contains
     end function best_fit
 
     !> Warns of a wave that was found.
-    subroutine report_wave(wave, best, warnings)
+    subroutine report_wave(wave, best, last, warnings)
         type(density_wave_found_t), intent(in) :: wave
-        integer, intent(in) :: best     !! Of the fits of fit_best
+        integer, intent(in) :: best, last       !! Of the fits of fit_best: the one taken, the last that succeeded
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
-        character(48), parameter :: CONSEQUENCE(3) = [character(48) :: &
+        character(48), parameter :: CONSEQUENCE(0:3) = [character(48) :: &
+            'it cannot be estimated and is left in', &
             'it hardly moves the offset and is left in', &
             'it is estimated, too', &
             'it is estimated, too, and a parabola of the drag']
 
         call append(warnings, 'the residuals of the accelerometer show a wave of period '// &
                     number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
-                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(best)))
+                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(merge(0, best, last == 1))))
     end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
