@@ -27,6 +27,8 @@ module gracecg_optimal_estimation
 
     integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
     real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
+    real(dp), parameter :: WORTH_LEAVING = 0.95_dp
+    !! A wave is left in only if the squared error so expected is smaller than with it by more than this factor
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
     !> Below what any instrument has: data without noise
@@ -172,6 +174,7 @@ contains
     !> Econometrica 46 (1978) 1251-1271), so the square of its component less that of D is an unbiased
     !> estimate of the squared bias, and expected squared errors can be compared (the focused criterion of
     !> G. Claeskens, N. L. Hjort, J. Am. Stat. Assoc. 98 (2003) 900-916), each in units of the variance.
+    !> A wave that costs next to nothing is estimated, so that the residuals are free of it.
     pure integer function best_fit(fits) result(best)
         type(fit_t), intent(in) :: fits(:)
 
@@ -191,6 +194,8 @@ contains
             end do
         end associate
         best = minloc(expected, 1)
+        if (best > 1 .or. size(fits) == 1) return
+        if (expected(1) > WORTH_LEAVING*minval(expected(2:))) best = 1 + minloc(expected(2:), 1)
     end function best_fit
 
     !> Warns of a wave that was found.
