@@ -118,25 +118,26 @@ contains
         end if
         call estimate_torque_factor(setup, problem, factor, sigma, misfit, error)
         if (allocated(error)) return
+        call judge_torque(factor, sigma, misfit, warnings, error, record)
+    end subroutine check_torque
+
+    !> What a factor of the magnetic torque that was estimated means.
+    subroutine judge_torque(factor, sigma, misfit, warnings, error, record)
+        real(dp), intent(in) :: factor, sigma
+        !! Of the rods' torque that fits best, and its standard deviation
+        real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record   !! Where they are kept
+
+        character(:), allocatable :: found, doubt
+
         if (present(record)) then
             record%torque_checked = .true.
             record%torque_factor = factor
             record%torque_sigma = sigma
             record%attitude_misfit = misfit
         end if
-        call judge_torque(factor, sigma, misfit, warnings, error)
-    end subroutine check_torque
-
-    !> What a factor of the magnetic torque that was estimated means.
-    subroutine judge_torque(factor, sigma, misfit, warnings, error)
-        real(dp), intent(in) :: factor, sigma
-        !! Of the rods' torque that fits best, and its standard deviation
-        real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
-        type(string_t), allocatable, intent(inout) :: warnings(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: found, doubt
-
         doubt = ''
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &

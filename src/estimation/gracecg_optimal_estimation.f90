@@ -367,13 +367,7 @@ contains
         call estimate_gain(setup, problem, factor, sigma, error)
         if (allocated(error)) return
         sigma = sigma*max(1.0_dp, misfit)
-        if (present(record)) then
-            record%torque_checked = .true.
-            record%torque_factor = factor
-            record%torque_sigma = sigma
-            record%attitude_misfit = misfit
-        end if
-        call judge_torque(factor, sigma, misfit, solution%warnings, error)
+        call judge_torque(factor, sigma, misfit, solution%warnings, error, record)
     end subroutine check_fit
 
     !> Puts the fit into a record: the samples kept on all axes, the covariance with the offset first,

@@ -8,9 +8,9 @@ module gracecg_repeated_samples
     private
     public :: drop_repeated_samples, drop_stuck_field
 
-    integer, parameter :: LONGEST_STANDSTILL = 4
-    !! Equal values in succession that are passed. In orbit the field in body axes changes by 20 nT and more
-    !! from second to second, more than the resolution of a magnetometer.
+    real(dp), parameter :: LONGEST_STANDSTILL = 3.5_dp
+    !! For which equal values in succession are passed, s. In the six cases of CSR-TM-00-01 the field in body
+    !! axes changes by 10 nT and more every second.
 
 contains
 
@@ -93,7 +93,9 @@ contains
                 if (any(abs(observations%field(:, last + 1) - observations%field(:, first)) > 0)) exit
                 last = last + 1
             end do
-            if (last - first + 1 > LONGEST_STANDSTILL) stuck(first + 1:last) = .true.
+            associate (times => observations%magnetometer_time)
+                if (times(last) - times(first) > LONGEST_STANDSTILL) stuck(first + 1:last) = .true.
+            end associate
             first = last + 1
         end do
         if (count(stuck) == 0 .or. count(stuck) == n - 1) return

@@ -167,7 +167,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: sequential, optimal
+        type(calibration_solution_t) :: sequential, optimal, without
         real(dp) :: true_offset(3)
         integer :: i
 
@@ -183,10 +183,13 @@ contains
                        REPORT_CASE_NAMES(i)//': sigma')
             if (allocated(error)) return
             observations%setup%sequential%acceleration = STRAIGHT_LINE
-            call solve('sequential', observations, sequential, error)
+            call solve('sequential', observations, without, error)
             if (allocated(error)) return
-            call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
+            call check(error, maxval(abs(sigma_of(without)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma, without a parabola')
+            if (allocated(error)) return
+            call check(error, maxval(sigma_of(without)/sigma_of(sequential)) < 1 - 1e-6_dp, &
+                       REPORT_CASE_NAMES(i)//': a parabola costs something')
             if (allocated(error)) return
         end do
     end subroutine test_straight

@@ -482,7 +482,7 @@ contains
         call refused(bad, [character(W) :: 'magnetometer', 'no samples near 0 s'], error)
     end subroutine test_magnetometer_gap
 
-    !> A magnetometer that keeps its value for 5 s has a gap there; 4 s pass.
+    !> A magnetometer that keeps its value for 4 s has a gap there; 3 s pass.
     subroutine test_stuck_magnetometer(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
