@@ -887,17 +887,24 @@ contains
     !> A text as C has it.
     pure function c_string(text) result(string)
         character(*), intent(in) :: text
-        character(:), allocatable :: string
+        character(len(text) + 1) :: string
 
         string = text//c_null_char
     end function c_string
 
-    !> The message of an error.
-    function message_text(error) result(text)
-        type(error_struct), intent(in), target :: error
-        character(:), allocatable :: text
+    !> The message of an error, filled up with blanks. Not of deferred length: gfortran keeps the length of
+    !> such a result in static memory, where threads would share it.
+    pure function message_text(error) result(text)
+        type(error_struct), intent(in) :: error
+        character(size(error%message)) :: text
 
-        text = text_at(c_loc(error%message))
+        integer :: i
+
+        text = ''
+        do i = 1, size(error%message)
+            if (error%message(i) == c_null_char) exit
+            text(i:i) = error%message(i)
+        end do
     end function message_text
 
     !> The text at an address.

@@ -95,7 +95,7 @@ contains
         call check(error, int(failure%status), int(expected), 'status in the error')
         if (allocated(error)) return
         call check(error, index(message_text(failure), part) > 0, &
-                   '"'//part//'" is not in "'//message_text(failure)//'"')
+                   '"'//part//'" is not in "'//trim(message_text(failure))//'"')
     end subroutine check_refused
 
     subroutine check_equal(error, actual, expected, what)
@@ -1264,7 +1264,7 @@ contains
         status = gracecg_case_open(c_string(repeat('a', 4095)), handle, failure)
         call check_refused(error, status, FAILED, failure, 'no case "aaa')
         if (allocated(error)) return
-        message = message_text(failure)
+        message = trim(message_text(failure))
         call check(error, len(message) == 1019 .and. message(1017:) == '...', 'a message that is cut off')
     end subroutine test_long_texts
 
@@ -1311,7 +1311,7 @@ contains
         if (allocated(error)) return
         status = gracecg_estimate(c_string('assest-fde'), copy, solution, size=NONE, error=failure)
         call check(error, status == NOT_CONVERGED .or. status == FAILED, &
-                   'the estimate from a hopeless guess passes: '//message_text(failure))
+                   'the estimate from a hopeless guess passes: '//trim(message_text(failure)))
         if (.not. allocated(error)) call check(error, message_text(failure) /= '', 'no message')
         status = gracecg_observations_free(copy)
         status = gracecg_observations_free(observations)
