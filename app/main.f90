@@ -4,9 +4,9 @@
 !> to standard error.
 program gracecg_main
     use, intrinsic :: iso_c_binding, only: c_int
-    use gracecg_arguments, only: process_words
-    use gracecg_console, only: console_t
-    use gracecg_command_line, only: run_command_line
+    use gracecg_cli_arguments, only: process_words
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_command_line, only: run_command_line
     implicit none
 
     interface

@@ -4,28 +4,28 @@
 !> hoisting the work out of the loop.
 program benchmark
     use, intrinsic :: iso_fortran_env, only: int64, output_unit, error_unit
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t
-    use gracecg_thermosphere, only: atmosphere_point_t, atmosphere_state_t
-    use gracecg_sun, only: sun_position
-    use gracecg_earth_radiation, only: earth_irradiance_t
-    use gracecg_runge_kutta, only: rkf78_step
-    use gracecg_equations_of_motion, only: satellite_dynamics_t, STATE_SIZE
-    use gracecg_truth_arc, only: truth_arc_t
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case
-    use gracecg_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation, only: simulator_t, new_simulator, propagate_case, observe
-    use gracecg_monte_carlo, only: monte_carlo_t, run_monte_carlo
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t
+    use gracecg_environment_thermosphere, only: atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_sun, only: sun_position
+    use gracecg_environment_earth_radiation, only: earth_irradiance_t
+    use gracecg_base_runge_kutta, only: rkf78_step
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
+    use gracecg_simulation_arc, only: truth_arc_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case, observe
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
     implicit none
 
     integer, parameter :: REPEATS = 7, PLACES = 1000
     real(dp) :: place(3, PLACES)        ! on the orbit, m
-    type(calibration_case_t) :: case
+    type(case_t) :: case
     type(satellite_dynamics_t) :: dynamics
     type(simulator_t) :: simulator
     type(observation_set_t) :: observations
@@ -217,7 +217,7 @@ contains
     subroutine estimate(evaluations, with_covariance)
         integer, intent(in) :: evaluations
         logical, intent(in) :: with_covariance
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         integer :: i
 
         do i = 1, evaluations

@@ -4,12 +4,12 @@
 !> a call takes from the heap: nothing.
 program force_model
     use, intrinsic :: iso_fortran_env, only: int64, output_unit, error_unit
-    use gracecg, only: dp, error_t, message_of, calibration_case_t, find_case, build_dynamics, initial_state, &
+    use gracecg, only: dp, error_t, message_of, case_t, find_case, build_dynamics, initial_state, &
         satellite_dynamics_t, accelerations_t, STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
     implicit none
 
     integer, parameter :: REPEATS = 5
-    type(calibration_case_t) :: case
+    type(case_t) :: case
     type(satellite_dynamics_t) :: dynamics
     type(error_t), allocatable :: error
     real(dp) :: state(STATE_SIZE)

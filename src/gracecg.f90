@@ -19,75 +19,75 @@
 !> is declared; docs/api.md has tables.
 module gracecg
     ! Numbers, errors
-    use gracecg_kinds, only: dp
-    use gracecg_version, only: LIBRARY_VERSION => VERSION
-    use gracecg_error, only: error_t, message_of
-    use gracecg_text, only: string_t
-    use gracecg_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_version, only: LIBRARY_VERSION => VERSION
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
     ! Time and frames
-    use gracecg_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
+    use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
         julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
-    use gracecg_vectors, only: rotation_z
-    use gracecg_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_product, &
+    use gracecg_base_vectors, only: rotation_z
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_product, &
         conjugate_quaternion, quaternion_from_axis_angle, normalised, quaternion_rate
-    use gracecg_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
     ! Models of the environment
-    use gracecg_geopotential, only: gravity_model_t, point_mass_gravity_t, geopotential_t, &
+    use gracecg_environment_geopotential, only: gravity_model_t, point_mass_gravity_t, geopotential_t, &
         new_geopotential, egm96
-    use gracecg_gfc_file, only: read_gfc
-    use gracecg_geomagnetic_field, only: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components
-    use gracecg_shc_file, only: read_shc
-    use gracecg_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
-    use gracecg_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, &
+    use gracecg_environment_gfc_file, only: read_gfc
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components
+    use gracecg_environment_shc_file, only: read_shc
+    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, &
         new_dtm77, exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
-    use gracecg_wind, only: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
-    use gracecg_sun, only: sun_position, conical_shadow
-    use gracecg_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, &
+    use gracecg_environment_wind, only: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
+    use gracecg_environment_sun, only: sun_position, conical_shadow
+    use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, &
         standard_rings, DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_EPOCH_JD, MAX_SEGMENTS
     ! The spacecraft and the loads on it
-    use gracecg_mass_properties, only: mass_properties_t, validate_mass_properties, inertia_about_com
-    use gracecg_plates, only: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area
-    use gracecg_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
+    use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties, inertia_about_com
+    use gracecg_spacecraft_plates, only: plate_t, satellite_surface_t, new_surface, new_trapezoid, projected_area
+    use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
-    use gracecg_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
+    use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
         new_harmonic_manoeuvre, dipole_moment, WAVEFORM_NAMES
-    use gracecg_torques, only: gravity_gradient_torque
+    use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
-    use gracecg_calibration_case, only: calibration_case_t, read_case, case_from_text, case_text
-    use gracecg_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
-    use gracecg_case_library, only: find_case
-    use gracecg_case_models, only: build_dynamics, initial_state
-    use gracecg_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
-    use gracecg_equations_of_motion, only: satellite_dynamics_t, accelerations_t, loads_t, STATE_SIZE, &
+    use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
+    use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
+    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, STATE_SIZE, &
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
         STATE_ATTITUDE => ATTITUDE
-    use gracecg_truth_arc, only: truth_arc_t, propagate_arc, check_state
+    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc, check_state
     ! Instruments
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
-    use gracecg_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_star_camera, only: star_camera_t, star_frame_t
-    use gracecg_quest, only: quest, q_method
-    use gracecg_magnetometer, only: magnetometer_t
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
+    use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
+    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
+    use gracecg_simulation_quest, only: quest, q_method
+    use gracecg_simulation_magnetometer, only: magnetometer_t
     ! Simulation, observation sets, estimation
-    use gracecg_simulation, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case
-    use gracecg_observation_set, only: observation_set_t, calibration_setup_t, check_observations
-    use gracecg_observation_files, only: read_observations, write_observations, read_setup, &
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case
+    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t, check_observations
+    use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    use gracecg_optimal_settings, only: optimal_settings_t
-    use gracecg_sequential_settings, only: sequential_settings_t
-    use gracecg_running_estimate, only: running_estimate_t
-    use gracecg_calibration_solution, only: calibration_solution_t, estimated_parameter_t
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_observations_optimal_options, only: optimal_settings_t
+    use gracecg_observations_sequential_options, only: sequential_settings_t
+    use gracecg_estimation_running_estimate, only: running_estimate_t
+    use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     ! The limit of an estimate, and the planner
-    use gracecg_offset_bound, only: offset_bound_t, bound_offset
-    use gracecg_bound, only: case_bound_t, bound_of_case, BOUND_SOURCES => SOURCES
-    use gracecg_manoeuvre_limits, only: attitude_motion_t
-    use gracecg_manoeuvre_site, only: manoeuvre_quality_t
-    use gracecg_manoeuvre_map, only: map_point_t
-    use gracecg_manoeuvre_design, only: design_settings_t, manoeuvre_design_t
-    use gracecg_planner, only: plan_manoeuvre, map_case
+    use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case, BOUND_SOURCES => SOURCES
+    use gracecg_simulation_limits, only: attitude_motion_t
+    use gracecg_planning_site, only: manoeuvre_quality_t
+    use gracecg_planning_map, only: map_point_t
+    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t
+    use gracecg_planning_planner, only: plan_manoeuvre, map_case
     implicit none
     private
 
@@ -119,7 +119,7 @@ module gracecg
     public :: WAVEFORM_NAMES
     public :: gravity_gradient_torque
 
-    public :: calibration_case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
+    public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
     public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state
@@ -130,10 +130,10 @@ module gracecg
     public :: quest, q_method, magnetometer_t
 
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
-    public :: observation_set_t, calibration_setup_t, check_observations
+    public :: observation_set_t, operator_knowledge_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
     public :: optimal_settings_t, sequential_settings_t, running_estimate_t, estimated_parameter_t
-    public :: calibration_solution_t, estimate_offset, ESTIMATOR_NAMES
+    public :: solution_t, estimate_offset, ESTIMATOR_NAMES
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES
     public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre

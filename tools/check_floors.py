@@ -5,13 +5,16 @@
     tools/check_floors.py --self-test  plants violations of every rule and checks that they are found
 
 The rules:
-- src/ holds one module or submodule a file, named after the file; a module has a `private` statement.
-  The Fortran 77 entry points alone are procedures outside of modules.
-- A module uses modules of lower floors, or of its own floor without circles.
-- The estimators see observations, never the truth: by no chain of `use` do they reach the dynamics
-  or the instruments; of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
-- Below the commands nothing stops the program or writes to the terminal.
-- LAPACK and BLAS are called in gracecg_lapack only.
+- src/FLOOR/ROOM.f90 (or in a folder of the floor) holds one module or submodule, gracecg_FLOOR_ROOM, so that
+  a `use` tells its floor; src/gracecg.f90 holds the umbrella. A module has a `private` statement. The
+  Fortran 77 entry points alone are procedures outside of modules.
+- A module uses modules of lower floors, or of its own floor without circles. Floors that stand side by
+  side do not use each other: simulation and estimation, interface and cli.
+- Nothing but app/ reaches cli.
+- The estimators see observations, never the truth: by no chain of `use` do they reach the simulation;
+  of environment and spacecraft they use only what ESTIMATION_MAY_USE lists.
+- Below cli nothing stops the program or writes to the terminal.
+- LAPACK and BLAS are called in gracecg_base_lapack only.
 """
 import collections
 import pathlib
@@ -21,25 +24,22 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-FLOORS = {
-    "src/foundation": 0, "src/environment": 1, "src/spacecraft": 2, "src/dynamics": 3,
-    "src/instruments": 4, "src/observations": 5, "src/estimation": 6, "src/campaign": 7,
-    "src/command": 8, "src/interface": 9, "app": 9,
-    "src": 8,  # the umbrella module, src/gracecg.f90; the C and F77 interface stands on it
-}
+# Two floors of one number stand side by side.
+FLOORS = {"base": 0, "files": 1, "environment": 2, "spacecraft": 3, "observations": 4,
+          "simulation": 5, "estimation": 5, "planning": 6, "studies": 7, "umbrella": 8,
+          "interface": 9, "cli": 9, "app": 10}
 
+UMBRELLA = "src/gracecg.f90"
 # Callers without modules need procedures outside of them.
-WITHOUT_MODULE = "src/interface/gracecg_f77.f90"
-
-TRUTH = ("dynamics", "instruments")
+WITHOUT_MODULE = "src/interface/f77.f90"
 
 # The geomagnetic model may stand in for a failed magnetometer; to evaluate it takes the epoch and
 # the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
 # truth) come with it. Mass properties and torque rods are what an operator knows of the satellite.
 ESTIMATION_MAY_USE = {
-    "environment": {"gracecg_geomagnetic_field", "gracecg_shc_file", "gracecg_time",
-                    "gracecg_earth_shape"},
-    "spacecraft": {"gracecg_mass_properties", "gracecg_torque_rods"},
+    "environment": {"gracecg_environment_geomagnetic_field", "gracecg_environment_shc_file",
+                    "gracecg_environment_time", "gracecg_environment_earth_shape"},
+    "spacecraft": {"gracecg_spacecraft_mass_properties", "gracecg_spacecraft_torque_rods"},
 }
 
 MODULE = re.compile(r"(?:module\s+(?!procedure\b|subroutine\b|function\b)"
@@ -58,7 +58,7 @@ LAPACK_CALL = re.compile(
     r"\b[dz](?:dotu?|dotc|axpy|scal|copy|swap|nrm2|asum|rotg?"
     r"|(?:ge|gb|gt|po|pp|pb|pt|sy|sp|sb|st|tr|tp|tb|tz|or|he|hp|un|la)[a-z0-9]{1,4})\s*\(")
 
-Source = collections.namedtuple("Source", "path floor room statements module uses")
+Source = collections.namedtuple("Source", "path floor statements module uses")
 
 
 def statements(text):
@@ -79,8 +79,16 @@ def statements(text):
 
 
 def floor_of(path):
-    """The floor of a source: that of its top folder, or of its room below src/."""
-    return FLOORS.get("/".join(path.parts[:-1][:2]))
+    """The floor of a source; None for one that stands on none."""
+    if path.as_posix() == UMBRELLA:
+        return "umbrella"
+    name = path.parts[0] if path.parts[0] == "app" else path.parts[1]
+    return name if name in FLOORS else None
+
+
+def module_of(path):
+    """The name of the module that a source of src/ has to hold."""
+    return "gracecg" if path.as_posix() == UMBRELLA else f"gracecg_{path.parts[1]}_{path.stem}"
 
 
 def read_sources(root):
@@ -94,44 +102,47 @@ def read_sources(root):
         for number, statement in lines:
             if match := USE.match(statement):
                 uses.setdefault(match.group(1), number)
-        room = path.parts[1] if len(path.parts) > 2 else ""
-        yield Source(path, floor_of(path), room, lines, modules, uses)
+        yield Source(path, floor_of(path), lines, modules, uses)
 
 
 def check_form(source):
-    """One module a file, named after it, private; nothing that a library must not do."""
+    """One module a file, named after floor and file, private; nothing that a library must not do."""
     if source.floor is None:
         yield 1, "stands on no floor"
     if source.path.as_posix() == WITHOUT_MODULE:
         if source.module:
             yield 1, "holds a module; only procedures outside of modules are expected"
     elif source.path.parts[0] == "src":
-        if source.module != [source.path.stem]:
+        if source.module != [module_of(source.path)]:
             yield 1, f"holds {', '.join(source.module) or 'no module'}; " \
-                     f"one module is expected, {source.path.stem}"
+                     f"one module is expected, {module_of(source.path)}"
         if not any(s == "private" or s.startswith("submodule") for _, s in source.statements):
             yield 1, "has no `private` statement"
     for number, statement in source.statements:
-        if source.path.parts[0] == "src" and source.room != "command":
+        if source.floor not in ("cli", "app"):
             for what, pattern in FORBIDDEN:
                 if pattern.match(statement):
                     yield number, f"{what}: {statement}"
-        if source.path.stem != "gracecg_lapack" and (call := LAPACK_CALL.search(statement)):
-            yield number, f"calls LAPACK or BLAS outside gracecg_lapack: {call.group()}...)"
+        if source.module != ["gracecg_base_lapack"] and (call := LAPACK_CALL.search(statement)):
+            yield number, f"calls LAPACK or BLAS outside gracecg_base_lapack: {call.group()}...)"
 
 
 def check_uses(source, home):
     """The direct uses of one module."""
     for name, number in source.uses.items():
         used = home.get(name)
-        if used is None or None in (source.floor, used.floor):
+        if used is None or None in (source.floor, used.floor) or used.floor == source.floor:
             continue
-        if used.floor > source.floor:
-            yield number, f"uses {name} of a floor above ({used.path.parent})"
-        elif source.room == "estimation" and used.room in ESTIMATION_MAY_USE \
-                and name not in ESTIMATION_MAY_USE[used.room]:
-            yield number, f"an estimator uses {name}; of {used.room} it may use only " \
-                          + ", ".join(sorted(ESTIMATION_MAY_USE[used.room]))
+        if used.floor == "cli" and source.floor != "app":
+            yield number, f"uses {name}: nothing but app/ reaches cli"
+        elif FLOORS[used.floor] > FLOORS[source.floor]:
+            yield number, f"uses {name} of a floor above, {used.floor}"
+        elif FLOORS[used.floor] == FLOORS[source.floor]:
+            yield number, f"uses {name}: {source.floor} and {used.floor} stand side by side and never meet"
+        elif source.floor == "estimation" and used.floor in ESTIMATION_MAY_USE \
+                and name not in ESTIMATION_MAY_USE[used.floor]:
+            yield number, f"an estimator uses {name}; of {used.floor} it may use only " \
+                          + ", ".join(sorted(ESTIMATION_MAY_USE[used.floor]))
 
 
 def chain_to(target, source, home):
@@ -152,13 +163,16 @@ def chain_to(target, source, home):
 
 
 def check_chains(source, home):
-    """Circles, and estimators that reach the truth."""
+    """Circles; estimators that reach the truth, and simulations that reach an estimator."""
     targets = [("is in a circle of uses", lambda used: used.path == source.path)]
-    if source.room == "estimation":
-        targets.append(("an estimator reaches the truth", lambda used: used.room in TRUTH))
+    for floor, other in (("estimation", "simulation"), ("simulation", "estimation")):
+        if source.floor == floor:
+            what = "an estimator reaches the truth" if floor == "estimation" \
+                else "the simulation reaches an estimator"
+            targets.append((what, lambda used, other=other: used.floor == other))
     for what, target in targets:
         if chain := chain_to(target, source, home):
-            names = [link.path.stem for link in chain]
+            names = [link.module[0] for link in chain]
             yield source.uses[names[0]], f"{what}: {' -> '.join(names)}"
 
 
@@ -174,48 +188,65 @@ def violations(root):
 def plant(root, path, *body, head="private"):
     file = root / path
     file.parent.mkdir(parents=True, exist_ok=True)
-    name = file.stem
+    name = module_of(pathlib.PurePath(path)) if path.startswith("src") else file.stem
     file.write_text("\n".join([f"module {name}", *body, head, f"end module {name}"]) + "\n",
                     encoding="utf-8")
 
 
 def plant_clean_house(root):
     """A house without violations, with text that only looks like some."""
-    plant(root, "src/foundation/gracecg_lapack.f90", "call dpotrf(a)", "! stop")
-    plant(root, "src/environment/gracecg_time.f90", "use, intrinsic :: iso_fortran_env, only: &",
+    plant(root, "src/base/lapack.f90", "call dpotrf(a)", "! stop")
+    plant(root, "src/environment/time.f90", "use, intrinsic :: iso_fortran_env, only: &",
           "    output_unit", "text = 'stop; print *' ! it's; stop", "write (unit, '(a)') text")
-    plant(root, "src/environment/tables/gracecg_table_wind.f90", "stop_time = distance(1.0)")
-    plant(root, "src/environment/gracecg_wind.f90", "use gracecg_table_wind, only: wind")
-    plant(root, "src/dynamics/gracecg_torques.f90", "use gracecg_wind")
-    plant(root, "src/observations/gracecg_preprocessing.f90", "use gracecg_time")
-    plant(root, "src/estimation/gracecg_assest.f90", "use gracecg_time", "use gracecg_preprocessing")
-    plant(root, "src/command/gracecg_table.f90", "use gracecg_assest", "print *, x", "stop")
+    plant(root, "src/environment/tables/table_wind.f90", "stop_time = distance(1.0)")
+    plant(root, "src/environment/wind.f90", "use gracecg_environment_table_wind, only: wind")
+    plant(root, "src/observations/observation_set.f90", "use gracecg_environment_time")
+    plant(root, "src/simulation/dynamics.f90", "use gracecg_environment_wind")
+    plant(root, "src/estimation/data/fitting_data.f90", "use gracecg_observations_observation_set")
+    plant(root, "src/estimation/report/assest.f90", "use gracecg_environment_time",
+          "use gracecg_estimation_fitting_data")
+    plant(root, "src/studies/trim.f90", "use gracecg_simulation_dynamics", "use gracecg_estimation_assest")
+    plant(root, "src/gracecg.f90", "use gracecg_studies_trim")
+    plant(root, "src/interface/handles.f90", "use gracecg")
+    plant(root, "src/cli/table.f90", "use gracecg_estimation_assest", "print *, x", "stop")
+    plant(root, "app/main.f90", "use gracecg_cli_table", "stop")
 
 
 # (what is planted, where it must be found, a word of the message)
 PLANTED = (
-    (("src/foundation/gracecg_up.f90", "", "use :: gracecg_time"), "gracecg_up.f90:3:", "above"),
-    (("src/environment/tables/gracecg_table_wind.f90", "use gracecg_wind"),
-     "gracecg_wind.f90:2:", "circle"),
-    (("src/estimation/gracecg_assest.f90", "use &", "  gracecg_torques"),
-     "gracecg_assest.f90:2:", "truth"),
-    (("src/observations/gracecg_preprocessing.f90", "use gracecg_torques"),
-     "gracecg_assest.f90:3:", "truth"),
-    (("src/estimation/gracecg_assest.f90", "use gracecg_wind"),
-     "gracecg_assest.f90:2:", "may use only"),
-    (("src/campaign/gracecg_a.f90", "end module", "module gracecg_b"),
-     "gracecg_a.f90:1:", "one module"),
-    (("src/campaign/gracecg_a.f90", "if (any(x > 0)) error stop 1"), "gracecg_a.f90:2:", "stops"),
-    (("src/campaign/gracecg_a.f90", "call exit(1)"), "gracecg_a.f90:2:", "stops"),
-    (("src/campaign/gracecg_a.f90", "x = 1; Print '(a)', x"), "gracecg_a.f90:2:", "prints"),
-    (("src/campaign/gracecg_a.f90", "write(*,*) x"), "gracecg_a.f90:2:", "terminal"),
-    (("src/campaign/gracecg_a.f90", "write (unit=error_unit, '(a)') x"),
-     "gracecg_a.f90:2:", "terminal"),
-    (("src/campaign/gracecg_a.f90", "y = ddot(3, a, 1, b, 1)"), "gracecg_a.f90:2:", "LAPACK"),
-    (("src/campaign/gracecg_a.f90", "call dpotrs(a)"), "gracecg_a.f90:2:", "LAPACK"),
-    (("src/campaign/gracecg_a.f90",), "gracecg_a.f90:1:", "private"),
-    (("src/attic/gracecg_a.f90",), "gracecg_a.f90:1:", "no floor"),
-    (("src/interface/gracecg_f77.f90",), "gracecg_f77.f90:1:", "outside of modules"),
+    (("src/base/up.f90", "", "use :: gracecg_environment_time"), "up.f90:3:", "above"),
+    (("src/gracecg.f90", "use gracecg_interface_handles"), "gracecg.f90:2:", "above"),
+    (("src/environment/tables/table_wind.f90", "use gracecg_environment_wind"),
+     "/wind.f90:2:", "circle"),
+    (("src/estimation/report/assest.f90", "use &", "  gracecg_simulation_dynamics"),
+     "assest.f90:2:", "truth"),
+    (("src/estimation/report/assest.f90", "use gracecg_simulation_dynamics"), "assest.f90:2:", "never meet"),
+    (("src/simulation/dynamics.f90", "use gracecg_estimation_fitting_data"),
+     "dynamics.f90:2:", "never meet"),
+    (("src/observations/observation_set.f90", "use gracecg_simulation_dynamics"),
+     "observation_set.f90:2:", "above"),
+    (("src/observations/observation_set.f90", "use gracecg_simulation_dynamics"),
+     "assest.f90:3:", "reaches the truth"),
+    (("src/observations/observation_set.f90", "use gracecg_estimation_assest"),
+     "observation_set.f90:2:", "above"),
+    (("src/interface/handles.f90", "use gracecg_cli_table"), "handles.f90:2:", "reaches cli"),
+    (("src/gracecg.f90", "use gracecg_cli_table"), "gracecg.f90:2:", "reaches cli"),
+    (("src/studies/trim.f90", "use gracecg_cli_table"), "trim.f90:2:", "reaches cli"),
+    (("src/cli/table.f90", "use gracecg_interface_handles"), "table.f90:2:", "never meet"),
+    (("src/estimation/report/assest.f90", "use gracecg_environment_wind"),
+     "assest.f90:2:", "may use only"),
+    (("src/planning/a.f90", "end module", "module gracecg_planning_b"), "a.f90:1:", "one module"),
+    (("src/planning/a.f90", "end module", "module gracecg_studies_a"), "a.f90:1:", "one module"),
+    (("src/planning/a.f90", "if (any(x > 0)) error stop 1"), "a.f90:2:", "stops"),
+    (("src/planning/a.f90", "call exit(1)"), "a.f90:2:", "stops"),
+    (("src/planning/a.f90", "x = 1; Print '(a)', x"), "a.f90:2:", "prints"),
+    (("src/planning/a.f90", "write(*,*) x"), "a.f90:2:", "terminal"),
+    (("src/planning/a.f90", "write (unit=error_unit, '(a)') x"), "a.f90:2:", "terminal"),
+    (("src/planning/a.f90", "y = ddot(3, a, 1, b, 1)"), "a.f90:2:", "LAPACK"),
+    (("src/planning/a.f90", "call dpotrs(a)"), "a.f90:2:", "LAPACK"),
+    (("src/planning/a.f90",), "a.f90:1:", "private"),
+    (("src/attic/a.f90",), "a.f90:1:", "no floor"),
+    (("src/interface/f77.f90",), "f77.f90:1:", "outside of modules"),
 )
 
 

@@ -6,7 +6,7 @@
 - include/gracecg.h against the bind(C) procedures of src/interface: the same functions, with
   arguments of the same types in the same order; the same fields of the structures and the same
   numbers of the status. The header is compiled as C99 and C++11.
-- The table of docs/api.md against src/interface/gracecg_f77.f90: the same routines, the same
+- The table of docs/api.md against src/interface/f77.f90: the same routines, the same
   arguments, and what the table shows in bold is what the routine sets.
 - The Fortran chapter of docs/api.md against src/gracecg.f90: every public name stands there. Its
   C chapter against the header: every function stands there.
@@ -19,7 +19,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 HEADER = ROOT / "include/gracecg.h"
 TABLE = ROOT / "docs/api.md"
-F77 = ROOT / "src/interface/gracecg_f77.f90"
+F77 = ROOT / "src/interface/f77.f90"
 UMBRELLA = ROOT / "src/gracecg.f90"
 STRUCTURES = {"gracecg_error": "c_error_t", "gracecg_utc": "c_utc_t",
               "gracecg_samples": "c_samples_t", "gracecg_solution": "c_solution_t",
@@ -59,7 +59,7 @@ def c_functions():
 
 
 def fortran_sources():
-    for path in sorted((ROOT / "src/interface").glob("gracecg_c_*.f90")):
+    for path in sorted((ROOT / "src/interface").glob("c_*.f90")):
         yield re.sub(r"&\n\s*", "", re.sub(r"!.*", "", path.read_text(encoding="utf-8")))
 
 

@@ -18,10 +18,10 @@ WRITABLE = "bBdDC"
 COMPILERS_OWN = re.compile(r"__(?:vtab|def_init|vtype|copy|final)_")
 # The table of handles, which is guarded; constant texts and arrays without elements; indices of
 # constant arrays.
-KNOWN = {"gracecg_handles": {"slots", "nothing", "last_slot", "alive"},
-         "gracecg_c_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
-         "gracecg_coloured_noise": {"i_pole"},
-         "gracecg_c_estimation": {"no_heads", "no_times", "no_values"}}
+KNOWN = {"gracecg_interface_handles": {"slots", "nothing", "last_slot", "alive"},
+         "gracecg_interface_c_general": {"algorithm_names", "builtin_cases", "status_names", "version_text", "k"},
+         "gracecg_base_coloured_noise": {"i_pole"},
+         "gracecg_interface_c_estimation": {"no_heads", "no_times", "no_values"}}
 
 
 def findings(archive):
@@ -38,7 +38,7 @@ def findings(archive):
             module, variable = match.groups()
             if variable not in KNOWN.get(module, ()):
                 yield f"{source}: module variable {variable}"
-        elif symbol.startswith("slen.") and not source.startswith("src_command_"):
+        elif symbol.startswith("slen.") and not source.startswith("src_cli_"):
             yield f"{source}: the length of a text that a function returns, {symbol}"
 
 

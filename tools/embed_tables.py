@@ -9,7 +9,6 @@ import pathlib
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-TABLES = ROOT / "src" / "environment" / "tables"
 
 
 def generated():
@@ -18,8 +17,9 @@ def generated():
         spec = importlib.util.spec_from_file_location(path.stem, path)
         generator = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(generator)
-        for name, text in generator.generate(ROOT / "data").items():
-            yield (ROOT / "src" / name if "/" in name else TABLES / name), text
+        for module, text in generator.generate(ROOT / "data").items():
+            _, floor, room = module.split("_", 2)
+            yield ROOT / "src" / floor / "tables" / f"{room}.f90", text
 
 
 def main():
@@ -33,7 +33,7 @@ def main():
         if not check:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
-    left_over = [p for p in (ROOT / "src").rglob("gracecg_table_*.f90") if p not in written]
+    left_over = [p for p in (ROOT / "src").rglob("tables/table_*.f90") if p not in written]
     for path in stale:
         print(("out of date: " if check else "written: ") + str(path.relative_to(ROOT)))
     for path in left_over:

@@ -2,10 +2,10 @@
 
 A generator is a file tools/embed/NAME.py with one function
 
-    generate(data) -> {file name: text}
+    generate(data) -> {module name: text}
 
-where `data` is the path of data/ and each file goes to src/environment/tables/ (or, with a folder in
-its name, to src/FOLDER/). tools/embed_tables.py runs them all.
+where `data` is the path of data/; the module gracecg_FLOOR_ROOM goes to src/FLOOR/tables/ROOM.f90.
+tools/embed_tables.py runs them all.
 """
 
 
@@ -64,7 +64,7 @@ def parameter_array(name, literals, kind="real(dp)", comment="", width=100, long
     return text + f"{head}    {kind}, parameter, public :: {name}({sum(counts)}) = [ &\n        {joined}]\n"
 
 
-def module(name, title, source, body, uses="    use gracecg_kinds, only: dp\n"):
+def module(name, title, source, body, uses="    use gracecg_base_kinds, only: dp\n"):
     """A whole module of tables."""
     return (
         f"!> {title}\n!>\n"

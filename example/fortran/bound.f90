@@ -5,10 +5,10 @@
 !>
 !> The numbers are those of `gracecg bound front-2`.
 program bound
-    use gracecg, only: dp, error_t, calibration_case_t, find_case, case_bound_t, bound_of_case, BOUND_SOURCES
+    use gracecg, only: dp, error_t, case_t, find_case, case_bound_t, bound_of_case, BOUND_SOURCES
     implicit none
     real(dp), parameter :: MILLIMETRES = 1e3_dp     ! in a metre
-    type(calibration_case_t) :: case
+    type(case_t) :: case
     type(case_bound_t) :: limit
     type(error_t), allocatable :: error
     integer :: i
@@ -27,7 +27,7 @@ program bound
     end do
 
     ! a manoeuvre that shows nothing has no bound: that is said, and nothing stops
-    case%setup%rods%count = 0
+    case%knowledge%rods%count = 0
     call bound_of_case(case, limit, error)
     if (allocated(error)) print '(2a)', 'without rods: ', error%message
 end program bound

@@ -7,23 +7,23 @@
 !> The samples here are simulated, those of `gracecg simulate front-3`; the estimate is that of
 !> `gracecg estimate`.
 program calibrate
-    use gracecg, only: dp, error_t, observation_set_t, calibration_setup_t, calibration_solution_t, &
-        estimate_offset, calibration_case_t, find_case, simulator_t, new_simulator, observe
+    use gracecg, only: dp, error_t, observation_set_t, operator_knowledge_t, solution_t, &
+        estimate_offset, case_t, find_case, simulator_t, new_simulator, observe
     implicit none
     real(dp), allocatable :: t_acc(:), acc(:, :)        ! s; (3, n), body axes, m/s^2
     real(dp), allocatable :: t_star(:), quaternion(:, :) ! s; (4, n), inertial to camera, scalar last
     integer, allocatable :: head(:)                     ! star-camera head of each quaternion, 1 or 2
     real(dp), allocatable :: t_mag(:), field(:, :)      ! s; (3, n), body axes, T
-    type(calibration_setup_t) :: setup
+    type(operator_knowledge_t) :: knowledge
     type(observation_set_t) :: observations
-    type(calibration_solution_t) :: solution
+    type(solution_t) :: solution
     type(error_t), allocatable :: error
     integer :: i
 
     call read_my_data(error)
     if (allocated(error)) error stop error%message
 
-    observations%setup = setup
+    observations%knowledge = knowledge
     observations%accelerometer_time = t_acc
     observations%acceleration = acc
     observations%star_camera_time = t_star
@@ -52,7 +52,7 @@ contains
     !> operator knows: epoch, duration, mass, inertia, torque rods, mounting and noise of the instruments.
     subroutine read_my_data(error)
         type(error_t), allocatable, intent(out) :: error
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: simulated
         integer, parameter :: SEED = 1, RUN = 1
@@ -61,7 +61,7 @@ contains
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (.not. allocated(error)) call observe(simulator, SEED, RUN, simulated, error)
         if (allocated(error)) return
-        setup = simulated%setup
+        knowledge = simulated%knowledge
         t_acc = simulated%accelerometer_time
         acc = simulated%acceleration
         t_star = simulated%star_camera_time

@@ -5,11 +5,11 @@
 !>
 !> The numbers are those of `gracecg design front-2 --waveforms sine`.
 program design
-    use gracecg, only: dp, DEGREE, error_t, calibration_case_t, find_case, case_bound_t, bound_of_case, &
+    use gracecg, only: dp, DEGREE, error_t, case_t, find_case, case_bound_t, bound_of_case, &
         design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_case, map_point_t, WAVEFORM_NAMES
     implicit none
     real(dp), parameter :: MILLIMETRES = 1e3_dp     ! in a metre
-    type(calibration_case_t) :: case, planned
+    type(case_t) :: case, planned
     type(design_settings_t) :: settings             ! begins with what `gracecg design` begins with
     type(manoeuvre_design_t) :: best
     type(map_point_t), allocatable :: points(:)

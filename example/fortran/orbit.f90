@@ -6,7 +6,7 @@
 !>
 !> The positions are those of `gracecg simulate front-1` to a hundredth of a millimetre.
 program orbit
-    use gracecg, only: dp, error_t, calibration_case_t, find_case, build_dynamics, initial_state, &
+    use gracecg, only: dp, error_t, case_t, find_case, build_dynamics, initial_state, &
         satellite_dynamics_t, accelerations_t, quaternion_rate, &
         STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
     implicit none
@@ -14,7 +14,7 @@ program orbit
     integer, parameter :: STEPS = 60
     ! What is integrated: position (m) and velocity (m/s), inertial, and the attitude quaternion
     integer, parameter :: R(3) = [1, 2, 3], V(3) = [4, 5, 6], Q(4) = [7, 8, 9, 10]
-    type(calibration_case_t) :: case
+    type(case_t) :: case
     type(satellite_dynamics_t) :: satellite     ! gravity 20x20, drag, light of Sun and Earth
     type(accelerations_t) :: acting
     type(error_t), allocatable :: error

@@ -1,10 +1,10 @@
 !> Knocke's Earth radiation model: geometry, constants, limits.
 module test_earth_radiation
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
-    use gracecg_error, only: error_t, message_of
-    use gracecg_earth_radiation
-    use gracecg_vectors, only: rotation_z
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_earth_radiation
+    use gracecg_base_vectors, only: rotation_z
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

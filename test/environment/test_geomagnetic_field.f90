@@ -1,11 +1,11 @@
 !> The geomagnetic field: identities, independently computed values, and the reader of SHC files.
 module test_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE, EARTH_RADIUS_IGRF
-    use gracecg_error, only: error_t, message_of
-    use gracecg_geomagnetic_field
-    use gracecg_shc_file, only: read_shc
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_geomagnetic_field
+    use gracecg_environment_shc_file, only: read_shc
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,12 +1,12 @@
 !> The geopotential: identities, independently computed values, and the reader of .gfc files.
 module test_geopotential
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: rotation_z
-    use gracecg_geopotential
-    use gracecg_gfc_file, only: read_gfc
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: rotation_z
+    use gracecg_environment_geopotential
+    use gracecg_environment_gfc_file, only: read_gfc
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,9 +1,9 @@
 !> Solar flux and geomagnetic activity by time, and the reader of such tables.
 module test_space_weather
-    use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, message_of
-    use gracecg_time, only: utc_t, parse_utc, utc_plus
-    use gracecg_space_weather
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_time, only: utc_t, parse_utc, utc_plus
+    use gracecg_environment_space_weather
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,10 +1,10 @@
 !> Density models: published numbers, the physics they claim, and smoothness.
 module test_thermosphere
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan, ieee_is_finite
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE, PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_thermosphere
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_thermosphere
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

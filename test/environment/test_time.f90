@@ -1,12 +1,12 @@
 !> UTC and its leap seconds, sidereal time, and the ellipsoid.
 module test_time
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: PI, TWO_PI, DEGREE, SECONDS_PER_DAY, EARTH_ROTATION_RATE, &
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI, TWO_PI, DEGREE, SECONDS_PER_DAY, EARTH_ROTATION_RATE, &
         WGS84_SEMI_MAJOR_AXIS, WGS84_FLATTENING
-    use gracecg_error, only: error_t, message_of
-    use gracecg_time
-    use gracecg_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_time
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none

@@ -1,9 +1,9 @@
 !> Horizontal wind: the embedded table, its interpolation, and the reader of such tables.
 module test_wind
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, message_of
-    use gracecg_wind
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_wind
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,22 +1,23 @@
 !> The reduced state and the combined problems: partials against differences, and the agreement of the
 !> four estimators.
 module test_algorithms
-    use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: cross_matrix, identity, unit
-    use gracecg_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross_matrix, identity, unit
+    use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
         quaternion_from_axis_angle
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_preprocessing, only: fitting_data_t, preprocess
-    use gracecg_attitude_fit, only: attitude_fit_t, fitted_small_angles_t, fitted_rotation_t, new_attitude_fit
-    use gracecg_attitude_problem, only: small_angles, small_rotation
-    use gracecg_combined_estimation, only: combined_problem_t, prepare_combined
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset, REPORT_ESTIMATORS
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_small_angles_t, fitted_rotation_t, &
+        new_attitude_fit
+    use gracecg_estimation_attitude_problem, only: small_angles, small_rotation
+    use gracecg_estimation_combined, only: combined_problem_t, prepare_combined
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset, REPORT_ESTIMATORS
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use test_estimators, only: example, OFFSET, DRIFT, BIAS, OMEGA_0, Q_0
     use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -98,7 +99,7 @@ contains
         call preprocess(observations, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        fit = new_attitude_fit(observations%setup%inertia, data%interval, data%torque)
+        fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         n = fit%steps
         call fit%fit_small_angles(normalised(Q_0), OMEGA_0, nominal, rotation)
         do i = 1, 6
@@ -158,13 +159,13 @@ contains
 
         call example(observations, error, interval=0.5_dp)
         if (allocated(error)) return
-        observations%setup%guess_quaternion = normalised(Q_0)
-        observations%setup%guess_angular_velocity = OMEGA_0
-        observations%setup%guess_offset = OFFSET
+        observations%knowledge%guess_quaternion = normalised(Q_0)
+        observations%knowledge%guess_angular_velocity = OMEGA_0
+        observations%knowledge%guess_offset = OFFSET
         call preprocess(observations, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_combined(observations%setup, data, reduced, nominal)
+        call prepare_combined(observations%knowledge, data, reduced, nominal)
         nominal%offset_state(4:6) = DRIFT
         nominal%offset_state(7:9) = BIAS
         n = nominal%attitude_parameters() + 9
@@ -232,16 +233,16 @@ contains
     !> full state's quaternion, left to least squares, would be shorter than 1.
     subroutine test_long_arc(error)
         type(error_type), allocatable, intent(out) :: error
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: a
 
         call report_case('front-1', case, failure)
-        case%setup%duration = 300
-        case%setup%rods%activations%stop = 300
+        case%knowledge%duration = 300
+        case%knowledge%rods%activations%stop = 300
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
         do a = 1, size(REPORT_ESTIMATORS)
@@ -258,10 +259,10 @@ contains
     !> same offset.
     subroutine test_agreement(error)
         type(error_type), allocatable, intent(out) :: error
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: first, other
+        type(solution_t) :: first, other
         type(error_t), allocatable :: failure
         integer :: i, a
 

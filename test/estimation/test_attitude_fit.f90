@@ -1,9 +1,9 @@
 !> The fitting dynamics and their state transition matrix.
 module test_attitude_fit
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: TWO_PI
-    use gracecg_quaternion, only: rotation_matrix, normalised
-    use gracecg_attitude_fit
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_quaternion, only: rotation_matrix, normalised
+    use gracecg_estimation_attitude_fit
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

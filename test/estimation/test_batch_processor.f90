@@ -1,9 +1,9 @@
 !> The batch processor on problems of known answer.
 module test_batch_processor
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
-    use gracecg_batch_processor
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_estimation_batch_processor
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

@@ -1,15 +1,15 @@
 !> The physical calibration model: partials of every parameter against differences, torques against the
 !> dynamics of the simulation, conservation of angular momentum.
 module test_calibration_model
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: EARTH_GM
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: cross, unit, identity, cross_matrix
-    use gracecg_quaternion, only: normalised, rotation_matrix, rotation_angle_between
-    use gracecg_torques, only: gravity_gradient_torque
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_preprocessing, only: fitting_data_t, preprocess
-    use gracecg_calibration_model, only: calibration_model_t, calibration_state_t, calibration_trajectory_t, &
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross, unit, identity, cross_matrix
+    use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
+    use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
         correct_state, PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
         SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
@@ -61,7 +61,7 @@ contains
     end subroutine add_orbit
 
     subroutine prepare(model, data, error, with_orbit)
-        type(calibration_model_t), intent(out) :: model
+        type(physical_model_t), intent(out) :: model
         type(fitting_data_t), intent(out) :: data
         type(error_type), allocatable, intent(out) :: error
         logical, intent(in) :: with_orbit
@@ -73,17 +73,17 @@ contains
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
         if (with_orbit) call add_orbit(observations)
-        observations%setup%optimal%density_wave = 'given'
-        observations%setup%optimal%density_wave_period = 13
+        observations%knowledge%optimal%density_wave = 'given'
+        observations%knowledge%optimal%density_wave_period = 13
         call preprocess(observations, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_model(observations%setup, data, [(i, i=1, PARAMETERS)], model)
+        call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
     end subroutine prepare
 
     !> A state in which no parameter is zero.
     function general_state() result(state)
-        type(calibration_state_t) :: state
+        type(model_state_t) :: state
 
         state%quaternion = normalised(Q_0)
         state%value(RATE) = OMEGA_0
@@ -105,9 +105,9 @@ contains
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_model_t) :: model
-        type(calibration_state_t) :: state, changed
-        type(calibration_trajectory_t) :: trajectory, other
+        type(physical_model_t) :: model
+        type(model_state_t) :: state, changed
+        type(model_trajectory_t) :: trajectory, other
         type(fitting_data_t) :: data
         real(dp), allocatable :: partials(:, :, :), predicted(:, :, :)
         real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
@@ -162,9 +162,9 @@ contains
     subroutine test_gravity_torque(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_model_t) :: model
-        type(calibration_state_t) :: state
-        type(calibration_trajectory_t) :: trajectory
+        type(physical_model_t) :: model
+        type(model_state_t) :: state
+        type(model_trajectory_t) :: trajectory
         type(fitting_data_t) :: data
         real(dp) :: torque(3), expected(3), r
 
@@ -188,9 +188,9 @@ contains
     subroutine test_momentum(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_model_t) :: model
-        type(calibration_state_t) :: state
-        type(calibration_trajectory_t) :: trajectory
+        type(physical_model_t) :: model
+        type(model_state_t) :: state
+        type(model_trajectory_t) :: trajectory
         type(fitting_data_t) :: data
         real(dp) :: first(3), last(3)
 
@@ -231,7 +231,7 @@ contains
     subroutine test_no_orbit(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_model_t) :: model
+        type(physical_model_t) :: model
         type(fitting_data_t) :: data
         integer :: before
 

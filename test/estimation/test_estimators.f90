@@ -2,23 +2,23 @@
 !> exactly.
 module test_estimators
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: ARCSECOND, TWO_PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: unit, inverse_3x3
-    use gracecg_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: ARCSECOND, TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: unit, inverse_3x3
+    use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
     use statistics, only: chi_square_limits
-    use gracecg_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_preprocessing, only: fitting_data_t, preprocess
-    use gracecg_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
-    use gracecg_offset_model, only: offset_matrix
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
-    use gracecg_calibration_solution, only: calibration_solution_t
+    use gracecg_estimation_offset_model, only: offset_matrix
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
+    use gracecg_estimation_solution, only: solution_t
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -70,31 +70,31 @@ contains
         type(error_t), allocatable :: failure
         integer :: i
 
-        associate (setup => observations%setup)
-            setup%duration = 60
-            setup%mass = 420
-            setup%inertia = INERTIA
-            setup%accelerometer_interval = 0.1_dp
-            if (present(interval)) setup%accelerometer_interval = interval
-            setup%star_camera_interval = setup%accelerometer_interval
-            if (present(star_camera_interval)) setup%star_camera_interval = star_camera_interval
-            setup%magnetometer_interval = 1
-            setup%mounting(:, 1) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -2.356_dp)
-            setup%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
-            setup%accelerometer_psd_level = 1e-20_dp
-            setup%star_camera_sigma = 1*ARCSECOND
-            setup%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
-            setup%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
-            setup%guess_offset = 1e-5_dp
-            setup%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
-            call new_harmonic_manoeuvre(setup%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
+        associate (knowledge => observations%knowledge)
+            knowledge%duration = 60
+            knowledge%mass = 420
+            knowledge%inertia = INERTIA
+            knowledge%accelerometer_interval = 0.1_dp
+            if (present(interval)) knowledge%accelerometer_interval = interval
+            knowledge%star_camera_interval = knowledge%accelerometer_interval
+            if (present(star_camera_interval)) knowledge%star_camera_interval = star_camera_interval
+            knowledge%magnetometer_interval = 1
+            knowledge%mounting(:, 1) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -2.356_dp)
+            knowledge%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
+            knowledge%accelerometer_psd_level = 1e-20_dp
+            knowledge%star_camera_sigma = 1*ARCSECOND
+            knowledge%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
+            knowledge%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
+            knowledge%guess_offset = 1e-5_dp
+            knowledge%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
+            call new_harmonic_manoeuvre(knowledge%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            observations%accelerometer_time = [(i*setup%accelerometer_interval, &
-                                                i=1, nint(60/setup%accelerometer_interval))]
-            observations%star_camera_time = [(i*setup%star_camera_interval, &
-                                              i=1, nint(60/setup%star_camera_interval))]
+            observations%accelerometer_time = [(i*knowledge%accelerometer_interval, &
+                                                i=1, nint(60/knowledge%accelerometer_interval))]
+            observations%star_camera_time = [(i*knowledge%star_camera_interval, &
+                                              i=1, nint(60/knowledge%star_camera_interval))]
         end associate
         observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
         allocate (observations%field(3, 60))
@@ -130,7 +130,7 @@ contains
         call preprocess(observations, data, failure)        ! for the torque
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        fit = new_attitude_fit(observations%setup%inertia, data%interval, data%torque)
+        fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         call fit%fit_attitude(quaternion, OMEGA_0, attitude, rotation)
         do i = 1, size(observations%accelerometer_time)
             t = observations%accelerometer_time(i)
@@ -140,7 +140,7 @@ contains
         end do
         do i = 1, size(observations%star_camera_time)
             k = nint(observations%star_camera_time(i)/data%interval)
-            observations%quaternion(:, i) = quaternion_product(observations%setup%mounting(:, 1), &
+            observations%quaternion(:, i) = quaternion_product(observations%knowledge%mounting(:, 1), &
                                                                normalised(attitude%q(:, k)))
         end do
     end subroutine fill
@@ -152,7 +152,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: quaternion(4)
 
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: q(4)
         integer :: i
@@ -174,7 +174,7 @@ contains
     !> The rotation makes an acceleration of some 1e-5 m/s^2 of an offset of 1 m, hence the
     !> tolerances of bias and drift.
     subroutine check_recovered(solution, offset_tolerance, quaternion, error)
-        type(calibration_solution_t), intent(in) :: solution
+        type(solution_t), intent(in) :: solution
         real(dp), intent(in) :: offset_tolerance        !! m
         real(dp), intent(in) :: quaternion(4)
         type(error_type), allocatable, intent(out) :: error
@@ -230,10 +230,10 @@ contains
         if (allocated(error)) return
         do i = 1, 6
             axis = unit([cos(0.7_dp*i), sin(1.3_dp*i), cos(2.1_dp*i + 0.3_dp)])
-            observations%setup%guess_quaternion = &
+            observations%knowledge%guess_quaternion = &
                 quaternion_product(quaternion_from_axis_angle(axis, TWO_PI/6), normalised(Q_0))
-            observations%setup%guess_angular_velocity = OMEGA_0 + 5e-3_dp*axis
-            observations%setup%guess_offset = 0.1_dp*(i - 1)*axis
+            observations%knowledge%guess_angular_velocity = OMEGA_0 + 5e-3_dp*axis
+            observations%knowledge%guess_offset = 0.1_dp*(i - 1)*axis
             call recover(observations, 1e-11_dp, error)
             if (allocated(error)) return
         end do
@@ -247,10 +247,10 @@ contains
 
         call example(observations, error, interval=0.2_dp, quaternion=Q)
         if (allocated(error)) return
-        observations%setup%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
+        observations%knowledge%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
         call recover(observations, 1e-11_dp, error, Q)
         if (allocated(error)) return
-        observations%setup%guess_quaternion = -Q
+        observations%knowledge%guess_quaternion = -Q
         call recover(observations, 1e-11_dp, error, Q)
     end subroutine test_zero_q4
 
@@ -293,8 +293,8 @@ contains
 
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
-        observations%setup%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
-        observations%setup%star_camera_weight = 1e10_dp
+        observations%knowledge%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
+        observations%knowledge%star_camera_weight = 1e10_dp
         call recover(observations, 1e-11_dp, error)
     end subroutine test_weights
 
@@ -303,19 +303,19 @@ contains
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         type(rod_activation_t) :: none(0)
         integer :: i
 
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
-        call new_torque_rods(observations%setup%rods, none, failure)
+        call new_torque_rods(observations%knowledge%rods, none, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 1, 3
-            observations%setup%inertia(:i - 1, i) = 0
-            observations%setup%inertia(i + 1:, i) = 0
+            observations%knowledge%inertia(:i - 1, i) = 0
+            observations%knowledge%inertia(i + 1:, i) = 0
         end do
         call fill(observations, normalised(Q_0), error)
         if (allocated(error)) return
@@ -336,9 +336,9 @@ contains
 
         call example(clean, error, interval=0.5_dp)
         if (allocated(error)) return
-        clean%setup%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
-        clean%setup%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
-        clean%setup%star_camera_sigma = 0
+        clean%knowledge%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        clean%knowledge%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
+        clean%knowledge%star_camera_sigma = 0
         stream = new_stream(20, 1, 1, 1, 1)
         call check_normalised_errors(error, clean, draw)
 
@@ -353,9 +353,9 @@ contains
 
             observations = clean
             do axis = 1, 3
-                noise = coloured_noise(clean%setup%accelerometer_psd_level(axis), &
-                                       clean%setup%accelerometer_psd_corner(axis), TWO_SIDED, &
-                                       clean%setup%accelerometer_interval, failure)
+                noise = coloured_noise(clean%knowledge%accelerometer_psd_level(axis), &
+                                       clean%knowledge%accelerometer_psd_corner(axis), TWO_SIDED, &
+                                       clean%knowledge%accelerometer_interval, failure)
                 call noise%generate(stream, samples)
                 observations%acceleration(axis, :) = clean%acceleration(axis, :) + samples
             end do
@@ -372,8 +372,8 @@ contains
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=1.0_dp)
         if (allocated(error)) return
-        clean%setup%accelerometer_psd_level = 0
-        clean%setup%star_camera_sigma = SIGMA
+        clean%knowledge%accelerometer_psd_level = 0
+        clean%knowledge%star_camera_sigma = SIGMA
         stream = new_stream(20, 1, 1, 1, 4)
         call check_normalised_errors(error, clean, draw)
 
@@ -409,7 +409,7 @@ contains
         end interface
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: reference, solution
+        type(solution_t) :: reference, solution
         type(error_t), allocatable :: failure
         real(dp) :: weight(3, 3), deviation(3), total, limits(2)
         character(80) :: found
@@ -452,7 +452,7 @@ contains
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call example(observations, error, interval=0.5_dp)
@@ -462,7 +462,7 @@ contains
         call check_fails(error, message_of(failure), ['must increase'])
         if (allocated(error)) return
         call example(observations, error, interval=0.5_dp)
-        observations%setup%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
+        observations%knowledge%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
         call estimate_offset('assest-fde', observations, solution, failure)
         call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_refusals

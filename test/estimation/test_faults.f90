@@ -5,24 +5,24 @@
 !> as the formal sigmas are; these have to stay within stated limits of those without the fault.
 module test_faults
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, message_of
-    use gracecg_text, only: string_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
     use statistics, only: chi_square_limits
-    use gracecg_thermosphere, only: density_wave_t
-    use gracecg_time, only: utc_plus
-    use gracecg_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_star_attitude, only: star_attitude_t, take_star_attitude
-    use gracecg_field_fallback, only: complete_field
-    use gracecg_estimators, only: estimate_offset
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator, observe, observe_without_noise, &
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_time, only: utc_plus
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_torque_rods, rod_activation_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
+    use gracecg_estimation_field_fallback, only: complete_field
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
         lose_magnetometer
-    use gracecg_monte_carlo, only: prediction_t, predict_errors
+    use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: check_fails, check_passes
     implicit none
@@ -39,7 +39,7 @@ module test_faults
     type :: reference_t
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution(size(ALGORITHMS))
+        type(solution_t) :: solution(size(ALGORITHMS))
         type(prediction_t) :: prediction(size(ALGORITHMS))
     end type reference_t
     type(reference_t), allocatable, save, target :: reference
@@ -79,7 +79,7 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -103,7 +103,7 @@ contains
     end subroutine fault_free
 
     pure function sigmas(solution) result(sigma)
-        type(calibration_solution_t), intent(in) :: solution
+        type(solution_t), intent(in) :: solution
         real(dp) :: sigma(3)
         integer :: i
 
@@ -118,7 +118,7 @@ contains
         real(dp), intent(in) :: growth
         character(*), intent(in) :: parts(:)
 
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         character(200) :: found
         real(dp) :: ratio(3)
@@ -165,7 +165,7 @@ contains
         type(observation_set_t), intent(in) :: observations
         character(*), intent(in) :: parts(:)
 
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -215,7 +215,7 @@ contains
     subroutine test_wrong_unit(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call fault_free(observations, error)
@@ -232,7 +232,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
 
         call fault_free(observations, error)
         if (allocated(error)) return
@@ -248,10 +248,10 @@ contains
     !> The rods fire at 0.1 Hz, but the setup of case 1 says 0.2 Hz.
     subroutine test_wrong_frequency(error)
         type(error_type), allocatable, intent(out) :: error
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
@@ -259,7 +259,7 @@ contains
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        observations%setup%rods%activations%frequency = 2*observations%setup%rods%activations%frequency
+        observations%knowledge%rods%activations%frequency = 2*observations%knowledge%rods%activations%frequency
         call estimate_offset('assest-fde', observations, solution, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call warned(error, solution%warnings, &
@@ -307,7 +307,7 @@ contains
     subroutine test_one_head(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        type(calibration_solution_t) :: alone, named
+        type(solution_t) :: alone, named
         type(error_t), allocatable :: failure
 
         call fault_free(good, error)
@@ -322,7 +322,7 @@ contains
         if (allocated(error)) return
         ! the same as if the setup had named the other head
         call estimate_offset('assest-fde', bad, alone, failure)
-        good%setup%camera = 2
+        good%knowledge%camera = 2
         call estimate_offset('assest-fde', good, named, failure)
         call check(error, maxval(abs(alone%offset - named%offset)) + &
                    maxval(abs(alone%covariance - named%covariance)), 0.0_dp)
@@ -358,7 +358,7 @@ contains
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '59 epochs', 'igrf95'])
         call lose_magnetometer(bad, 0.0_dp)
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf95'])
-        bad%setup%field_model = 'igrf14'
+        bad%knowledge%field_model = 'igrf14'
         call survived(error, bad, NEARLY, [character(W) :: 'magnetometer', '60 epochs', 'igrf14'])
         bad = good
         bad%field(:, 20:) = spread(good%field(:, 20), 2, 41)
@@ -395,15 +395,15 @@ contains
         call refused(error, bad, [character(W) :: 'magnetometer', 'fewer than two', 'no orbit'])
         bad = good
         call lose_magnetometer(bad, 20.0_dp)
-        bad%setup%field_model = 'none'
+        bad%knowledge%field_model = 'none'
         call refused(error, bad, [character(W) :: 'magnetometer', 'names no geomagnetic field model'])
-        bad%setup%field_model = 'igrf95'
+        bad%knowledge%field_model = 'igrf95'
         bad%orbit_time = bad%orbit_time(:31)
         bad%orbit_position = bad%orbit_position(:, :31)
         call refused(error, bad, [character(W) :: 'magnetometer', 'orbit: no positions around 31 s'])
         bad = good
         call lose_magnetometer(bad, 20.0_dp)
-        bad%setup%epoch = utc_plus(bad%setup%epoch, 20*365.25_dp*86400)
+        bad%knowledge%epoch = utc_plus(bad%knowledge%epoch, 20*365.25_dp*86400)
         call refused(error, bad, [character(W) :: 'magnetometer', 'igrf95', '1985 to 2000', 'igrf14'])
         bad = good
         call lose_magnetometer(bad, 20.0_dp)
@@ -497,7 +497,7 @@ contains
     subroutine test_repeated(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: bad
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer, allocatable :: twice(:)
         integer :: i
@@ -577,18 +577,18 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(torque_rods_t) :: stated
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        stated = case%setup%rods
-        case%setup%rods%activations%amplitude = share*stated%activations%amplitude
+        stated = case%knowledge%rods
+        case%knowledge%rods%activations%amplitude = share*stated%activations%amplitude
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
         call check_passes(error, message_of(failure))
-        observations%setup%rods = stated
+        observations%knowledge%rods = stated
     end subroutine rods_differ
 
     !> The rods did not fire, or with the wrong sign: the star camera shows it.
@@ -611,7 +611,7 @@ contains
     subroutine test_weak_rods(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call rods_differ('front-2', 0.8_dp, observations, error)
@@ -630,7 +630,7 @@ contains
         type(error_t), allocatable :: failure
 
         call rods_differ('front-3', 0.0_dp, observations, error)
-        call new_torque_rods(observations%setup%rods, none, failure)
+        call new_torque_rods(observations%knowledge%rods, none, failure)
         call refused(error, observations, [character(W) :: 'normal matrix is singular', &
                                            'not determined by the observations', 'd_x', 'd_z', 'beta_x'])
     end subroutine test_rods_off
@@ -653,7 +653,7 @@ contains
     !> A field of view of a tenth of a degree.
     subroutine test_too_few_stars(error)
         type(error_type), allocatable, intent(out) :: error
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 

@@ -1,24 +1,24 @@
 !> What a calibration tells of itself: identities of its parts, known noise, and the verdict.
 module test_fit_diagnostics
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_text, only: string_t, append
-    use gracecg_vectors, only: inverse_3x3
-    use gracecg_quaternion, only: normalised, rotation_matrix
-    use gracecg_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_noise_whitening, only: whitener_t, new_whitener
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_estimators, only: estimate_offset, ESTIMATOR_NAMES
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_fit_record, only: fit_record_t
-    use gracecg_fit_diagnostics
-    use gracecg_fit_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t, append
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_base_quaternion, only: normalised, rotation_matrix
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_diagnostics
+    use gracecg_estimation_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use statistics, only: Z_999
     use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
@@ -158,7 +158,7 @@ contains
         type(observation_set_t), intent(out) :: observations
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
@@ -174,7 +174,7 @@ contains
     subroutine test_record(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution, alone
+        type(solution_t) :: solution, alone
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: diagnostics
         type(error_t), allocatable :: failure
@@ -190,7 +190,7 @@ contains
             if (.not. allocated(failure)) &
                 call estimate_offset(name, observations, solution, failure, record=record)
             if (.not. allocated(failure)) &
-                call diagnose(observations%setup, solution, record, diagnostics, failure)
+                call diagnose(observations%knowledge, solution, record, diagnostics, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, maxval(abs(solution%offset - alone%offset)), 0.0_dp, name)
@@ -285,7 +285,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: N = 600
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: d
         type(error_t), allocatable :: failure
@@ -294,7 +294,7 @@ contains
 
         call simulate('front-3', .true., observations, error)
         if (.not. allocated(error)) call estimate_offset('assest-rde', observations, solution, failure, record=record)
-        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         ! in x the drag bends a little, which its whiteness tells
@@ -306,7 +306,7 @@ contains
         record%residual(3, :) = 2*record%residual(3, :)
         record%residual(2, :) = (record%residual(2, :) + eoshift(record%residual(2, :), 1))/sqrt(2.0_dp)
         record%residual(1, :) = record%residual(1, :) + 3e-10_dp*[(sin(TWO_PI*k*H/12), k=1, N)]
-        call diagnose(observations%setup, solution, record, d, failure)
+        call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, d%residuals(3)%ratio, 2*ratio, thr=1e-10_dp)
@@ -327,7 +327,7 @@ contains
     subroutine test_unknown_noise(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: d
         type(verdict_t) :: verdict
@@ -335,10 +335,10 @@ contains
 
         call simulate('front-3', .true., observations, error)
         if (allocated(error)) return
-        observations%setup%accelerometer_psd_level = 0
-        observations%setup%star_camera_sigma = 0
+        observations%knowledge%accelerometer_psd_level = 0
+        observations%knowledge%star_camera_sigma = 0
         call estimate_offset('ascrest', observations, solution, failure, record=record)
-        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, .not. any(d%residuals%noise_known) .and. d%bound_known .and. all(d%bound > 5e-6_dp) .and. &
@@ -346,7 +346,7 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(sum(d%information_share, 2) - 1)), 0.0_dp, thr=1e-12_dp)
         if (allocated(error)) return
-        verdict = judge(observations%setup, solution, record, d)
+        verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Accuracy', 'not known')
         if (.not. allocated(error)) call check(error, index(verdict%summary, 'The accuracy is not known'), 1)
@@ -393,7 +393,7 @@ contains
         character(*), intent(in) :: name
         logical, intent(in) :: quiet
         type(verdict_t), intent(out) :: verdict
-        type(calibration_solution_t), intent(out) :: solution
+        type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
@@ -404,16 +404,16 @@ contains
         call simulate(name, quiet, observations, error)
         if (allocated(error)) return
         call estimate_offset('assest-fde', observations, solution, failure, record=record)
-        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, diagnostics, failure)
+        if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) verdict = judge(observations%setup, solution, record, diagnostics)
+        if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
     end subroutine judged
 
     !> Case 3 without the density wave: all good, and trim by the estimate, sign and all.
     subroutine test_good(error)
         type(error_type), allocatable, intent(out) :: error
         type(verdict_t) :: verdict
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
 
         call judged('front-3', .true., verdict, solution, error)
         if (allocated(error)) return
@@ -429,7 +429,7 @@ contains
     subroutine test_doubtful(error)
         type(error_type), allocatable, intent(out) :: error
         type(verdict_t) :: verdict
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
 
         call judged('front-2', .false., verdict, solution, error)
         if (allocated(error)) return
@@ -448,7 +448,7 @@ contains
     subroutine test_bad(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: d
         type(verdict_t) :: verdict
@@ -456,18 +456,18 @@ contains
 
         call simulate('front-3', .true., observations, error)
         if (.not. allocated(error)) call estimate_offset('ascfest', observations, solution, failure, record=record)
-        if (.not. allocated(failure)) call diagnose(observations%setup, solution, record, d, failure)
+        if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         solution%converged = .false.
-        verdict = judge(observations%setup, solution, record, d)
+        verdict = judge(observations%knowledge, solution, record, d)
         call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Convergence', 'not converged')
         if (.not. allocated(error)) call check(error, index(verdict%summary, 'Do not use'), 1)
         if (.not. allocated(error)) call check(error, size(verdict%next_steps), 1)
         solution%converged = .true.
         d%residuals(2)%ratio = 21
-        verdict = judge(observations%setup, solution, record, d)
+        verdict = judge(observations%knowledge, solution, record, d)
         if (.not. allocated(error)) call check(error, verdict%grade, GRADE_BAD)
         call says(error, verdict, 'Residuals y', 'wrong unit')
     end subroutine test_bad

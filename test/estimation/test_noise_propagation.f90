@@ -1,11 +1,11 @@
 !> Propagation of noise through a fit, against covariance matrices written out in full.
 module test_noise_propagation
-    use gracecg_kinds, only: dp
-    use gracecg_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
         quaternion_from_axis_angle
-    use gracecg_interpolation, only: interpolation_t
-    use gracecg_star_attitude, only: star_attitude_t
-    use gracecg_noise_propagation
+    use gracecg_estimation_interpolation, only: interpolation_t
+    use gracecg_estimation_star_attitude, only: star_attitude_t
+    use gracecg_estimation_noise_propagation
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

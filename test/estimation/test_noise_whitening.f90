@@ -1,16 +1,16 @@
 !> Whitening against Cholesky's factor of the covariance matrix, and the information of the offset
 !> against plain least squares and published sigmas.
 module test_noise_whitening
-    use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: inverse_3x3, unit
-    use gracecg_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_observation_set, only: calibration_setup_t
-    use gracecg_offset_model, only: offset_matrix
-    use gracecg_noise_whitening, only: whitener_t, new_whitener, accelerometer_whiteners
-    use gracecg_offset_information, only: offset_information, gravity_gradient_matrix
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: inverse_3x3, unit
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_estimation_offset_model, only: offset_matrix
+    use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener, accelerometer_whiteners
+    use gracecg_estimation_offset_information, only: offset_information, gravity_gradient_matrix
     use fixture, only: check_fails, check_passes
     use statistics, only: variance, ljung_box, chi_square_limits
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -177,16 +177,16 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         integer, parameter :: N = 600
-        type(calibration_setup_t) :: setup
+        type(operator_knowledge_t) :: knowledge
         type(whitener_t) :: whiteners(3)
         type(error_t), allocatable :: failure
         real(dp) :: omega(3, N), omega_dot(3, N), gradient(3, 3, N), rows(9, 3*N), observed(3*N), a(3, 3)
         real(dp) :: normal(9, 9), rhs(9), solution(9), covariance(9, 9), condition, found(3, 3), t
         integer :: k, axis, side
 
-        setup%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
-        setup%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
-        call accelerometer_whiteners(setup, [(k, k=1, N)], whiteners, failure)
+        knowledge%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        knowledge%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
+        call accelerometer_whiteners(knowledge, [(k, k=1, N)], whiteners, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do k = 1, N
@@ -241,7 +241,7 @@ contains
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_setup_t) :: setup
+        type(operator_knowledge_t) :: knowledge
         type(whitener_t) :: whitener, whiteners(3)
         type(error_t), allocatable :: failure
 
@@ -255,13 +255,13 @@ contains
                           [.true., .false., .true., .false.])
         call check_fails(error, message_of(failure), ['2 samples'])
         if (allocated(error)) return
-        setup%accelerometer_psd_level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
-        call accelerometer_whiteners(setup, [1, 2, 3, 4], whiteners, failure)
+        knowledge%accelerometer_psd_level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
+        call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise_level', 'positive'])
         if (allocated(error)) return
-        setup%accelerometer_psd_level = 1e-20_dp
-        setup%accelerometer_psd_corner = [0.1_dp, 0.1_dp, -0.1_dp]
-        call accelerometer_whiteners(setup, [1, 2, 3, 4], whiteners, failure)
+        knowledge%accelerometer_psd_level = 1e-20_dp
+        knowledge%accelerometer_psd_corner = [0.1_dp, 0.1_dp, -0.1_dp]
+        call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'corner'])
     end subroutine test_refused
 end module test_noise_whitening

@@ -1,7 +1,7 @@
 !> The accelerometer's observation model and its partials.
 module test_offset_model
-    use gracecg_kinds, only: dp
-    use gracecg_offset_model, only: offset_matrix, offset_rate_partials
+    use gracecg_base_kinds, only: dp
+    use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

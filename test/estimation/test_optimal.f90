@@ -1,18 +1,18 @@
 !> The estimator optimal: editing, noise levels, waves and extra parameters on observations made from
 !> known dynamics, noise drawn here.
 module test_optimal
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: ARCSECOND, TWO_PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_vectors, only: unit
-    use gracecg_quaternion, only: quaternion_product, quaternion_from_axis_angle
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_torque_rods, only: new_torque_rods, rod_activation_t
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_estimators, only: estimate_offset
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_variance_components, only: estimate_spectrum
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: ARCSECOND, TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: unit
+    use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_variance_components, only: estimate_spectrum
     use test_estimators, only: example, OFFSET
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
@@ -58,9 +58,9 @@ contains
 
         call example(observations, error, interval=0.2_dp, star_camera_interval=1.0_dp)
         if (allocated(error)) return
-        observations%setup%accelerometer_psd_level = LEVEL
-        observations%setup%accelerometer_psd_corner = CORNER
-        observations%setup%star_camera_sigma = SIGMA
+        observations%knowledge%accelerometer_psd_level = LEVEL
+        observations%knowledge%accelerometer_psd_corner = CORNER
+        observations%knowledge%star_camera_sigma = SIGMA
         allocate (samples(size(observations%accelerometer_time)))
         stream = new_stream(31, 1, 1, run, 1)
         do axis = 1, 3
@@ -78,7 +78,7 @@ contains
 
     subroutine estimate(observations, solution, error, with_checks)
         type(observation_set_t), intent(in) :: observations
-        type(calibration_solution_t), intent(out) :: solution
+        type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
         logical, intent(in), optional :: with_checks
 
@@ -97,7 +97,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: fine, observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         integer :: i
 
         call example(fine, error, interval=0.1_dp)
@@ -105,8 +105,8 @@ contains
         observations = fine
         observations%accelerometer_time = fine%accelerometer_time(2::2)     ! every 0.2 s
         observations%acceleration = fine%acceleration(:, 2::2)
-        observations%setup%accelerometer_interval = 0.2_dp
-        observations%setup%star_camera_interval = 0.6_dp                    ! at 0.1, 0.7, 1.3 ... s
+        observations%knowledge%accelerometer_interval = 0.2_dp
+        observations%knowledge%star_camera_interval = 0.6_dp                    ! at 0.1, 0.7, 1.3 ... s
         observations%star_camera_time = fine%star_camera_time(1::6)
         observations%star_camera_head = fine%star_camera_head(1::6)
         observations%quaternion = fine%quaternion(:, 1::6)
@@ -125,7 +125,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: clean, observations
-        type(calibration_solution_t) :: reference, solution
+        type(solution_t) :: reference, solution
         integer :: i
 
         call noisy_example(clean, 1, error)
@@ -161,7 +161,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         integer :: run
 
         do run = 1, 60
@@ -183,7 +183,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call noisy_example(observations, 1, error)
@@ -242,7 +242,7 @@ contains
 
         integer, parameter :: RUNS = 20
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: known, solution
+        type(solution_t) :: known, solution
         real(dp) :: levels(3), angles(3)
         integer :: run, i
 
@@ -254,11 +254,11 @@ contains
             call estimate(observations, known, error)
             if (allocated(error)) return
             if (mod(run, 2) == 0) then
-                observations%setup%optimal%noise = 'estimate'
-                observations%setup%accelerometer_psd_level = 3*LEVEL
+                observations%knowledge%optimal%noise = 'estimate'
+                observations%knowledge%accelerometer_psd_level = 3*LEVEL
             else
-                observations%setup%accelerometer_psd_level = 0
-                observations%setup%star_camera_sigma = 0
+                observations%knowledge%accelerometer_psd_level = 0
+                observations%knowledge%star_camera_sigma = 0
             end if
             call estimate(observations, solution, error)
             if (allocated(error)) return
@@ -283,7 +283,7 @@ contains
 
         real(dp), parameter :: PERIOD = 12.7_dp, AMPLITUDE = 2e-9_dp
         type(observation_set_t) :: clean, observations
-        type(calibration_solution_t) :: reference, solution
+        type(solution_t) :: reference, solution
         integer :: i, n
 
         call noisy_example(clean, 5, error)
@@ -304,15 +304,15 @@ contains
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
             if (allocated(error)) return
         end do
-        observations%setup%optimal%density_wave = 'none'
+        observations%knowledge%optimal%density_wave = 'none'
         call estimate(observations, solution, error)
         if (allocated(error)) return
         call check(error, size(solution%parameters), 3)
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'the wave is left in the residuals')
         if (allocated(error)) return
-        observations%setup%optimal%density_wave = 'given'
-        observations%setup%optimal%density_wave_period = PERIOD
+        observations%knowledge%optimal%density_wave = 'given'
+        observations%knowledge%optimal%density_wave_period = PERIOD
         call estimate(observations, solution, error)
         if (allocated(error)) return
         call check(error, solution%variance_factor < 1.2_dp)
@@ -325,7 +325,7 @@ contains
 
         real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 2e-9_dp, PARABOLA = 3e-9_dp
         type(observation_set_t) :: clean, observations
-        type(calibration_solution_t) :: reference, solution
+        type(solution_t) :: reference, solution
         integer :: i
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
@@ -357,21 +357,21 @@ contains
 
         real(dp), parameter :: GAIN = 0.02_dp, FIELD(3) = [0.0_dp, 3e-7_dp, -2e-7_dp]
         type(observation_set_t) :: clean, observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         integer :: i
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
         if (allocated(error)) return
-        clean%setup%optimal%sigma_rod_gain = 1
-        clean%setup%optimal%sigma_magnetometer_bias = 1e-4_dp
-        clean%setup%optimal%sigma_scale_factors = 1e-6_dp
-        clean%setup%optimal%estimate_scale_factors = .true.
+        clean%knowledge%optimal%sigma_rod_gain = 1
+        clean%knowledge%optimal%sigma_magnetometer_bias = 1e-4_dp
+        clean%knowledge%optimal%sigma_scale_factors = 1e-6_dp
+        clean%knowledge%optimal%estimate_scale_factors = .true.
 
         observations = clean
-        observations%setup%rods%activations%amplitude = clean%setup%rods%activations%amplitude/(1 + GAIN)
+        observations%knowledge%rods%activations%amplitude = clean%knowledge%rods%activations%amplitude/(1 + GAIN)
         call check_offset(.false., 'gain not estimated')
         if (allocated(error)) return
-        observations%setup%optimal%estimate_rod_gain = .true.
+        observations%knowledge%optimal%estimate_rod_gain = .true.
         call check_offset(.true., 'gain estimated')
         if (allocated(error)) return
         call check(error, value_of('rod_gain'), GAIN, thr=1e-4_dp)
@@ -389,7 +389,7 @@ contains
         end do
         call check_offset(.false., 'bias not estimated')
         if (allocated(error)) return
-        observations%setup%optimal%estimate_magnetometer_bias = .true.
+        observations%knowledge%optimal%estimate_magnetometer_bias = .true.
         call check_offset(.true., 'bias estimated')
         if (allocated(error)) return
         call check(error, value_of('field_bias_y') - value_of('field_bias_z'), FIELD(2) - FIELD(3), thr=2e-9_dp)
@@ -419,18 +419,18 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         type(rod_activation_t) :: none(0)
 
         call noisy_example(observations, 1, error)
         if (allocated(error)) return
-        call new_torque_rods(observations%setup%rods, none, failure)
-        observations%setup%inertia = 0
-        observations%setup%inertia(1, 1) = 70
-        observations%setup%inertia(2, 2) = 345
-        observations%setup%inertia(3, 3) = 388
-        observations%setup%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
+        call new_torque_rods(observations%knowledge%rods, none, failure)
+        observations%knowledge%inertia = 0
+        observations%knowledge%inertia(1, 1) = 70
+        observations%knowledge%inertia(2, 2) = 345
+        observations%knowledge%inertia(3, 3) = 388
+        observations%knowledge%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
         observations%quaternion = spread(observations%quaternion(:, 1), 2, size(observations%quaternion, 2))
         call estimate_offset('optimal', observations, solution, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'optimal', 'singular', 'd_'])
@@ -441,12 +441,12 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call noisy_example(observations, 1, error)
         if (allocated(error)) return
-        observations%setup%rods%activations%amplitude = -observations%setup%rods%activations%amplitude
+        observations%knowledge%rods%activations%amplitude = -observations%knowledge%rods%activations%amplitude
         call estimate_offset('optimal', observations, solution, failure)
         call check_fails(error, message_of(failure), ['optimal'])
     end subroutine test_not_fired

@@ -1,23 +1,23 @@
 !> The estimator `sequential` on simulated calibrations. Systematic errors (scale factors, biases) are off
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: TWO_PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_text, only: string_t
-    use gracecg_vectors, only: inverse_3x3
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
-    use gracecg_square_root_filter, only: process_filter_t, new_process_filter
-    use gracecg_process_whitening, only: whiten_by_process
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_sequential_settings, only: STRAIGHT_LINE, GIVEN
-    use gracecg_calibration_solution, only: calibration_solution_t
-    use gracecg_estimators, only: estimate_offset
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation, only: simulator_t, observe
-    use gracecg_error_sources, only: error_switches_t, new_switched_simulator
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
+    use gracecg_estimation_square_root_filter, only: process_filter_t, new_process_filter
+    use gracecg_estimation_process_whitening, only: whiten_by_process
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_sequential_options, only: STRAIGHT_LINE, GIVEN
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use statistics, only: chi_square_limits
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none
@@ -55,7 +55,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: wave(2)       !! Relative amplitude and period (s) of the density wave
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_switches_t) :: switches
         type(error_t), allocatable :: failure
 
@@ -93,7 +93,7 @@ contains
     subroutine solve(algorithm, observations, solution, error)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
-        type(calibration_solution_t), intent(out) :: solution
+        type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
 
         type(error_t), allocatable :: failure
@@ -107,7 +107,7 @@ contains
     end subroutine solve
 
     pure function sigma_of(solution) result(sigma)
-        type(calibration_solution_t), intent(in) :: solution
+        type(solution_t), intent(in) :: solution
         real(dp) :: sigma(3)
 
         integer :: i
@@ -117,7 +117,7 @@ contains
 
     !> Error squared in units of the covariance: chi-square with 3 degrees of freedom.
     pure real(dp) function normalised_square(solution, true_offset) result(value)
-        type(calibration_solution_t), intent(in) :: solution
+        type(solution_t), intent(in) :: solution
         real(dp), intent(in) :: true_offset(3)
 
         associate (e => solution%offset - true_offset)
@@ -167,7 +167,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: sequential, optimal, without
+        type(solution_t) :: sequential, optimal, without
         real(dp) :: true_offset(3)
         integer :: i
 
@@ -182,7 +182,7 @@ contains
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')
             if (allocated(error)) return
-            observations%setup%sequential%acceleration = STRAIGHT_LINE
+            observations%knowledge%sequential%acceleration = STRAIGHT_LINE
             call solve('sequential', observations, without, error)
             if (allocated(error)) return
             call check(error, maxval(abs(sigma_of(without)/sigma_of(optimal) - 1)) < 0.002_dp, &
@@ -202,7 +202,7 @@ contains
         real(dp), parameter :: PERIOD = 11.3_dp, AMPLITUDE = 0.006_dp, PARABOLA = 0.009_dp   ! of the drag
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: reference, solution
+        type(solution_t) :: reference, solution
         type(error_t), allocatable :: failure
         integer :: k
 
@@ -233,7 +233,7 @@ contains
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: total, limits(2)
         integer :: i, run
@@ -261,7 +261,7 @@ contains
         integer, parameter :: RUNS = 8
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: followed, ignored, limits(2)
         integer :: run
@@ -277,7 +277,7 @@ contains
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
             if (allocated(error)) return
             followed = followed + normalised_square(solution, simulator%case%offset)
-            observations%setup%sequential%acceleration = STRAIGHT_LINE
+            observations%knowledge%sequential%acceleration = STRAIGHT_LINE
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
             ignored = ignored + normalised_square(solution, simulator%case%offset)
@@ -290,7 +290,7 @@ contains
 
     !> The period that a solution says of axis x; 0 if none.
     real(dp) function found_period(solution) result(period)
-        type(calibration_solution_t), intent(in) :: solution
+        type(solution_t), intent(in) :: solution
 
         character(*), parameter :: BEGIN = 'a period of '
         integer :: i, at
@@ -337,7 +337,7 @@ contains
         integer, parameter :: RUNS = 10
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: sequential, optimal, total, limits(2)
         integer :: run
@@ -369,14 +369,14 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: straight, with_process
+        type(solution_t) :: straight, with_process
         real(dp) :: true_offset(3)
 
         call straight_set('front-1', 2, observations, true_offset, error)
         if (allocated(error)) return
         call solve('sequential', observations, straight, error)
         if (allocated(error)) return
-        associate (settings => observations%setup%sequential)
+        associate (settings => observations%knowledge%sequential)
             settings%acceleration = GIVEN
             settings%process_sigma = [1e-9_dp, 0.0_dp, 0.0_dp]
             settings%process_period = 12
@@ -400,7 +400,7 @@ contains
         integer, parameter :: AT(8) = [1, 100, 200, 201, 202, 350, 351, 600]
         real(dp), parameter :: SIZES(8) = [1e-6_dp, 4e-9_dp, 1e-5_dp, -1e-6_dp, 1e-8_dp, 5e-9_dp, 5e-9_dp, -1e-7_dp]
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: clean, spiked
+        type(solution_t) :: clean, spiked
         real(dp) :: true_offset(3)
 
         call straight_set('front-3', 1, observations, true_offset, error)
@@ -437,7 +437,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: whole, with_gaps
+        type(solution_t) :: whole, with_gaps
         real(dp) :: true_offset(3)
         integer, allocatable :: kept(:)
         integer :: i
@@ -472,7 +472,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution, half
+        type(solution_t) :: solution, half
         real(dp) :: true_offset(3)
         integer :: n, k, stars
 
@@ -512,18 +512,18 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: true_offset(3)
 
         call straight_set('front-3', 1, observations, true_offset, error)
         if (allocated(error)) return
-        observations%setup%accelerometer_psd_level(2) = 0
+        observations%knowledge%accelerometer_psd_level(2) = 0
         call estimate_offset('sequential', observations, solution, failure)
         call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
         if (allocated(error)) return
-        observations%setup%accelerometer_psd_level(2) = 1e-18_dp
-        observations%setup%star_camera_sigma = 0
+        observations%knowledge%accelerometer_psd_level(2) = 1e-18_dp
+        observations%knowledge%star_camera_sigma = 0
         call estimate_offset('sequential', observations, solution, failure)
         call check(error, index(message_of(failure), 'noise_about_axes') > 0, message_of(failure))
     end subroutine test_no_noise_level
@@ -532,14 +532,14 @@ contains
     subroutine test_rods_off(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        case%setup%rods%count = 0
+        case%knowledge%rods%count = 0
         if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
                                                                   simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
@@ -557,13 +557,13 @@ contains
 
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call prepare('front-1', .false., simulator, error, wave=[0.01_dp, 15.0_dp])
         if (allocated(error)) return
         call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
-        observations%setup%sequential%acceleration = STRAIGHT_LINE
+        observations%knowledge%sequential%acceleration = STRAIGHT_LINE
         call solve('sequential', observations, solution, error)
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')

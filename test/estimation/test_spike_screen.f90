@@ -1,8 +1,8 @@
 !> The first screening for spikes.
 module test_spike_screen
-    use gracecg_kinds, only: dp
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_spike_screen
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_estimation_spike_screen
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private

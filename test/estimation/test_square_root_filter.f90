@@ -1,11 +1,11 @@
 !> The square-root information filter against dense least squares and the dense Gaussian posterior.
 module test_square_root_filter
-    use gracecg_kinds, only: dp
-    use gracecg_error, only: error_t
-    use gracecg_random, only: random_stream_t, new_stream
-    use gracecg_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_gauss_markov
-    use gracecg_square_root_filter
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_gauss_markov
+    use gracecg_estimation_square_root_filter
     use statistics, only: chi_square_limits, ljung_box, variance, mean, Z_999
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -662,35 +662,35 @@ module c_library
             integer(c_int) :: status
         end function gracecg_simulator_truth
 
-        function gracecg_setup_read(file, setup, error) &
+        function gracecg_setup_read(file, knowledge, error) &
             result(status) bind(c, name='gracecg_setup_read')
             import :: c_char, c_int, c_intptr_t, error_struct
             character(kind=c_char), intent(in), optional :: file(*)
-            integer(c_intptr_t), intent(inout), optional :: setup
+            integer(c_intptr_t), intent(inout), optional :: knowledge
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_setup_read
 
-        function gracecg_setup_parse(text, setup, error) &
+        function gracecg_setup_parse(text, knowledge, error) &
             result(status) bind(c, name='gracecg_setup_parse')
             import :: c_char, c_int, c_intptr_t, error_struct
             character(kind=c_char), intent(in), optional :: text(*)
-            integer(c_intptr_t), intent(inout), optional :: setup
+            integer(c_intptr_t), intent(inout), optional :: knowledge
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_setup_parse
 
-        function gracecg_setup_free(setup, error) result(status) bind(c, name='gracecg_setup_free')
+        function gracecg_setup_free(knowledge, error) result(status) bind(c, name='gracecg_setup_free')
             import :: c_int, c_intptr_t, error_struct
-            integer(c_intptr_t), intent(inout), optional :: setup
+            integer(c_intptr_t), intent(inout), optional :: knowledge
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_setup_free
 
-        function gracecg_setup_text(setup, text, size, length, error) &
+        function gracecg_setup_text(knowledge, text, size, length, error) &
             result(status) bind(c, name='gracecg_setup_text')
             import :: c_char, c_int, c_intptr_t, c_size_t, error_struct
-            integer(c_intptr_t), intent(in), value :: setup
+            integer(c_intptr_t), intent(in), value :: knowledge
             character(kind=c_char), intent(inout), optional :: text(*)
             integer(c_size_t), intent(in), value :: size
             integer(c_size_t), intent(inout), optional :: length
@@ -698,10 +698,10 @@ module c_library
             integer(c_int) :: status
         end function gracecg_setup_text
 
-        function gracecg_observations_create(setup, samples, observations, error) &
+        function gracecg_observations_create(knowledge, samples, observations, error) &
             result(status) bind(c, name='gracecg_observations_create')
             import :: c_int, c_intptr_t, error_struct, samples_struct
-            integer(c_intptr_t), intent(in), value :: setup
+            integer(c_intptr_t), intent(in), value :: knowledge
             type(samples_struct), intent(in), optional :: samples
             integer(c_intptr_t), intent(inout), optional :: observations
             type(error_struct), intent(inout), optional :: error
@@ -745,11 +745,11 @@ module c_library
             integer(c_int) :: status
         end function gracecg_observations_free
 
-        function gracecg_observations_setup(observations, setup, error) &
+        function gracecg_observations_setup(observations, knowledge, error) &
             result(status) bind(c, name='gracecg_observations_setup')
             import :: c_int, c_intptr_t, error_struct
             integer(c_intptr_t), intent(in), value :: observations
-            integer(c_intptr_t), intent(inout), optional :: setup
+            integer(c_intptr_t), intent(inout), optional :: knowledge
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_observations_setup

@@ -10,13 +10,13 @@ module test_c_interface
         tabulated_wind_t, sun_position, conical_shadow, julian_centuries_tt, satellite_surface_t, &
         new_trapezoid, projected_area, drag_acceleration, solar_radiation_acceleration, &
         aerodynamic_load, solar_radiation_load, surface_load_t, gas_t, wall_t, mean_molar_mass, &
-        calibration_case_t, find_case, case_text, build_dynamics, initial_state, satellite_dynamics_t, &
+        case_t, find_case, case_text, build_dynamics, initial_state, satellite_dynamics_t, &
         accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, observe, &
-        observation_set_t, calibration_solution_t, estimate_offset, ESTIMATOR_NAMES, CASE_NAMES, &
+        observation_set_t, solution_t, estimate_offset, ESTIMATOR_NAMES, CASE_NAMES, &
         case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, map_case, &
         LIBRARY_VERSION, rotation_z, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
-    use gracecg_handles, only: live_objects, MAX_OBJECTS
-    use gracecg_truth_arc, only: MAX_STEPS
+    use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
+    use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
     use fixture, only: FOLDER, make_folder, make_file, check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -363,7 +363,7 @@ contains
         type(surface_load_t) :: load
         type(satellite_dynamics_t) :: dynamics
         type(loads_t) :: acting
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: surface, same, model
         integer(c_int) :: status
@@ -410,7 +410,7 @@ contains
         call dynamics%loads(0.0_dp, state, acting)
         status = gracecg_earth_radiation_open(c_string('constant-emissivity'), 2, case%solar_irradiance, model)
         status = gracecg_earth_radiation_flux(model, utc_struct(47528, 0.0_dp), ONE, [0.0_dp], state(:3), flux)
-        status = gracecg_surface_earthlight(surface, case%setup%mass, case%reflectivity_earth, flux, state(:3), &
+        status = gracecg_surface_earthlight(surface, case%knowledge%mass, case%reflectivity_earth, flux, state(:3), &
                                             state(10:13), a, failure)
         call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
         status = gracecg_earth_radiation_free(model)
@@ -453,7 +453,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_t), allocatable :: problem
         character(:), allocatable :: expected
         character(kind=c_char), allocatable, target :: text(:), again(:)
@@ -501,7 +501,7 @@ contains
 
         type(error_struct) :: failure
         type(utc_struct) :: epoch
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
         type(error_t), allocatable :: problem
@@ -537,7 +537,8 @@ contains
         call check_equal(error, [alone], [total], 'the sum alone')
         status = gracecg_force_model_epoch(model, epoch, angle, failure)
         call check_equal(error, [real(epoch%mjd, dp), epoch%seconds, angle], &
-                         [real(case%setup%epoch%mjd, dp), case%setup%epoch%seconds, case%sidereal_angle], 'epoch')
+                         [real(case%knowledge%epoch%mjd, dp), case%knowledge%epoch%seconds, &
+                             case%sidereal_angle], 'epoch')
         status = gracecg_force_model_free(model)
         status = gracecg_case_free(handle)
     end subroutine test_force_model
@@ -546,7 +547,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(loads_t) :: acting
         type(error_t), allocatable :: problem
@@ -579,7 +580,7 @@ contains
 
         integer, parameter :: STEPS = 50
         type(error_struct) :: failure
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: arc
         type(error_t), allocatable :: problem
@@ -618,7 +619,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: expected
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: handle, simulator
@@ -674,10 +675,10 @@ contains
 
         type(error_struct) :: failure
         type(solution_struct) :: solution
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: set
-        type(calibration_solution_t) :: expected
+        type(solution_t) :: expected
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: observations
         integer(c_int) :: status
@@ -719,7 +720,7 @@ contains
         type(error_struct) :: failure
         type(solution_struct) :: solution, again
         type(samples_struct) :: samples
-        integer(c_intptr_t) :: observations, copy, setup
+        integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_size_t) :: n(4), length
         integer(c_int) :: status
         integer(c_int32_t), allocatable, target :: head(:)
@@ -743,15 +744,15 @@ contains
         samples = samples_struct(n(1), c_loc(ta), c_loc(a), n(2), c_loc(ts), c_loc(head), c_loc(q), &
                                  n(3), c_loc(tm), c_loc(b), n(4), c_loc(to), c_loc(x))
         ! the setup by way of its text
-        status = gracecg_observations_setup(observations, setup, failure)
-        status = gracecg_setup_text(setup, size=NONE, length=length, error=failure)
+        status = gracecg_observations_setup(observations, knowledge, failure)
+        status = gracecg_setup_text(knowledge, size=NONE, length=length, error=failure)
         allocate (text(length + 1))
-        status = gracecg_setup_text(setup, text, length + 1, error=failure)
-        status = gracecg_setup_free(setup, failure)
-        status = gracecg_setup_parse(text, setup, failure)
+        status = gracecg_setup_text(knowledge, text, length + 1, error=failure)
+        status = gracecg_setup_free(knowledge, failure)
+        status = gracecg_setup_parse(text, knowledge, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
         status = gracecg_estimate(c_string('ascfest'), observations, solution, size=NONE, error=failure)
@@ -762,7 +763,7 @@ contains
         if (allocated(error)) return
 
         samples%accelerometer_count = 590       ! the last second is missing
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         status = gracecg_estimate(c_string('assest-fde'), copy, again, warnings, size(warnings, kind=c_size_t), &
                                   failure)
         call check(error, status == OK .and. again%warning_count > 0, 'no warning of missing samples')
@@ -778,15 +779,15 @@ contains
         ! without the orbit, and without a magnetometer: neither is too little
         samples%accelerometer_count = 600
         samples%orbit_count = 0
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         if (.not. allocated(error)) call check_ok(error, status, failure)
         status = gracecg_observations_free(copy)
         samples%magnetometer_count = 0
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'magnetometer: fewer than two samples')
-        status = gracecg_observations_create(setup, no_samples(), copy, failure)
+        status = gracecg_observations_create(knowledge, no_samples(), copy, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'accelerometer: fewer than two samples')
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_free(knowledge)
         status = gracecg_observations_free(observations)
     end subroutine test_arrays
 
@@ -795,7 +796,7 @@ contains
 
         type(error_struct) :: failure
         type(solution_struct) :: solution, again
-        integer(c_intptr_t) :: observations, copy, setup
+        integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_int) :: status
 
         call make_folder(error)
@@ -812,15 +813,15 @@ contains
         call check_equal(error, [again%offset, again%covariance], [solution%offset, solution%covariance], &
                          'estimate from files')
         if (allocated(error)) return
-        status = gracecg_setup_read(c_string(FOLDER//'c-interface/setup.nml'), setup, failure)
+        status = gracecg_setup_read(c_string(FOLDER//'c-interface/setup.nml'), knowledge, failure)
         call check_ok(error, status, failure)
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_free(knowledge)
         status = gracecg_observations_free(copy)
         status = gracecg_observations_free(observations)
         if (allocated(error)) return
         status = gracecg_observations_read(c_string(FOLDER//'nowhere'), copy, failure)
         call check_refused(error, status, FAILED, failure, 'no such folder')
-        status = gracecg_setup_read(c_string(FOLDER//'nowhere/setup.nml'), setup, failure)
+        status = gracecg_setup_read(c_string(FOLDER//'nowhere/setup.nml'), knowledge, failure)
         call check_refused(error, status, FAILED, failure, 'no such file')
     end subroutine test_files
 
@@ -1125,7 +1126,7 @@ contains
 
         type(error_struct) :: failure
         type(samples_struct) :: samples
-        integer(c_intptr_t) :: observations, copy, setup
+        integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_size_t) :: n(4)
         integer(c_int) :: status
         integer(c_int32_t), allocatable, target :: head(:)
@@ -1142,7 +1143,7 @@ contains
         status = gracecg_observations_star_camera(observations, n(2), ts, head, q)
         status = gracecg_observations_magnetometer(observations, n(3), tm, b)
         status = gracecg_observations_orbit(observations, n(4), to, x)
-        status = gracecg_observations_setup(observations, setup)
+        status = gracecg_observations_setup(observations, knowledge)
         samples = samples_struct(n(1), c_loc(ta), c_loc(a), n(2), c_loc(ts), c_loc(head), c_loc(q), &
                                  n(3), c_loc(tm), c_loc(b), n(4), c_loc(to), c_loc(x))
         call spoil(ta(7), 'accelerometer: time tag 7')
@@ -1154,9 +1155,9 @@ contains
         call spoil(to(1), 'orbit')
         call spoil(x(3, 61), 'orbit')
         head(5) = 3
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'head that does not exist')
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_free(knowledge)
         status = gracecg_observations_free(observations)
 
     contains
@@ -1168,7 +1169,7 @@ contains
 
             kept = number
             number = nan
-            status = gracecg_observations_create(setup, samples, copy, failure)
+            status = gracecg_observations_create(knowledge, samples, copy, failure)
             call check_refused(error, status, BAD_VALUE, failure, part)
             number = kept
         end subroutine spoil
@@ -1179,7 +1180,7 @@ contains
 
         type(error_struct) :: failure
         type(samples_struct) :: samples
-        integer(c_intptr_t) :: gravity, observations, setup, copy
+        integer(c_intptr_t) :: gravity, observations, knowledge, copy
         integer(c_int) :: status
         real(dp), target :: x(3), t(1)
 
@@ -1200,22 +1201,22 @@ contains
         call check_refused(error, status, BAD_SIZE, failure, 'there are 60')
         status = gracecg_observations_orbit(observations, -5_c_size_t, t, error=failure)
         call check_refused(error, status, BAD_SIZE, failure, 'capacity')
-        status = gracecg_observations_setup(observations, setup)
+        status = gracecg_observations_setup(observations, knowledge)
         samples = no_samples()
         samples%accelerometer_count = 100000000
         samples%accelerometer_time = c_loc(t)
         samples%acceleration = c_loc(x)
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'samples of the accelerometer')
         samples = no_samples()
         samples%star_camera_count = -1
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'samples of the star camera')
         samples = no_samples()
         samples%orbit_count = 4
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_refused(error, status, NULL_POINTER, failure, 'orbit')
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_free(knowledge)
         status = gracecg_observations_free(observations)
     end subroutine test_sizes
 
@@ -1275,7 +1276,7 @@ contains
         type(error_struct) :: failure
         type(solution_struct) :: solution
         type(samples_struct) :: samples
-        integer(c_intptr_t) :: observations, copy, setup
+        integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_size_t) :: n(4), length
         integer(c_int) :: status
         integer(c_int32_t), allocatable, target :: head(:)
@@ -1292,21 +1293,21 @@ contains
         status = gracecg_observations_accelerometer(observations, n(1), ta, a)
         status = gracecg_observations_star_camera(observations, n(2), ts, head, q)
         status = gracecg_observations_magnetometer(observations, n(3), tm, b)
-        status = gracecg_observations_setup(observations, setup)
-        status = gracecg_setup_text(setup, size=NONE, length=length)
+        status = gracecg_observations_setup(observations, knowledge)
+        status = gracecg_setup_text(knowledge, size=NONE, length=length)
         allocate (text(length + 1))
-        status = gracecg_setup_text(setup, text, length + 1)
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_text(knowledge, text, length + 1)
+        status = gracecg_setup_free(knowledge)
         changed = text_at(c_loc(text))
         first = index(changed, 'guess_angular_velocity')
         last = first + index(changed(first:), new_line('a')) - 1
         changed = changed(:first - 1)//'guess_angular_velocity = 0.9, -0.9, 0.9'//changed(last:)
-        status = gracecg_setup_parse(c_string(changed), setup, failure)
+        status = gracecg_setup_parse(c_string(changed), knowledge, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
         samples = samples_struct(n(1), c_loc(ta), c_loc(a), n(2), c_loc(ts), c_loc(head), c_loc(q), &
                                  n(3), c_loc(tm), c_loc(b), 0, c_loc(ta), c_loc(a))
-        status = gracecg_observations_create(setup, samples, copy, failure)
+        status = gracecg_observations_create(knowledge, samples, copy, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
         status = gracecg_estimate(c_string('assest-fde'), copy, solution, size=NONE, error=failure)
@@ -1315,7 +1316,7 @@ contains
         if (.not. allocated(error)) call check(error, message_text(failure) /= '', 'no message')
         status = gracecg_observations_free(copy)
         status = gracecg_observations_free(observations)
-        status = gracecg_setup_free(setup)
+        status = gracecg_setup_free(knowledge)
     end subroutine test_not_converged
 
     !> What `optimal` and `sequential` say beside the offset.
@@ -1324,10 +1325,10 @@ contains
 
         type(error_struct) :: failure
         type(solution_struct), target :: solution
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: set
-        type(calibration_solution_t) :: expected
+        type(solution_t) :: expected
         type(error_t), allocatable :: problem
         integer(c_intptr_t) :: observations
         integer(c_int) :: status
@@ -1372,7 +1373,7 @@ contains
 
         type(error_struct) :: failure
         type(bound_struct) :: bound
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(case_bound_t) :: expected
         type(error_t), allocatable :: problem
         character(:), allocatable :: text
@@ -1402,7 +1403,7 @@ contains
         status = gracecg_case_bound(handle, bound, failure)
         call check_refused(error, status, BAD_HANDLE, failure, 'case')
         status = gracecg_gravity_free(handle)
-        case%setup%rods%count = 0
+        case%knowledge%rods%count = 0
         call case_text(case, text, problem)
         status = gracecg_case_parse(c_string(text), handle)
         status = gracecg_case_bound(handle, bound, failure)
@@ -1417,7 +1418,7 @@ contains
         type(design_settings_struct) :: settings
         type(design_struct) :: design
         type(rod_struct) :: rods(9)
-        type(calibration_case_t) :: case, planned_case
+        type(case_t) :: case, planned_case
         type(design_settings_t) :: own_settings
         type(manoeuvre_design_t) :: expected
         type(map_point_t), allocatable :: points(:)
@@ -1437,8 +1438,8 @@ contains
         call check_ok(error, status, failure)
         if (allocated(error)) return
         call find_case('back-1', case, problem)
-        call check(error, abs(settings%duration - case%setup%duration) <= 0 .and. &
-                   abs(settings%rate_limit - case%setup%rate_limit) <= 0 .and. &
+        call check(error, abs(settings%duration - case%knowledge%duration) <= 0 .and. &
+                   abs(settings%rate_limit - case%knowledge%rate_limit) <= 0 .and. &
                    abs(settings%highest_frequency - own_settings%highest_frequency) <= 0 .and. &
                    all((settings%waveform_used /= 0) .eqv. own_settings%waveform_used), 'defaults')
         if (allocated(error)) return
@@ -1452,8 +1453,8 @@ contains
         status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        case%setup%duration = settings%duration
-        case%setup%rate_limit = settings%rate_limit
+        case%knowledge%duration = settings%duration
+        case%knowledge%rate_limit = settings%rate_limit
         own_settings%lowest_frequency = settings%lowest_frequency
         own_settings%highest_frequency = settings%highest_frequency
         own_settings%waveform_used = [.true., .false., .false., .false.]
@@ -1464,7 +1465,7 @@ contains
                           expected%excursion], 'design')
         if (allocated(error)) return
         call check(error, design%rate <= settings%rate_limit .and. design%evaluations == expected%evaluations .and. &
-                   planned_case%setup%name == 'back-1-design', 'limits, evaluations, name')
+                   planned_case%knowledge%name == 'back-1-design', 'limits, evaluations, name')
         if (allocated(error)) return
 
         ! the case that flies it: later, elsewhere, with these rods

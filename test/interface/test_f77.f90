@@ -1,10 +1,10 @@
 !> The Fortran 77 entry points: the numbers of the Fortran API, status and message.
 module test_f77
-    use gracecg, only: dp, error_t, LIBRARY_VERSION, calibration_case_t, find_case, build_dynamics, &
+    use gracecg, only: dp, error_t, LIBRARY_VERSION, case_t, find_case, build_dynamics, &
         initial_state, satellite_dynamics_t, accelerations_t, loads_t, simulator_t, new_simulator, observe, &
-        observation_set_t, calibration_solution_t, estimate_offset, write_observations, geopotential_t, egm96, &
+        observation_set_t, solution_t, estimate_offset, write_observations, geopotential_t, egm96, &
         drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES, case_bound_t, bound_of_case
-    use gracecg_handles, only: live_objects
+    use gracecg_interface_handles, only: live_objects
     use f77_entries
     use fixture, only: FOLDER, make_folder
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -114,7 +114,7 @@ contains
 
         character(120) :: msg
         type(satellite_dynamics_t) :: dynamics
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_t), allocatable :: failure
         integer :: ih, istat
         double precision :: a(3), b(3)
@@ -153,7 +153,7 @@ contains
 
         character(120) :: msg
         type(satellite_dynamics_t) :: dynamics
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(accelerations_t) :: acting
         type(loads_t) :: loads
         type(error_t), allocatable :: failure
@@ -167,7 +167,7 @@ contains
         if (allocated(error)) return
         call gccini(icas, m, s, dur, dt, x, d, istat, msg)
         call find_case('back-1', case, failure)
-        call check(error, m == case%setup%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
+        call check(error, m == case%knowledge%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
                    .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%offset) <= 0), 'gccini')
         if (allocated(error)) return
         call build_dynamics(case, dynamics, failure)
@@ -199,7 +199,7 @@ contains
 
         integer, parameter :: N = 600
         character(120) :: msg
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
         integer :: icas, ifrc, istat
@@ -225,10 +225,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(200) :: msg
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: set
-        type(calibration_solution_t) :: expected
+        type(solution_t) :: expected
         type(error_t), allocatable :: failure
         integer :: icas, isim, iobs, iset, istat, niter, iconv, i, n(4), istats(4)
         double precision :: d(3), cov(3, 3), rms(3), cond
@@ -287,7 +287,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(200) :: msg
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(case_bound_t) :: bound
         type(error_t), allocatable :: failure
         integer :: icas, jcas, istat, iopt(8), irod(2, 9), n, i

@@ -29,7 +29,7 @@ contains
         real(dp), intent(out) :: state(STATE_SIZE)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(error_t), allocatable :: failure
 
         call find_case(name, case, failure)
@@ -67,7 +67,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(satellite_dynamics_t) :: dynamics
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(accelerations_t) :: acting
         type(geopotential_t) :: gravity
         type(error_t), allocatable :: failure
@@ -84,9 +84,9 @@ contains
             call gravity%acceleration(matmul(rotation, r), a)
             call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
             if (allocated(error)) return
-            sun = sun_position(julian_centuries_tt(utc_plus(case%setup%epoch, T)))
+            sun = sun_position(julian_centuries_tt(utc_plus(case%knowledge%epoch, T)))
             body = rotation_matrix(q)
-            a = solar_radiation_acceleration(dynamics%surface, case%setup%mass, case%reflectivity_sun, &
+            a = solar_radiation_acceleration(dynamics%surface, case%knowledge%mass, case%reflectivity_sun, &
                                              case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
             call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
                        norm2(a) > 0, 'sunlight')
@@ -165,10 +165,10 @@ contains
     subroutine test_calibration(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: simulated, observations
-        type(calibration_solution_t) :: solution
+        type(solution_t) :: solution
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -177,7 +177,7 @@ contains
         if (.not. allocated(failure)) call observe(simulator, 1, 1, simulated, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        observations%setup = simulated%setup
+        observations%knowledge = simulated%knowledge
         observations%accelerometer_time = simulated%accelerometer_time
         observations%acceleration = simulated%acceleration
         observations%star_camera_time = simulated%star_camera_time
@@ -200,10 +200,10 @@ contains
     subroutine test_texts(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(calibration_case_t) :: case, again
+        type(case_t) :: case, again
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
-        type(calibration_setup_t) :: setup
+        type(operator_knowledge_t) :: knowledge
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
 
@@ -217,14 +217,14 @@ contains
         if (allocated(error)) return
         call new_simulator(case, simulator, failure)
         call observe(simulator, 1, 1, observations, failure)
-        call setup_text(observations%setup, text, failure)
-        call setup_from_text(text, 'memory', setup, failure)
+        call setup_text(observations%knowledge, text, failure)
+        call setup_from_text(text, 'memory', knowledge, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call setup_text(setup, text_again, failure)
+        call setup_text(knowledge, text_again, failure)
         call check(error, text_again == text .and. len(text) > 1000, 'setup')
         if (allocated(error)) return
-        call setup_from_text(text//'&spurious /', 'memory', setup, failure)
+        call setup_from_text(text//'&spurious /', 'memory', knowledge, failure)
         call check_fails(error, message_of(failure), [character(8) :: 'memory:', 'spurious'])
         if (allocated(error)) return
         call case_from_text('&calibration epoch = 5 /', 'memory', again, failure)
@@ -237,7 +237,7 @@ contains
 
         type(satellite_dynamics_t) :: dynamics
         type(truth_arc_t) :: arc
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(error_t), allocatable :: failure
@@ -257,11 +257,11 @@ contains
         call find_case('front-1', case, failure)
         call new_simulator(case, simulator, failure)
         call observe(simulator, 1, 1, observations, failure)
-        observations%setup%duration = 1e300_dp
+        observations%knowledge%duration = 1e300_dp
         call check_observations(observations, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'duration', '1000000'])
         if (allocated(error)) return
-        case%setup%duration = 86400
+        case%knowledge%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc'])

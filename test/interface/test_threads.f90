@@ -3,7 +3,7 @@ module test_threads
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use omp_lib, only: omp_get_thread_num, omp_get_num_threads
     use gracecg, only: dp, ESTIMATOR_NAMES
-    use gracecg_handles, only: live_objects
+    use gracecg_interface_handles, only: live_objects
     use c_library
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,17 +1,17 @@
 !> Observation sets as files: what is written is read, and every broken file is refused.
 module test_observation_files
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: DEGREE
-    use gracecg_error, only: error_t, message_of
-    use gracecg_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
-    use gracecg_time, only: time_tag
-    use gracecg_text, only: real_text
-    use gracecg_observation_set, only: observation_set_t
-    use gracecg_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
-    use gracecg_calibration_case, only: calibration_case_t
-    use gracecg_report_cases, only: report_case
-    use gracecg_simulation, only: simulator_t, new_simulator, observe
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, make_directory, remove_file
+    use gracecg_environment_time, only: time_tag
+    use gracecg_base_text, only: real_text
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use testdrive, only: unittest_type, error_type, check, new_unittest
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     implicit none
@@ -44,7 +44,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t), intent(out) :: observations
 
-        type(calibration_case_t) :: case
+        type(case_t) :: case
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
 
@@ -52,9 +52,9 @@ contains
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
         call check_passes(error, message_of(failure))
-        observations%setup%rods%activations(1)%phase = 30*DEGREE
-        observations%setup%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
-        observations%setup%name = 'it''s a "name"'
+        observations%knowledge%rods%activations(1)%phase = 30*DEGREE
+        observations%knowledge%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
+        observations%knowledge%name = 'it''s a "name"'
     end subroutine simulated_set
 
     !> Writes that set into a folder.
@@ -91,7 +91,7 @@ contains
         call same('field', [written%field], [again%field])
         call same('orbit times', written%orbit_time, again%orbit_time)
         call same('orbit', [written%orbit_position], [again%orbit_position])
-        associate (a => written%setup, b => again%setup)
+        associate (a => written%knowledge, b => again%knowledge)
             call same('epoch', [real(a%epoch%mjd, dp), a%epoch%seconds], &
                       [real(b%epoch%mjd, dp), b%epoch%seconds])
             call same('satellite', [a%duration, a%mass, [a%inertia]], [b%duration, b%mass, &

@@ -1,11 +1,11 @@
 !> Mass properties: parallel axes, centre of gravity, and what is refused.
 module test_mass_properties
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: EARTH_GM
-    use gracecg_error, only: error_t, message_of
-    use gracecg_mass_properties
-    use gracecg_vectors, only: identity, unit
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_spacecraft_mass_properties
+    use gracecg_base_vectors, only: identity, unit
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

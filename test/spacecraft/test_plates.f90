@@ -1,11 +1,11 @@
 !> The trapezoidal satellite and its cross-sections.
 module test_plates
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_plates
-    use gracecg_vectors, only: cross
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_spacecraft_plates
+    use gracecg_base_vectors, only: cross
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

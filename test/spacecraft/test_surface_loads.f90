@@ -1,14 +1,14 @@
 !> Air and light on the satellite: limits with known answers.
 module test_surface_loads
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
-    use gracecg_earth_radiation, only: earth_irradiance_t
-    use gracecg_error, only: error_t, message_of
-    use gracecg_plates, only: satellite_surface_t, plate_t, new_trapezoid
-    use gracecg_quaternion, only: rotation_matrix, normalised
-    use gracecg_surface_loads
-    use gracecg_vectors, only: cross, unit
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_environment_earth_radiation, only: earth_irradiance_t
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, new_trapezoid
+    use gracecg_base_quaternion, only: rotation_matrix, normalised
+    use gracecg_spacecraft_surface_loads
+    use gracecg_base_vectors, only: cross, unit
     use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

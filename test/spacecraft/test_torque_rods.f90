@@ -1,10 +1,10 @@
 !> The manoeuvre of the torque rods.
 module test_torque_rods
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_kinds, only: dp
-    use gracecg_constants, only: PI
-    use gracecg_error, only: error_t, message_of
-    use gracecg_torque_rods
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_spacecraft_torque_rods
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -1,7 +1,7 @@
 """The built-in star catalogue: the stars of data/bright_stars.txt with passA = 1, in the file's order."""
 import fortran_table
 
-NAME = "gracecg_table_bright_stars"
+NAME = "gracecg_environment_table_bright_stars"
 
 
 def generate(data):
@@ -20,4 +20,4 @@ def generate(data):
         ]
     )
     title = "Bright stars 1.0 <= V <= 6.0 without a bright companion within 0.1 deg."
-    return {NAME + ".f90": fortran_table.module(NAME, title, "bright_stars.txt", body)}
+    return {NAME: fortran_table.module(NAME, title, "bright_stars.txt", body)}

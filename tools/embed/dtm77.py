@@ -1,7 +1,7 @@
 """Coefficients of the DTM-77 thermosphere model."""
 from fortran_table import data_lines, module, parameter_array, real
 
-NAME = "gracecg_table_dtm77"
+NAME = "gracecg_environment_table_dtm77"
 COLUMNS = (
     ("DTM77_TEMPERATURE", "A(1..36) of the exospheric temperature; A(1) in K"),
     ("DTM77_HELIUM", "A(1..36) of helium; A(1) in 1/cm^3 at 120 km"),
@@ -17,5 +17,5 @@ def generate(data):
     body = "\n".join(
         parameter_array(name, [real(row[column]) for row in rows], comment=comment)
         for column, (name, comment) in enumerate(COLUMNS, start=1))
-    return {NAME + ".f90": module(NAME, "Coefficients of the DTM-77 thermosphere model, as printed.",
+    return {NAME: module(NAME, "Coefficients of the DTM-77 thermosphere model, as printed.",
                                   "dtm77.txt", body)}

@@ -1,4 +1,4 @@
-"""data/earth_radiation.txt -> gracecg_table_earth_radiation.f90"""
+"""data/earth_radiation.txt -> src/environment/tables/table_earth_radiation.f90"""
 from fortran_table import data_lines, module, parameter_array, real
 
 ALBEDO = ("a0", "c0", "c1", "c2", "a2")
@@ -29,6 +29,6 @@ def generate(data):
         ("SOLAR_IRRADIANCE_1AU", irradiance, "Solar irradiance at 1 au, W/m^2: 4.5606e-6 N/m^2 times c"),
     ):
         body += f"    real(dp), parameter, public :: {name} = {real(text)}\n    !! {comment}\n"
-    name = "gracecg_table_earth_radiation"
+    name = "gracecg_environment_table_earth_radiation"
     title = "Knocke's second-degree zonal albedo and emissivity of the Earth."
-    return {f"{name}.f90": module(name, title, "earth_radiation.txt", body)}
+    return {name: module(name, title, "earth_radiation.txt", body)}

@@ -1,4 +1,4 @@
-"""EGM96 to degree and order 70: src/environment/tables/gracecg_table_egm96.f90."""
+"""EGM96 to degree and order 70: src/environment/tables/table_egm96.f90."""
 from fortran_table import data_lines, module, parameter_array, real
 
 SOURCE = "egm96_deg70.gfc"
@@ -25,4 +25,4 @@ def generate(data):
         comment = f"Fully normalised coefficients of {function}(m longitude): m = 0..n for each n = 0..{degree}"
         body += parameter_array(name, [row[column] for row in rows], comment=comment)
     title = f"The geopotential EGM96 (Lemoine et al. 1998) to degree and order {degree}, tide-free."
-    return {"gracecg_table_egm96.f90": module("gracecg_table_egm96", title, SOURCE, body)}
+    return {"gracecg_environment_table_egm96": module("gracecg_environment_table_egm96", title, SOURCE, body)}

@@ -1,4 +1,4 @@
-"""The IGRF: src/environment/tables/gracecg_table_igrf.f90.
+"""The IGRF: src/environment/tables/table_igrf.f90.
 
 Each set of coefficients is a list g(1,0), g(1,1), h(1,1), g(2,0), g(2,1), h(2,1), ... in nT.
 """
@@ -67,4 +67,4 @@ def generate(data):
     body += table("IGRF95_RATE", rate_95, "Secular variation 1995.0-2000.0 as issued in 1995, nT/year")
     title = "Coefficients of the International Geomagnetic Reference Field, Schmidt semi-normalised."
     source = f"{ALL_EPOCHS} and data/{ORIGINAL_1995}"
-    return {"gracecg_table_igrf.f90": module("gracecg_table_igrf", title, source, body)}
+    return {"gracecg_environment_table_igrf": module("gracecg_environment_table_igrf", title, source, body)}

@@ -1,7 +1,7 @@
 """TAI-UTC since 1972."""
 from fortran_table import data_lines, module, parameter_array
 
-NAME = "gracecg_table_leap_seconds"
+NAME = "gracecg_environment_table_leap_seconds"
 
 
 def generate(data):
@@ -12,4 +12,4 @@ def generate(data):
                            "First day (modified Julian day, 0 h UTC) of each value of TAI-UTC")
     body += "\n" + parameter_array("LEAP_SECOND_TAI_MINUS_UTC", offsets, "integer",
                                    "TAI-UTC from that day on, s")
-    return {NAME + ".f90": module(NAME, "TAI-UTC since 1972.", "leap_seconds.txt", body, uses="")}
+    return {NAME: module(NAME, "TAI-UTC since 1972.", "leap_seconds.txt", body, uses="")}

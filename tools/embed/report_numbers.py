@@ -26,9 +26,9 @@ def generate(data):
         + table.parameter_array("WINDOW_LOW", [table.real(w["low"]) for w in windows], comment="Lower limit, SI")
         + table.parameter_array("WINDOW_HIGH", [table.real(w["high"]) for w in windows], comment="Upper limit, SI")
     )
-    name = "gracecg_table_figure_windows"
+    name = "gracecg_studies_table_figure_windows"
     title = "Axis windows of CSR-TM-00-01 Figures 5.2-5.8."
-    files = {f"campaign/{name}.f90": table.module(name, title, "report_figure_windows.csv", body)}
+    files = {name: table.module(name, title, "report_figure_windows.csv", body)}
 
     rows = rows_of(data / "report_rms_tables.csv")
     algorithms = ["assest_fde", "assest_rde", "ascfest", "ascrest"]
@@ -41,9 +41,9 @@ def generate(data):
         + f"    !> RMS of the CG offset, mm: rows x algorithms\n    real(dp), parameter, public :: RMS_PUBLISHED"
         f"({len(rows)}, {len(algorithms)}) = reshape(RMS_VALUES, [{len(rows)}, {len(algorithms)}])\n"
     )
-    name = "gracecg_table_report_rms"
+    name = "gracecg_studies_table_report_rms"
     title = "Tables 6.1 and 6.2 of CSR-TM-00-01: RMS of the CG offset over 15 runs."
-    files[f"campaign/{name}.f90"] = table.module(name, title, "report_rms_tables.csv", body)
+    files[name] = table.module(name, title, "report_rms_tables.csv", body)
 
     limits = rows_of(data / "report_axis_limits.csv")
     body = (
@@ -54,9 +54,9 @@ def generate(data):
         + table.parameter_array("LIMIT_LOW", [table.real(r["low"]) for r in limits], comment="Lower limit")
         + table.parameter_array("LIMIT_HIGH", [table.real(r["high"]) for r in limits], comment="Upper limit")
     )
-    name = "gracecg_table_axis_limits"
+    name = "gracecg_studies_table_axis_limits"
     title = "Limits of the axes of CSR-TM-00-01 Figures 6.1-6.6: nT, rad/s^2, m."
-    files[f"campaign/{name}.f90"] = table.module(name, title, "report_axis_limits.csv", body)
+    files[name] = table.module(name, title, "report_axis_limits.csv", body)
 
     rows = rows_of(data / "report_com_budget.csv")
     body = text_array("BUDGET_TABLE", [r["table"] for r in rows], "Number of the table")
@@ -64,7 +64,7 @@ def generate(data):
     for axis in "xyz":
         body += table.parameter_array(f"BUDGET_{axis.upper()}", [table.real(r[axis]) for r in rows],
                                       comment=f"Error along body {axis}, mm; -1: none is stated")
-    name = "gracecg_table_com_budget"
+    name = "gracecg_studies_table_com_budget"
     title = "Tables 1.1 and 1.2 of CSR-TM-00-01: errors of the centre of mass."
-    files[f"campaign/{name}.f90"] = table.module(name, title, "report_com_budget.csv", body)
+    files[name] = table.module(name, title, "report_com_budget.csv", body)
     return files

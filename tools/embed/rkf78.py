@@ -38,6 +38,6 @@ def generate(data):
         + table.parameter_array("STAGE_USED", columns, kind="integer", comment="j, counted from 1")
         + table.parameter_array("COEFFICIENTS", values, comment="a_ij")
     )
-    name = "gracecg_table_rkf78"
+    name = "gracecg_base_table_rkf78"
     title = "Coefficients of the Runge-Kutta-Fehlberg method of order 7(8): NASA TR R-287 (1968), Table X."
-    return {f"foundation/{name}.f90": table.module(name, title, "rkf78.txt", body)}
+    return {name: table.module(name, title, "rkf78.txt", body)}

@@ -3,7 +3,7 @@ import datetime
 
 from fortran_table import data_lines, module, parameter_array, real
 
-NAME = "gracecg_table_space_weather"
+NAME = "gracecg_environment_table_space_weather"
 MJD_ZERO = datetime.date(1858, 11, 17)
 
 
@@ -18,5 +18,5 @@ def generate(data):
                                    comment="Centred 81-day mean of F10.7 as observed, sfu")
     body += "\n" + parameter_array("SPACE_WEATHER_KP_TENTHS", [k for row in rows for k in row[6:14]],
                                    "integer", "Ten times Kp, eight three-hourly values a day")
-    return {NAME + ".f90": module(NAME, "Solar flux and geomagnetic activity, daily.",
+    return {NAME: module(NAME, "Solar flux and geomagnetic activity, daily.",
                                   "space_weather_1989.txt and _2000.txt", body)}

@@ -1,7 +1,7 @@
 """Horizontal wind at the report's epoch."""
 from fortran_table import data_lines, module, parameter_array, real
 
-NAME = "gracecg_table_wind"
+NAME = "gracecg_environment_table_wind"
 SOURCE = "wind_hwm93_1989-01-02.txt"
 
 
@@ -21,5 +21,5 @@ def generate(data):
     for name, column in (("NORTH", 2), ("EAST", 3)):
         body += "\n" + parameter_array(f"WIND_{name}", [real(row[column]) for row in rows],
                                        comment=f"{name.capitalize()}ward wind, m/s")
-    return {NAME + ".f90": module(NAME, "Horizontal wind of HWM93 at the report's epoch, 466 km.",
+    return {NAME: module(NAME, "Horizontal wind of HWM93 at the report's epoch, 466 km.",
                                   SOURCE, body)}

@@ -1,0 +1,179 @@
+!> What can go wrong, said so that a person can mend it.
+!>
+!> Every fallible procedure has `type(error_t), allocatable, intent(out) :: error`: not allocated
+!> means success. The library never stops and never prints. A message is one or more lines: what is
+!> wrong and where (file, line, key, value), what is allowed, and what to do.
+module gracecg_base_error
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: integer_text
+    implicit none
+    private
+    public :: error_t, fail, fail_in_file, fail_out_of_range, add_context, message_of
+    public :: nearest_name, number_text
+
+    type :: error_t
+        !! One failure
+        character(:), allocatable :: message    !! Complete sentences; lines end with new_line('a')
+    end type error_t
+
+contains
+
+    !> Allocates `error` with a message.
+    subroutine fail(error, message)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: message !! A sentence for the user
+
+        allocate (error)
+        error%message = message
+    end subroutine fail
+
+    !> A failure at a place in a text file; shows the line itself.
+    subroutine fail_in_file(error, file, line_number, message, line)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: file            !! Path as the user gave it
+        integer, intent(in) :: line_number          !! Counted from 1; 0 when no line applies
+        character(*), intent(in) :: message         !! What is wrong there
+        character(*), intent(in), optional :: line  !! The offending line
+
+        character(:), allocatable :: place
+
+        place = file
+        if (line_number > 0) place = file//':'//integer_text(line_number)
+        call fail(error, place//': '//message)
+        if (present(line)) then
+            error%message = error%message//new_line('a')//'  | '//trim(line)
+        end if
+    end subroutine fail_in_file
+
+    !> A number outside its allowed range.
+    subroutine fail_out_of_range(error, name, value, low, high, unit)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: name            !! Name of the quantity, as the user knows it
+        real(dp), intent(in) :: value               !! As it was given
+        real(dp), intent(in) :: low, high           !! The allowed range, both ends included
+        character(*), intent(in), optional :: unit  !! Of value and range
+
+        character(:), allocatable :: suffix
+
+        suffix = ''
+        if (present(unit)) then
+            if (len_trim(unit) > 0) suffix = ' '//trim(unit)
+        end if
+        call fail(error, name//' = '//number_text(value)//suffix// &
+                  ' is outside the allowed range '//number_text(low)//' to '// &
+                  number_text(high)//suffix)
+    end subroutine fail_out_of_range
+
+    !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
+    subroutine add_context(error, context)
+        type(error_t), allocatable, intent(inout) :: error
+        character(*), intent(in) :: context !! What was being done or read
+
+        if (allocated(error)) error%message = context//': '//error%message
+    end subroutine add_context
+
+    pure integer function message_length(error) result(length)
+        type(error_t), allocatable, intent(in) :: error
+
+        length = 0
+        if (allocated(error)) length = len(error%message)
+    end function message_length
+
+    !> The message of an error, or an empty text when there is none.
+    pure function message_of(error) result(message)
+        type(error_t), allocatable, intent(in) :: error
+        character(message_length(error)) :: message
+
+        if (allocated(error)) message = error%message
+    end function message_of
+
+    !> What number_text gives, with blanks behind it.
+    pure function number_field(value) result(buffer)
+        real(dp), intent(in) :: value
+        character(32) :: buffer
+
+        if (abs(value) < 1e7_dp .and. abs(value - anint(value)) <= 0) then
+            buffer = integer_text(nint(value))
+            return
+        end if
+        if (abs(value) >= 1e-3_dp .and. abs(value) < 1e5_dp) then
+            write (buffer, '(f0.6)') value
+            call strip_zeros(buffer)
+        else
+            write (buffer, '(es14.6)') value
+        end if
+        buffer = adjustl(buffer)
+        if (buffer(1:1) == '.') buffer = '0'//buffer(:31)
+        if (buffer(1:2) == '-.') buffer = '-0'//buffer(2:31)
+
+    contains
+
+        pure subroutine strip_zeros(digits)
+            character(*), intent(inout) :: digits
+            integer :: last
+
+            last = len_trim(digits)
+            do while (last > 1 .and. digits(last:last) == '0')
+                digits(last:last) = ' '
+                last = last - 1
+            end do
+            if (digits(last:last) == '.') digits(last:last) = ' '
+        end subroutine strip_zeros
+    end function number_field
+
+    !> The shortest text that shows a number to about seven digits, without padding.
+    pure function number_text(value) result(text)
+        real(dp), intent(in) :: value   !! May be NaN or infinite
+        character(len_trim(number_field(value))) :: text
+
+        text = number_field(value)
+    end function number_text
+
+    !> What nearest_name gives, with blanks behind it.
+    pure function nearest_field(name, known) result(nearest)
+        character(*), intent(in) :: name
+        character(*), intent(in) :: known(:)
+        character(len(known)) :: nearest
+
+        integer :: i, distance, best
+
+        nearest = ''
+        best = max(2, len_trim(name)/2)
+        do i = 1, size(known)
+            distance = edit_distance(trim(name), trim(known(i)))
+            if (distance <= best) then
+                best = distance - 1
+                nearest = known(i)
+            end if
+        end do
+    end function nearest_field
+
+    !> The name of a list that is nearest to a misspelt one (Levenshtein distance), or an empty text
+    !> when none is near: for "did you mean".
+    pure function nearest_name(name, known) result(nearest)
+        character(*), intent(in) :: name        !! As it was written
+        character(*), intent(in) :: known(:)    !! Names to compare with
+        character(len_trim(nearest_field(name, known))) :: nearest
+
+        nearest = nearest_field(name, known)
+    end function nearest_name
+
+    !> Levenshtein distance: insertions, deletions and replacements that turn `a` into `b`.
+    pure integer function edit_distance(a, b) result(distance)
+        character(*), intent(in) :: a, b
+
+        integer :: row(0:len(b)), i, j, diagonal, above
+
+        row = [(j, j=0, len(b))]
+        do i = 1, len(a)
+            diagonal = row(0)
+            row(0) = i
+            do j = 1, len(b)
+                above = row(j)
+                row(j) = min(above + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+                diagonal = above
+            end do
+        end do
+        distance = row(len(b))
+    end function edit_distance
+end module gracecg_base_error

@@ -1,0 +1,182 @@
+!> Linear algebra: explicit interfaces to the LAPACK procedures that are used, and the few solvers built
+!> on them. Nothing else in the project calls LAPACK.
+!>
+!> The matrices have some 20 rows. For these the unblocked procedures (dpotf2 and the like) are the right
+!> ones: the blocked ones of a threaded library (OpenBLAS) wake its threads, which costs more than the
+!> work and more again inside the threads of a Monte Carlo.
+module gracecg_base_lapack
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, number_text
+    implicit none
+    private
+    public :: symmetric_eigen, solve_normal_equations, normal_equations
+
+    interface
+        subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+            import :: dp
+            character(1), intent(in) :: jobz, uplo
+            integer, intent(in) :: n, lda, lwork
+            real(dp), intent(inout) :: a(lda, *)
+            real(dp), intent(out) :: w(*), work(*)
+            integer, intent(out) :: info
+        end subroutine dsyev
+
+        subroutine dpotf2(uplo, n, a, lda, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, lda
+            real(dp), intent(inout) :: a(lda, *)
+            integer, intent(out) :: info
+        end subroutine dpotf2
+
+        subroutine dtrti2(uplo, diag, n, a, lda, info)
+            import :: dp
+            character(1), intent(in) :: uplo, diag
+            integer, intent(in) :: n, lda
+            real(dp), intent(inout) :: a(lda, *)
+            integer, intent(out) :: info
+        end subroutine dtrti2
+
+        subroutine dlauu2(uplo, n, a, lda, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, lda
+            real(dp), intent(inout) :: a(lda, *)
+            integer, intent(out) :: info
+        end subroutine dlauu2
+
+        subroutine dpocon(uplo, n, a, lda, anorm, rcond, work, iwork, info)
+            import :: dp
+            character(1), intent(in) :: uplo
+            integer, intent(in) :: n, lda
+            real(dp), intent(in) :: a(lda, *), anorm
+            real(dp), intent(out) :: rcond, work(*)
+            integer, intent(out) :: iwork(*), info
+        end subroutine dpocon
+    end interface
+
+contains
+
+    !> Eigenvalues (ascending) and eigenvectors (columns) of a symmetric matrix.
+    subroutine symmetric_eigen(a, values, vectors, error)
+        real(dp), intent(in) :: a(:, :)         !! Symmetric, n x n; only its upper triangle is used
+        real(dp), intent(out) :: values(:)      !! n
+        real(dp), intent(out) :: vectors(:, :)  !! n x n, orthonormal columns
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: work(40*size(a, 1))
+        integer :: n, info
+
+        n = size(a, 1)
+        vectors = a
+        if (any(ieee_is_nan(a))) then
+            call fail(error, 'eigenvalues asked of a matrix that contains NaN')
+            return
+        end if
+        call dsyev('V', 'U', n, vectors, n, values, work, size(work), info)
+        if (info /= 0) call fail(error, 'the symmetric eigenproblem did not converge')
+    end subroutine symmetric_eigen
+
+    !> Normal matrix A^T A and right-hand side A^T b of a weighted least-squares problem whose rows
+    !> have already been multiplied by the square roots of their weights.
+    !>
+    !> The rows are the columns of `rows` (one observation a column, contiguous in memory). Not by
+    !> dsyrk: a threaded BLAS would start threads of its own inside those of a Monte Carlo.
+    pure subroutine normal_equations(rows, observed, normal, rhs)
+        real(dp), contiguous, intent(in) :: rows(:, :)  !! n parameters x m observations
+        real(dp), intent(in) :: observed(:)             !! m
+        real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
+        real(dp), intent(out) :: rhs(:)                 !! n
+
+        integer :: n, i, k
+
+        n = size(rows, 1)
+        normal = 0
+        rhs = 0
+        do k = 1, size(rows, 2)
+            do i = 1, n
+                normal(:, i) = normal(:, i) + rows(:, k)*rows(i, k)
+            end do
+            rhs = rhs + rows(:, k)*observed(k)
+        end do
+    end subroutine normal_equations
+
+    !> Solves the normal equations N x = b by Cholesky's factorisation, after scaling N to a unit
+    !> diagonal so that the units of the parameters do not matter.
+    !>
+    !> Fails when N is singular to working precision; the message gives the direction, in terms of
+    !> the scaled parameters, that the observations do not determine.
+    subroutine solve_normal_equations(normal, rhs, solution, covariance, condition, error, names)
+        real(dp), intent(in) :: normal(:, :)        !! N, n x n, symmetric
+        real(dp), intent(in) :: rhs(:)              !! b, n
+        real(dp), intent(out) :: solution(:)        !! x, n
+        real(dp), intent(out) :: covariance(:, :)   !! N^-1, n x n
+        real(dp), intent(out) :: condition          !! Condition number of the scaled N, 1-norm
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: names(:)  !! Of the parameters, for messages
+
+        real(dp) :: scaled(size(rhs), size(rhs)), factor(size(rhs), size(rhs)), scale(size(rhs))
+        real(dp) :: reciprocal, work(3*size(rhs))
+        integer :: n, i, info, iwork(size(rhs))
+
+        n = size(rhs)
+        solution = 0
+        covariance = 0
+        condition = huge(1.0_dp)
+        if (.not. all(abs(normal) <= huge(1.0_dp)) .or. .not. all(abs(rhs) <= huge(1.0_dp))) then
+            call fail(error, 'the normal equations contain NaN or infinity')
+            return
+        end if
+        scale = 1
+        do i = 1, n
+            if (normal(i, i) > 0) scale(i) = 1/sqrt(normal(i, i))
+        end do
+        do i = 1, n
+            scaled(:, i) = scale*normal(:, i)*scale(i)
+        end do
+        factor = scaled
+        call dpotf2('U', n, factor, n, info)
+        if (info == 0) then
+            call dpocon('U', n, factor, n, maxval(sum(abs(scaled), 1)), reciprocal, work, iwork, &
+                        info)
+            condition = 1/max(reciprocal, tiny(1.0_dp))
+        else
+            reciprocal = 0
+        end if
+        if (reciprocal < n*epsilon(1.0_dp)) then
+            call report_singular(scaled, error, names)
+            return
+        end if
+        call dtrti2('U', 'N', n, factor, n, info)       ! U^-1
+        call dlauu2('U', n, factor, n, info)            ! U^-1 U^-T
+        do i = 1, n
+            covariance(1:i, i) = scale(1:i)*factor(1:i, i)*scale(i)
+            covariance(i, 1:i) = covariance(1:i, i)
+        end do
+        solution = matmul(covariance, rhs)
+    end subroutine solve_normal_equations
+
+    !> The message for a singular normal matrix.
+    subroutine report_singular(scaled, error, names)
+        real(dp), intent(in) :: scaled(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: names(:)
+
+        real(dp) :: values(size(scaled, 1)), vectors(size(scaled, 1), size(scaled, 1))
+        character(:), allocatable :: direction
+        type(error_t), allocatable :: eigen_error
+        integer :: i
+
+        call symmetric_eigen(scaled, values, vectors, eigen_error)
+        direction = ''
+        if (.not. allocated(eigen_error) .and. present(names)) then
+            do i = 1, size(names)
+                if (abs(vectors(i, 1)) < 0.1_dp) cycle
+                direction = direction//' '//trim(names(i))//' ('//number_text(vectors(i, 1))//')'
+            end do
+            direction = '; not determined by the observations:'//direction
+        end if
+        call fail(error, 'the normal matrix is singular'//direction)
+    end subroutine report_singular
+end module gracecg_base_lapack

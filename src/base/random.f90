@@ -1,0 +1,182 @@
+!> Random numbers from a counter-based generator: Philox 4x32-10.
+!>
+!> J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2,
+!> 3", Proc. SC11 (2011). A block of 128 random bits is a bijection of a 128-bit counter under a
+!> 64-bit key; there is no state that one number hands on to the next. The five integers that name a
+!> stream stand as they are, 32 bits each, in the key and the counter:
+!>
+!>     key     = (seed, run)
+!>     counter = (block number, case, satellite, instrument)
+!>
+!> Different names are different (key, counter) pairs for every block, so streams never overlap and
+!> a stream's numbers depend on its name alone: not on threads, order, or which other streams are
+!> drawn. A stream has 2**32 blocks, each good for two uniform or two normal numbers, and then
+!> starts again.
+module gracecg_base_random
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: TWO_PI
+    implicit none
+    private
+    public :: random_stream_t, new_stream, philox_4x32
+
+    integer(i8), parameter :: MASK = int(z'FFFFFFFF', i8)   !! The low 32 bits
+
+    ! Multipliers and key increments of the paper's table 2. A multiplier M stands as M - 2**32: its
+    ! product with a 32-bit word then fits a signed 64-bit integer, and 2**32 times the word is what
+    ! is missing, which adds the word to the product's high half.
+    integer(i8), parameter :: MULTIPLIER_0 = int(z'D2511F53', i8) - MASK - 1
+    integer(i8), parameter :: MULTIPLIER_1 = int(z'CD9E8D57', i8) - MASK - 1
+    integer(i8), parameter :: INCREMENT_0 = int(z'9E3779B9', i8)
+    integer(i8), parameter :: INCREMENT_1 = int(z'BB67AE85', i8)
+    integer, parameter :: ROUNDS = 10
+
+    real(dp), parameter :: UNIFORM_STEP = 2.0_dp**(-53)
+
+    !> One stream of random numbers. Copies go on independently from where they were made, with the
+    !> same numbers.
+    type :: random_stream_t
+        private
+        integer(i8) :: key(2) = 0           !! 32 bits in each
+        integer(i8) :: counter(4) = 0       !! 32 bits in each; the first is the next block's number
+        real(dp) :: spare_uniform = 0       !! Second uniform number of the last block
+        real(dp) :: spare_normal = 0        !! Second normal number of the last block
+        logical :: has_spare_uniform = .false.
+        logical :: has_spare_normal = .false.
+    contains
+        procedure :: uniform    !! The next number uniform in (0, 1)
+        procedure :: normal     !! The next normal number
+        procedure :: normals    !! Many normal numbers
+    end type random_stream_t
+
+contains
+
+    !> The stream of this name, at its beginning. Every value of every argument is allowed.
+    pure function new_stream(seed, case_number, satellite, run, instrument) result(stream)
+        integer, intent(in) :: seed         !! The user's choice
+        integer, intent(in) :: case_number  !! The case's own number
+        integer, intent(in) :: satellite    !! 1: front, 2: back
+        integer, intent(in) :: run          !! Number of the run
+        integer, intent(in) :: instrument   !! What draws: one number for each source of errors
+        type(random_stream_t) :: stream
+
+        stream%key = [word(seed), word(run)]
+        stream%counter = [0_i8, word(case_number), word(satellite), word(instrument)]
+    end function new_stream
+
+    !> The next number uniformly distributed in (0, 1): multiples of 2**-53, with 2**-54 for zero.
+    real(dp) function uniform(self) result(u)
+        class(random_stream_t), intent(inout) :: self
+
+        if (self%has_spare_uniform) then
+            u = self%spare_uniform
+        else
+            call next_uniform_pair(self%key, self%counter, u, self%spare_uniform)
+        end if
+        self%has_spare_uniform = .not. self%has_spare_uniform
+    end function uniform
+
+    !> The next normally distributed number, mean 0 and variance 1.
+    real(dp) function normal(self) result(x)
+        class(random_stream_t), intent(inout) :: self
+
+        if (self%has_spare_normal) then
+            x = self%spare_normal
+        else
+            call next_normal_pair(self%key, self%counter, x, self%spare_normal)
+        end if
+        self%has_spare_normal = .not. self%has_spare_normal
+    end function normal
+
+    !> Fills an array with normally distributed numbers: the same as that many calls of `normal`.
+    subroutine normals(self, x)
+        class(random_stream_t), intent(inout) :: self
+        real(dp), intent(out) :: x(:)   !! Mean 0, variance 1
+
+        integer :: first, i
+
+        if (size(x) == 0) return
+        first = 1
+        if (self%has_spare_normal) then
+            x(1) = self%normal()
+            first = 2
+        end if
+        do i = first, size(x) - 1, 2
+            call next_normal_pair(self%key, self%counter, x(i), x(i + 1))
+        end do
+        if (mod(size(x) - first, 2) == 0) x(size(x)) = self%normal()
+    end subroutine normals
+
+    !> Two normal numbers from one block: G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958)
+    !> 610-611. No number is rejected, so a block is always two numbers.
+    pure subroutine next_normal_pair(key, counter, first, second)
+        integer(i8), intent(in) :: key(2)
+        integer(i8), intent(inout) :: counter(4)
+        real(dp), intent(out) :: first, second
+
+        real(dp) :: u, v, radius, angle
+
+        call next_uniform_pair(key, counter, u, v)
+        radius = sqrt(-2*log(u))
+        angle = TWO_PI*v
+        first = radius*cos(angle)
+        second = radius*sin(angle)
+    end subroutine next_normal_pair
+
+    !> Two uniform numbers from the next block.
+    pure subroutine next_uniform_pair(key, counter, first, second)
+        integer(i8), intent(in) :: key(2)
+        integer(i8), intent(inout) :: counter(4)
+        real(dp), intent(out) :: first, second
+
+        integer(i8) :: block(4)
+
+        block = philox_4x32(counter, key)
+        counter(1) = iand(counter(1) + 1, MASK)
+        first = open_unit_interval(block(1), block(2))
+        second = open_unit_interval(block(3), block(4))
+    end subroutine next_uniform_pair
+
+    !> A number in (0, 1) from two 32-bit words: 53 of their 64 bits.
+    pure real(dp) function open_unit_interval(high, low) result(u)
+        integer(i8), intent(in) :: high, low
+
+        u = max(0.5_dp, real(ior(shiftl(high, 21), shiftr(low, 11)), dp))*UNIFORM_STEP
+    end function open_unit_interval
+
+    !> One block of Philox 4x32-10: 128 random bits of a counter and a key.
+    pure function philox_4x32(counter, key) result(block)
+        integer(i8), intent(in) :: counter(4)   !! Words of 32 bits, 0 to 2**32 - 1
+        integer(i8), intent(in) :: key(2)       !! Words of 32 bits
+        integer(i8) :: block(4)                 !! Words of 32 bits
+
+        integer(i8) :: c0, c1, c2, c3, k0, k1, product_0, product_1, high_0, high_1
+        integer :: i
+
+        c0 = counter(1)
+        c1 = counter(2)
+        c2 = counter(3)
+        c3 = counter(4)
+        k0 = key(1)
+        k1 = key(2)
+        do i = 1, ROUNDS
+            product_0 = MULTIPLIER_0*c0
+            product_1 = MULTIPLIER_1*c2
+            high_0 = shifta(product_0, 32) + c0
+            high_1 = shifta(product_1, 32) + c2
+            c0 = ieor(ieor(high_1, c1), k0)
+            c2 = ieor(ieor(high_0, c3), k1)
+            c1 = iand(product_1, MASK)
+            c3 = iand(product_0, MASK)
+            k0 = iand(k0 + INCREMENT_0, MASK)
+            k1 = iand(k1 + INCREMENT_1, MASK)
+        end do
+        block = [c0, c1, c2, c3]
+    end function philox_4x32
+
+    !> The 32 bits of an integer as a word from 0 to 2**32 - 1.
+    pure integer(i8) function word(number)
+        integer, intent(in) :: number
+
+        word = iand(int(number, i8), MASK)
+    end function word
+end module gracecg_base_random

@@ -1,0 +1,155 @@
+!> The power spectrum of a record of samples: Welch's averaged periodogram, by a direct transform.
+!>
+!> P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70-73. The transform costs the square of
+!> the segment's length, which for the minutes of a calibration is milliseconds.
+module gracecg_base_spectrum
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    implicit none
+    private
+    public :: power_spectrum, band_means, strongest_line, BOXCAR, HANN
+
+    integer, parameter :: BOXCAR = 0    !! No taper: power is conserved (Parseval), lines leak far
+    integer, parameter :: HANN = 1      !! Lines leak into the two neighbouring frequencies only
+
+contains
+
+    !> Two-sided power spectral density at f_k = k/(L h), k = 0 .. L/2, of samples at multiples of h:
+    !>
+    !>     S(f_k) = h |sum w_i x_i exp(-2 pi j f_k i h)|^2 / sum w_i^2,
+    !>
+    !> averaged over segments of L samples that overlap by half, L = min(record, longest_segment).
+    !> Missing samples count as zero and are left out of sum w_i^2; segments with less than half of
+    !> their samples are left out. The mean of the samples is not removed.
+    pure subroutine power_spectrum(epoch, values, interval, longest_segment, taper, frequency, density)
+        integer, intent(in) :: epoch(:)         !! Increasing index of each sample, in units of h
+        real(dp), intent(in) :: values(:)       !! One for each epoch
+        real(dp), intent(in) :: interval        !! h, s
+        integer, intent(in) :: longest_segment  !! Samples, at least 2
+        integer, intent(in) :: taper            !! BOXCAR or HANN
+        real(dp), allocatable, intent(out) :: frequency(:)  !! Hz
+        real(dp), allocatable, intent(out) :: density(:)    !! Unit of the samples squared, per Hz
+
+        real(dp), allocatable :: record(:), window(:), cosine(:), sine(:), power(:)
+        logical, allocatable :: is_there(:)
+        integer :: span, length, first, used, i, k
+
+        span = epoch(size(epoch)) - epoch(1) + 1
+        length = max(2, min(span, longest_segment))
+        allocate (record(0:max(span, length) - 1), source=0.0_dp)
+        allocate (is_there(0:max(span, length) - 1), source=.false.)
+        do i = 1, size(epoch)
+            record(epoch(i) - epoch(1)) = values(i)
+            is_there(epoch(i) - epoch(1)) = .true.
+        end do
+        allocate (window(0:length - 1), source=1.0_dp)
+        allocate (cosine(0:length - 1), sine(0:length - 1))
+        do i = 0, length - 1
+            cosine(i) = cos(TWO_PI*i/length)
+            sine(i) = sin(TWO_PI*i/length)
+            if (taper == HANN) window(i) = sin(TWO_PI*(i + 0.5_dp)/(2*length))**2
+        end do
+        frequency = [(k/(length*interval), k=0, length/2)]
+        allocate (density(length/2 + 1), source=0.0_dp)
+        allocate (power(length/2 + 1))
+        used = 0
+        do first = 0, span - length, max(1, length/2)
+            associate (part => record(first:first + length - 1), there => is_there(first:first + length - 1))
+                if (2*count(there) < length) cycle
+                call periodogram(part*window, cosine, sine, power)
+                density = density + power*interval/sum(window**2, mask=there)
+                used = used + 1
+            end associate
+        end do
+        density = density/max(1, used)
+    end subroutine power_spectrum
+
+    !> The strongest line in the periodogram of samples at multiples of h, 2 |sum x_i exp(2 pi j f k_i h)|^2/n
+    !> for f from `lowest` to `highest` times the spacing. For white samples of variance 1 a line is a
+    !> chi-square with two degrees of freedom. Missing samples may be absent or zero.
+    pure subroutine strongest_line(epoch, values, counted, interval, spacing, lowest, highest, line, frequency)
+        integer, intent(in) :: epoch(:)         !! Increasing index of each sample, k, in units of h
+        real(dp), intent(in) :: values(:)       !! One for each epoch
+        integer, intent(in) :: counted          !! n: the samples that are there
+        real(dp), intent(in) :: interval        !! h, s
+        real(dp), intent(in) :: spacing         !! Of the frequencies, Hz
+        integer, intent(in) :: lowest, highest  !! First and last frequency, in spacings
+        real(dp), intent(out) :: line           !! 0 if no frequency was tried
+        real(dp), intent(out) :: frequency      !! Hz
+
+        complex(dp) :: total, turn, phase
+        real(dp) :: power
+        integer :: i, j, k
+
+        line = 0
+        frequency = lowest*spacing
+        do j = lowest, highest
+            turn = exp(cmplx(0.0_dp, TWO_PI*j*spacing*interval, dp))
+            phase = 1
+            total = 0
+            k = epoch(1)
+            do i = 1, size(values)
+                do while (k < epoch(i))
+                    phase = phase*turn
+                    k = k + 1
+                end do
+                total = total + values(i)*phase
+            end do
+            power = 2*(real(total)**2 + aimag(total)**2)/counted
+            if (.not. power > line) cycle
+            line = power
+            frequency = j*spacing
+        end do
+    end subroutine strongest_line
+
+    !> |sum x_i exp(-2 pi j k i/L)|^2 for k = 0 .. L/2.
+    pure subroutine periodogram(x, cosine, sine, power)
+        real(dp), intent(in) :: x(0:)
+        real(dp), intent(in) :: cosine(0:), sine(0:)    !! Of 2 pi i/L
+        real(dp), intent(out) :: power(0:)
+
+        real(dp) :: re, im
+        integer :: i, k, turn
+
+        do k = 0, ubound(power, 1)
+            re = 0
+            im = 0
+            turn = 0
+            do i = 0, ubound(x, 1)
+                re = re + x(i)*cosine(turn)
+                im = im + x(i)*sine(turn)
+                turn = turn + k
+                if (turn > ubound(x, 1)) turn = turn - size(x)
+            end do
+            power(k) = re**2 + im**2
+        end do
+    end subroutine periodogram
+
+    !> The means of a spectrum over bands of `octaves`, from its second frequency (the first above 0)
+    !> on: each band begins where the last one ended and holds at least one frequency.
+    pure subroutine band_means(frequency, density, octaves, band_frequency, band_density)
+        real(dp), intent(in) :: frequency(:), density(:)    !! From frequency 0 on
+        real(dp), intent(in) :: octaves                     !! Width of a band, > 0
+        real(dp), allocatable, intent(out) :: band_frequency(:), band_density(:)
+        !! (bands): Hz, and the means in the unit of the density
+
+        integer :: first, last, bands
+        real(dp) :: means(2, size(frequency))
+
+        bands = 0
+        first = 2
+        do while (first <= size(frequency))
+            last = first
+            do while (last < size(frequency))
+                if (frequency(last + 1) > frequency(first)*2**octaves) exit
+                last = last + 1
+            end do
+            bands = bands + 1
+            means(1, bands) = sum(frequency(first:last))/(last - first + 1)
+            means(2, bands) = sum(density(first:last))/(last - first + 1)
+            first = last + 1
+        end do
+        band_frequency = means(1, :bands)
+        band_density = means(2, :bands)
+    end subroutine band_means
+end module gracecg_base_spectrum

@@ -1,0 +1,568 @@
+!> The arguments of a command: words that stand by their position, and options.
+!>
+!> A command describes itself and its options, parses the words behind its name and fetches typed
+!> values. Options are `--name`, followed by as many values as declared, or `--name=value` (several
+!> values then by comma). A word that begins with a minus sign and a digit is a value. Behind `--`
+!> everything is a word. Every failure here is wrong usage.
+module gracecg_cli_arguments
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, append, join, padded, split, split_words, integer_text
+    use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
+        allowed_integer, allowed_choice, did_you_mean
+    implicit none
+    private
+    public :: arguments_t, process_words
+
+    type :: option_t
+        !! One option: as declared, and as given
+        character(:), allocatable :: name           !! With its two minus signs
+        character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'
+        character(:), allocatable :: help
+        integer :: count = 0                        !! Number of values
+        logical :: required = .false.
+        logical :: given = .false.
+        type(string_t), allocatable :: values(:)
+    end type option_t
+
+    type :: arguments_t
+        !! The arguments of one command
+        logical :: wants_help = .false.             !! --help or -h was given: nothing else counts
+        logical :: wants_version = .false.          !! --version was given
+        character(:), allocatable, private :: command, positionals, summary, example
+        integer, private :: fewest = 0, most = 0
+        type(option_t), allocatable, private :: options(:)
+        type(string_t), allocatable, private :: words(:)
+    contains
+        procedure :: describe           !! Begins the declaration
+        procedure :: add_option         !! Declares an option
+        procedure :: parse              !! Takes the words of the command line
+        procedure :: positional_count   !! How many words are no option
+        procedure :: positional         !! One of these words
+        procedure :: has                !! Was an option given?
+        generic :: get => get_real, get_reals, get_integer, get_text, get_list
+        !! The value or values of an option
+        procedure :: help_text          !! What --help prints
+        procedure, private :: get_real
+        procedure, private :: get_reals
+        procedure, private :: get_integer
+        procedure, private :: get_text
+        procedure, private :: get_list
+    end type arguments_t
+
+    character(*), parameter :: PROGRAM_NAME = 'gracecg'
+    character(*), parameter :: LF = new_line('a')
+    integer, parameter :: HELP_COLUMN = 26      !! Where the texts of the options begin
+    integer, parameter :: HELP_WIDTH = 100      !! Longest line of the help
+
+contains
+
+    !> The words of the command line, from number `first` on (1 is the first behind the program).
+    function process_words(first) result(words)
+        integer, intent(in) :: first    !! Number of the first word that is wanted
+        type(string_t), allocatable :: words(:)
+
+        integer :: i, length
+
+        allocate (words(max(0, command_argument_count() - first + 1)))
+        do i = 1, size(words)
+            call get_command_argument(first + i - 1, length=length)
+            allocate (character(length) :: words(i)%text)
+            call get_command_argument(first + i - 1, words(i)%text)
+        end do
+    end function process_words
+
+    !> Begins the declaration of a command.
+    subroutine describe(self, command, positionals, fewest, most, summary, example)
+        class(arguments_t), intent(out) :: self
+        character(*), intent(in) :: command         !! As typed: 'model gravity'; may be empty
+        character(*), intent(in) :: positionals     !! In the usage line: 'CASE', '[CASE ...]', ''
+        integer, intent(in) :: fewest, most         !! Allowed number of positional words
+        character(*), intent(in) :: summary         !! What the command does
+        character(*), intent(in) :: example         !! One or more command lines, by new_line('a')
+
+        self%command = trim(PROGRAM_NAME//' '//command)
+        self%positionals = positionals
+        self%fewest = fewest
+        self%most = most
+        self%summary = summary
+        self%example = example
+        allocate (self%options(0), self%words(0))
+    end subroutine describe
+
+    !> Declares an option. It takes as many values as `placeholder` has words: '' for a switch.
+    subroutine add_option(self, name, placeholder, help, required)
+        class(arguments_t), intent(inout) :: self
+        character(*), intent(in) :: name            !! '--out'
+        character(*), intent(in) :: placeholder     !! 'DIR'
+        character(*), intent(in) :: help            !! What it does, for the help
+        logical, intent(in), optional :: required   !! The command cannot do without it
+
+        type(option_t), allocatable :: longer(:)
+        type(string_t), allocatable :: values(:)
+        integer :: n
+
+        values = split_words(placeholder)
+        n = size(self%options) + 1
+        allocate (longer(n))
+        longer(:n - 1) = self%options
+        longer(n)%name = name
+        longer(n)%placeholder = placeholder
+        longer(n)%help = help
+        longer(n)%count = size(values)
+        if (present(required)) longer(n)%required = required
+        allocate (longer(n)%values(0))
+        call move_alloc(longer, self%options)
+    end subroutine add_option
+
+    !> Sorts the words into options and positional words. Fails for an unknown option, a missing
+    !> value, an option given twice, a required one not given, and too few or too many positional
+    !> words. With --help or --version among the words nothing else is looked at.
+    subroutine parse(self, words, error)
+        class(arguments_t), intent(inout) :: self
+        type(string_t), intent(in) :: words(:)      !! Without the name of the command
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+        logical :: only_words
+
+        call look_for_help(self, words)
+        if (self%wants_help .or. self%wants_version) return
+        only_words = .false.
+        i = 1
+        do while (i <= size(words))
+            if (words(i)%text == '--' .and. .not. only_words) then
+                only_words = .true.
+                i = i + 1
+            else if (is_option(words(i)%text) .and. .not. only_words) then
+                call take_option(self, words, i, error)
+                if (allocated(error)) exit
+            else
+                call append(self%words, words(i)%text)
+                i = i + 1
+            end if
+        end do
+        if (.not. allocated(error)) call check_complete(self, error)
+        if (allocated(error)) &
+            error%message = error%message//LF//'usage: '//usage_line(self)//LF// &
+                            'more: '//self%command//' --help'
+    end subroutine parse
+
+    subroutine look_for_help(self, words)
+        class(arguments_t), intent(inout) :: self
+        type(string_t), intent(in) :: words(:)
+
+        integer :: i
+
+        do i = 1, size(words)
+            select case (words(i)%text)
+            case ('--help', '-h')
+                self%wants_help = .true.
+            case ('--version')
+                self%wants_version = .true.
+            case ('--')
+                exit
+            end select
+        end do
+    end subroutine look_for_help
+
+    !> A minus sign with something behind it that is not a number.
+    pure logical function is_option(word)
+        character(*), intent(in) :: word
+
+        is_option = .false.
+        if (len(word) < 2) return
+        is_option = word(1:1) == '-' .and. scan(word(2:2), '0123456789.') == 0
+    end function is_option
+
+    !> Takes option words(i) with its values; `i` is then the word behind them.
+    subroutine take_option(self, words, i, error)
+        class(arguments_t), intent(inout) :: self
+        type(string_t), intent(in) :: words(:)
+        integer, intent(inout) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: name
+        integer :: position, equals
+
+        name = words(i)%text
+        equals = index(name, '=')
+        if (equals > 0) name = name(:equals - 1)
+        position = option_position(self, name)
+        if (position == 0) then
+            call fail(error, 'unknown option '//name//did_you_mean(name, option_names(self)))
+            return
+        end if
+        associate (option => self%options(position))
+            if (option%given) then
+                call fail(error, 'option '//name//' is given twice')
+                return
+            end if
+            option%given = .true.
+            if (equals == 0) then
+                call take_values(option, words, i)
+            else if (option%count == 0) then
+                call fail(error, 'option '//name//' takes no value')
+                return
+            else if (option%count == 1) then
+                call append(option%values, words(i)%text(equals + 1:))
+            else
+                option%values = split(words(i)%text(equals + 1:), ',')
+            end if
+            i = i + 1
+            if (size(option%values) /= option%count .or. any_empty(option%values)) &
+                call fail(error, 'option '//name//' takes '//integer_text(option%count)// &
+                          trim(merge(' value: ', ' values:', option%count == 1))//' '// &
+                          option%placeholder//' (found '//integer_text(size(option%values))//')')
+        end associate
+    end subroutine take_option
+
+    !> Takes the words behind words(i) that are values, at most as many as the option has; `i` is
+    !> then the last of them.
+    subroutine take_values(option, words, i)
+        type(option_t), intent(inout) :: option
+        type(string_t), intent(in) :: words(:)
+        integer, intent(inout) :: i
+
+        do while (size(option%values) < option%count .and. i < size(words))
+            if (is_option(words(i + 1)%text)) exit
+            i = i + 1
+            call append(option%values, words(i)%text)
+        end do
+    end subroutine take_values
+
+    pure logical function any_empty(strings)
+        type(string_t), intent(in) :: strings(:)
+
+        integer :: i
+
+        any_empty = .false.
+        do i = 1, size(strings)
+            any_empty = any_empty .or. strings(i)%text == ''
+        end do
+    end function any_empty
+
+    !> The required options are given, and the number of positional words is right.
+    subroutine check_complete(self, error)
+        class(arguments_t), intent(in) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        if (size(self%words) > self%most) then
+            call fail(error, 'unexpected argument "'//self%words(self%most + 1)%text//'"')
+            return
+        else if (size(self%words) < self%fewest) then
+            call fail(error, 'an argument is missing: '//self%positionals)
+            return
+        end if
+        do i = 1, size(self%options)
+            if (self%options(i)%given .or. .not. self%options(i)%required) cycle
+            call fail(error, 'option '//self%options(i)%name//' '//self%options(i)%placeholder// &
+                      ' is required')
+            return
+        end do
+    end subroutine check_complete
+
+    pure integer function option_position(self, name) result(position)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+
+        do position = 1, size(self%options)
+            if (self%options(position)%name == name) return
+        end do
+        position = 0
+    end function option_position
+
+    pure function option_names(self) result(names)
+        class(arguments_t), intent(in) :: self
+        character(:), allocatable :: names(:)
+
+        type(string_t), allocatable :: found(:)
+        integer :: i
+
+        allocate (found(0))
+        do i = 1, size(self%options)
+            call append(found, self%options(i)%name)
+        end do
+        call append(found, '--help')
+        call append(found, '--version')
+        names = padded(found)
+    end function option_names
+
+    pure integer function positional_count(self)
+        class(arguments_t), intent(in) :: self
+
+        positional_count = size(self%words)
+    end function positional_count
+
+    !> A positional word; empty when there are fewer.
+    pure function positional(self, number) result(word)
+        class(arguments_t), intent(in) :: self
+        integer, intent(in) :: number       !! Counted from 1
+        character(:), allocatable :: word
+
+        word = ''
+        if (number >= 1 .and. number <= size(self%words)) word = self%words(number)%text
+    end function positional
+
+    !> Was the option given?
+    pure logical function has(self, name)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name    !! '--out'
+
+        integer :: position
+
+        position = option_position(self, name)
+        has = position > 0
+        if (has) has = self%options(position)%given
+    end function has
+
+    !> One real number. Fails when the option is not given and has no default, or its value is not a
+    !> finite number within the limits (both ends included).
+    subroutine get_real(self, name, value, error, default, low, high, unit)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        real(dp), intent(out) :: value
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: default, low, high
+        character(*), intent(in), optional :: unit
+
+        real(dp) :: values(1)
+
+        value = 0
+        if (present(default)) value = default
+        if (present(default) .and. .not. self%has(name)) return
+        call self%get_reals(name, values, error, low=low, high=high, unit=unit)
+        if (.not. allocated(error)) value = values(1)
+    end subroutine get_real
+
+    !> As many real numbers as the option takes, each within the limits.
+    subroutine get_reals(self, name, value, error, default, low, high, unit)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        real(dp), intent(out) :: value(:)
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: default(:)    !! As long as `value`
+        real(dp), intent(in), optional :: low, high
+        character(*), intent(in), optional :: unit
+
+        type(string_t), allocatable :: given(:)
+        character(:), allocatable :: problem
+        integer :: i
+
+        value = 0
+        if (present(default)) value = default
+        call look_up(self, name, size(value), .not. present(default), &
+                     trim(allowed_real(low, high, unit)), given, error)
+        do i = 1, size(given)
+            call real_from_text(given(i)%text, value(i), problem, low, high, unit)
+            if (.not. allocated(problem)) cycle
+            call fail(error, 'option '//name//': '//problem)
+            return
+        end do
+    end subroutine get_reals
+
+    !> One integer.
+    subroutine get_integer(self, name, value, error, default, low, high)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        integer, intent(out) :: value
+        type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: default, low, high
+
+        type(string_t), allocatable :: given(:)
+        character(:), allocatable :: problem
+
+        value = 0
+        if (present(default)) value = default
+        call look_up(self, name, 1, .not. present(default), trim(allowed_integer(low, high)), given, &
+                     error)
+        if (size(given) == 0) return
+        call integer_from_text(given(1)%text, value, problem, low, high)
+        if (allocated(problem)) call fail(error, 'option '//name//': '//problem)
+    end subroutine get_integer
+
+    !> One text; with `choices`, one of these, in whatever case, returned in their spelling.
+    subroutine get_text(self, name, value, error, default, choices)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        character(:), allocatable, intent(out) :: value
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: default
+        character(*), intent(in), optional :: choices(:)
+
+        type(string_t), allocatable :: given(:)
+
+        value = ''
+        if (present(default)) value = default
+        call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
+        if (size(given) == 0) return
+        value = given(1)%text
+        if (present(choices)) call choose(name, choices, value, error)
+    end subroutine get_text
+
+    !> A list of different texts, separated by commas in one value; with `choices`, each one of these.
+    subroutine get_list(self, name, value, error, default, choices)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        type(string_t), allocatable, intent(out) :: value(:)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: default       !! As given: 'front-1,back-1'
+        character(*), intent(in), optional :: choices(:)
+
+        type(string_t), allocatable :: given(:)
+        integer :: i, k
+
+        allocate (value(0))
+        call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
+        if (allocated(error)) return
+        if (size(given) > 0) then
+            value = split(given(1)%text, ',')
+        else if (present(default)) then
+            value = split(default, ',')
+        end if
+        do i = 1, size(value)
+            if (value(i)%text == '') then
+                call fail(error, 'option '//name//': an empty name in the list')
+            else if (present(choices)) then
+                call choose(name, choices, value(i)%text, error)
+            end if
+            if (allocated(error)) return
+            do k = 1, i - 1
+                if (value(k)%text /= value(i)%text) cycle
+                call fail(error, 'option '//name//': "'//value(i)%text//'" is twice in the list')
+                return
+            end do
+        end do
+    end subroutine get_list
+
+    function allowed_text(choices) result(text)
+        character(*), intent(in), optional :: choices(:)
+        character(:), allocatable :: text
+
+        text = 'a text'
+        if (present(choices)) text = allowed_choice(choices)
+    end function allowed_text
+
+    !> Makes a text the choice that it means.
+    subroutine choose(name, choices, text, error)
+        character(*), intent(in) :: name, choices(:)
+        character(:), allocatable, intent(inout) :: text
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: chosen, problem
+
+        call choice_from_text(text, choices, chosen, problem)
+        if (allocated(problem)) then
+            call fail(error, 'option '//name//': '//problem)
+        else
+            text = chosen
+        end if
+    end subroutine choose
+
+    !> The values given for an option; none when it was not given, which fails if it is required.
+    subroutine look_up(self, name, count, required, allowed, given, error)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        integer, intent(in) :: count            !! How many values the caller wants
+        logical, intent(in) :: required
+        character(*), intent(in) :: allowed
+        type(string_t), allocatable, intent(out) :: given(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: position
+
+        allocate (given(0))
+        position = option_position(self, name)
+        if (position == 0) then
+            call fail(error, 'option '//name//' is not declared by '//self%command)
+        else if (self%options(position)%count /= count) then
+            call fail(error, 'option '//name//' is declared with '// &
+                      integer_text(self%options(position)%count)//' values, not '// &
+                      integer_text(count))
+        else if (self%options(position)%given) then
+            given = self%options(position)%values
+        else if (required) then
+            call fail(error, 'option '//name//' '//self%options(position)%placeholder// &
+                      ' is required: '//allowed)
+        end if
+    end subroutine look_up
+
+    !> gracecg simulate CASE --out DIR [OPTIONS]
+    function usage_line(self) result(line)
+        class(arguments_t), intent(in) :: self
+        character(:), allocatable :: line
+
+        integer :: i
+
+        line = trim(self%command//' '//self%positionals)
+        do i = 1, size(self%options)
+            if (self%options(i)%required) &
+                line = line//' '//trim(self%options(i)%name//' '//self%options(i)%placeholder)
+        end do
+        line = line//' [OPTIONS]'
+    end function usage_line
+
+    !> Usage, what the command does, its options and an example. Ends without a line end.
+    function help_text(self) result(text)
+        class(arguments_t), intent(in) :: self
+        character(:), allocatable :: text
+
+        type(string_t), allocatable :: lines(:)
+        integer :: i
+
+        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1)//LF//LF//'options:'
+        do i = 1, size(self%options)
+            text = text//LF//option_help(self%options(i)%name//' '//self%options(i)%placeholder, &
+                                         self%options(i)%help)
+        end do
+        text = text//LF//option_help('--help', 'shows this text')
+        if (self%example == '') return
+        text = text//LF//LF//'example:'
+        lines = split(self%example, LF)
+        do i = 1, size(lines)
+            text = text//LF//'  '//lines(i)%text
+        end do
+    end function help_text
+
+    !> An option and, from HELP_COLUMN on, what it is for; in the next line when the name is long.
+    function option_help(name, help) result(text)
+        character(*), intent(in) :: name, help
+        character(:), allocatable :: text
+
+        text = '  '//trim(name)
+        if (len(text) < HELP_COLUMN - 2) then
+            text = text//repeat(' ', HELP_COLUMN - 1 - len(text))
+        else
+            text = text//LF//repeat(' ', HELP_COLUMN - 1)
+        end if
+        text = text//wrapped(help, HELP_COLUMN)
+    end function option_help
+
+    !> The words in lines of at most HELP_WIDTH characters that begin at `column`; the first line is
+    !> taken to stand there already.
+    function wrapped(words, column) result(text)
+        character(*), intent(in) :: words
+        integer, intent(in) :: column
+        character(:), allocatable :: text
+
+        type(string_t), allocatable :: pieces(:)
+        integer :: i, width
+
+        pieces = split_words(words)
+        text = ''
+        width = column - 1
+        do i = 1, size(pieces)
+            if (i > 1 .and. width + 1 + len(pieces(i)%text) > HELP_WIDTH) then
+                text = text//LF//repeat(' ', column - 1)
+                width = column - 1
+            else if (i > 1) then
+                text = text//' '
+                width = width + 1
+            end if
+            text = text//pieces(i)%text
+            width = width + len(pieces(i)%text)
+        end do
+    end function wrapped
+end module gracecg_cli_arguments

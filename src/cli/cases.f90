@@ -1,0 +1,139 @@
+!> gracecg cases: lists the built-in cases, or shows a case as a namelist.
+module gracecg_cli_cases
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_vectors, only: rotation_z
+    use gracecg_environment_time, only: utc_text
+    use gracecg_files_value, only: did_you_mean
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t
+    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case_models, only: build_dynamics
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_case_library, only: find_case
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_cases, run_cases, case_place, rods_text
+
+contains
+
+    !> Arguments and help of `gracecg cases`.
+    subroutine declare_cases(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('cases', '[show CASE]', 0, 2, &
+                                'Lists the built-in cases, those of CSR-TM-00-01 sections 5.2 '// &
+                                'and 6.1. `cases show CASE` prints one as a namelist file, '// &
+                                'which can be edited and stands wherever a CASE is asked for.', &
+                                'gracecg cases show front-1 > my-case.nml'//new_line('a')// &
+                                'gracecg simulate my-case.nml --out run1')
+    end subroutine declare_cases
+
+    !> The work of `gracecg cases`.
+    subroutine run_cases(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        if (arguments%positional_count() == 0) then
+            call list_cases(console, error)
+        else if (arguments%positional(1) /= 'show') then
+            call fail(misuse, 'unknown word "'//arguments%positional(1)//'"'// &
+                      did_you_mean(arguments%positional(1), ['show'])//new_line('a')// &
+                      'usage: gracecg cases [show CASE]')
+        else if (arguments%positional_count() == 1) then
+            call fail(misuse, 'which case? usage: gracecg cases show CASE')
+        else
+            call show_case(arguments%positional(2), console, error)
+        end if
+    end subroutine run_cases
+
+    subroutine list_cases(console, error)
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        integer :: i
+
+        call console%line('case     satellite  epoch (UTC)            latitude  longitude   '// &
+                          'height  torque rods x, y, z')
+        do i = 1, size(REPORT_CASE_NAMES)
+            call report_case(REPORT_CASE_NAMES(i), case, error)
+            if (.not. allocated(error)) call describe_line(case, console, error)
+            if (allocated(error)) return
+        end do
+    end subroutine list_cases
+
+    !> A line of the list: where the satellite stands at the epoch, and its manoeuvre.
+    subroutine describe_line(case, console, error)
+        type(case_t), intent(in) :: case
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: latitude, longitude, height
+        character(100) :: place
+
+        call case_place(case, latitude, longitude, height, error)
+        if (allocated(error)) return
+        write (place, '(a9, a11, a20, f9.1, a, f9.1, a, f6.0, a)') &
+            case%knowledge%name, case%satellite, utc_text(case%knowledge%epoch), &
+            abs(latitude)/DEGREE, merge(' N', ' S', latitude >= 0), &
+            abs(longitude)/DEGREE, merge(' E', ' W', longitude >= 0), height/1000, ' km'
+        call console%line(trim(place)//'  '//rods_text(case%knowledge%rods))
+    end subroutine describe_line
+
+    !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
+    subroutine case_place(case, latitude, longitude, height, error)
+        type(case_t), intent(in) :: case
+        real(dp), intent(out) :: latitude, longitude    !! Geodetic, longitude positive east, rad
+        real(dp), intent(out) :: height                 !! Above the ellipsoid, m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(satellite_dynamics_t) :: dynamics
+
+        latitude = 0
+        longitude = 0
+        height = 0
+        call build_dynamics(case, dynamics, error)
+        if (allocated(error)) return
+        call earth_fixed_to_geodetic(matmul(rotation_z(dynamics%sidereal_angle), case%position), &
+                                     latitude, longitude, height)
+    end subroutine case_place
+
+    !> The manoeuvre of the rods: amplitude along x, y, z, and frequency.
+    function rods_text(rods) result(text)
+        type(torque_rods_t), intent(in) :: rods
+        character(:), allocatable :: text
+
+        real(dp) :: amplitude(3)
+        character(60) :: line
+        integer :: i
+
+        amplitude = 0
+        do i = 1, rods%count
+            associate (activation => rods%activations(i))
+                amplitude(activation%axis) = amplitude(activation%axis) + activation%amplitude
+            end associate
+        end do
+        write (line, '(3(sp, i0, ", "))') nint(amplitude)
+        text = line(:len_trim(line) - 1)//' A m^2'
+    end function rods_text
+
+    subroutine show_case(name, console, error)
+        character(*), intent(in) :: name
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        character(:), allocatable :: text
+
+        call find_case(name, case, error)
+        if (allocated(error)) return
+        call case_text(case, text, error)
+        if (.not. allocated(error)) call console%line(text)
+    end subroutine show_case
+end module gracecg_cli_cases

@@ -1,0 +1,555 @@
+!> gracecg design: plans the manoeuvre. Searches the best one, or judges a given one, at a place of the
+!> orbit or along revolutions.
+module gracecg_cli_design
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_files_file, only: check_writable, output_file_t
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: string_t, integer_text, real_text
+    use gracecg_environment_time, only: utc_text
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_rod_sampling, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case_library, only: find_case, find_calibration
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
+    use gracecg_planning_planner, only: moved_case, take_design, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, &
+        MOST_REVOLUTIONS
+    use gracecg_simulation_limits, only: check_motion
+    use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
+        new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
+    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
+        design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_design, run_design
+
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+    character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
+    real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
+    real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
+    real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
+    character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
+                               'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
+                               'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
+
+    !> What is asked for.
+    type :: request_t
+        logical :: built_in = .false.       !! The orbit is that of a built-in case
+        logical :: anywhere = .false.       !! Choose the place
+        logical :: everywhere = .false.     !! One manoeuvre for all places
+        logical :: given = .false.          !! Judge a given manoeuvre, do not search
+        real(dp) :: time = 0                !! Of the start, s from the epoch of the orbit
+        real(dp) :: target = 0              !! Wanted worst axis, m; 0: none
+        integer :: revolutions = 1
+        integer :: map_step = 60            !! s
+        character(:), allocatable :: out, map, output_format
+        type(design_settings_t) :: settings
+    end type request_t
+
+contains
+
+    !> Says what the command takes.
+    subroutine declare_design(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('design', '[CASE]', 0, 1, &
+                                'Plans the manoeuvre of the torque rods for the orbit, satellite and '// &
+                                'instruments of a case (default front-1): searches frequencies, phases and '// &
+                                'waveforms for the least standard deviation of the worst axis, within the '// &
+                                'limits of rods, rate and pointing, and writes the case with the best '// &
+                                'manoeuvre as a file that every command takes. The standard deviation is '// &
+                                'the theoretical limit under the accelerometer''s noise; the search adds '// &
+                                'the errors by the density wave and by curved drag and radiation. With --manoeuvre a given one '// &
+                                'is judged instead.', &
+                                'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
+                                'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
+                                'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE')
+        call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
+                                  'without --satellite and CASE on the orbit of this case')
+        call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch (default 0)')
+        call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
+        call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
+        call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
+        call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
+                                  'duration, whose worst axis is at most this')
+        call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them '// &
+                                  '(default xyz)')
+        call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2 (default 30)')
+        call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed (default 0.05 0.2)')
+        call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square (default '// &
+                                  'sine,tapered,square)')
+        call arguments%add_option('--taper', 'S', 'of the smooth start and stop of tapered (default 5)')
+        call arguments%add_option('--rise-time', 'S', 'of the edges of square (default 1)')
+        call arguments%add_option('--rate-limit', 'DEG_S', 'angular velocity about any axis (default: of the '// &
+                                  'case, 0.1)')
+        call arguments%add_option('--pointing-limit', 'DEG', 'turn away from the nominal attitude (default: of '// &
+                                  'the case, 1)')
+        call arguments%add_option('--revolutions', 'N', 'of the map, and of --anywhere and --everywhere '// &
+                                  '(default 1; 15 are a day)')
+        call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map (default 60)')
+        call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
+        call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
+        call arguments%add_option('--format', 'FORMAT', 'text or csv (default text)')
+        call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
+    end subroutine declare_design
+
+    !> Searches or judges a manoeuvre, prints and writes it.
+    subroutine run_design(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(request_t) :: request
+        type(case_t) :: case
+        type(nominal_orbit_t) :: orbit
+        type(accelerometer_view_t) :: view
+        type(manoeuvre_site_t), allocatable :: sites(:)
+        type(manoeuvre_design_t) :: design
+        type(map_point_t), allocatable :: points(:)
+
+        call read_request(arguments, request, misuse)
+        if (.not. allocated(misuse)) call take_cases(arguments, request, case, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call check_writable(request%out, error)
+        if (.not. allocated(error)) call check_writable(request%map, error)
+        if (.not. allocated(error)) &
+            call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+        if (allocated(error)) then
+            call add_context(error, 'case '//trim(case%knowledge%name))
+            return
+        end if
+
+        call console%progress('design: orbit')
+        call new_accelerometer_view(case, view, error)
+        if (.not. allocated(error) .and. .not. request%given) &
+            call check_design_settings(view, request%settings, error)
+        if (.not. allocated(error)) &
+            call new_nominal_orbit(case, orbit, error, request%revolutions, PLANNING_STEP)
+        if (.not. allocated(error)) call take_places(request, view, orbit, sites, error)
+        if (allocated(error)) return
+        call console%progress('design: search')
+        call find_design(request, case, orbit, sites, view, design, error)
+        if (allocated(error)) return
+
+        case%knowledge%rods = design%rods
+        case%knowledge%duration = view%knowledge%duration
+        call console%progress('design: map')
+        call map_places(request, view, orbit, design%rods, points, error)
+        if (allocated(error)) return
+        if (request%output_format == 'csv') then
+            call print_row(case, points(1), console, error)
+        else
+            call show(request, case, orbit, view, sites, design, points, console, error)
+        end if
+        if (.not. allocated(error) .and. request%map /= '') call write_map(request, case, points(2:), error)
+        if (.not. allocated(error) .and. request%out /= '') call write_case(request, case, orbit, design, error)
+    end subroutine run_design
+
+    subroutine read_request(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(out) :: request
+        type(error_t), allocatable, intent(out) :: misuse
+
+        type(design_settings_t), parameter :: DEFAULT = design_settings_t()
+        real(dp) :: frequencies(2)
+        character(:), allocatable :: rods
+        type(string_t), allocatable :: waveforms(:)
+        integer :: i
+
+        request%anywhere = arguments%has('--anywhere')
+        request%everywhere = arguments%has('--everywhere')
+        request%given = arguments%has('--manoeuvre')
+        call arguments%get('--at', request%time, misuse, default=0.0_dp, low=0.0_dp, unit='s')
+        associate (settings => request%settings)
+            if (.not. allocated(misuse)) call arguments%get('--amplitude', settings%amplitude, misuse, &
+                                                            default=DEFAULT%amplitude, low=0.0_dp, &
+                                                            high=MAX_DIPOLE, unit='A m^2')
+            if (.not. allocated(misuse)) call arguments%get('--frequencies', frequencies, misuse, &
+                                                            default=[DEFAULT%lowest_frequency, &
+                                                                     DEFAULT%highest_frequency], &
+                                                            low=0.0_dp, high=1e3_dp, unit='Hz')
+            settings%lowest_frequency = frequencies(1)
+            settings%highest_frequency = frequencies(2)
+            if (.not. allocated(misuse)) call arguments%get('--taper', settings%taper, misuse, &
+                                                            default=DEFAULT%taper, low=0.0_dp, unit='s')
+            if (.not. allocated(misuse)) call arguments%get('--rise-time', settings%rise_time, misuse, &
+                                                            default=DEFAULT%rise_time, low=0.0_dp, unit='s')
+            if (.not. allocated(misuse)) call arguments%get('--threads', settings%threads, misuse, &
+                                                            default=omp_get_num_procs(), low=1, high=1024)
+            if (.not. allocated(misuse)) call arguments%get('--waveforms', waveforms, misuse, &
+                                                            default='sine,tapered,square', choices=WAVEFORM_NAMES)
+            if (allocated(misuse)) return
+            settings%waveform_used = .false.
+            do i = 1, size(waveforms)
+                settings%waveform_used = settings%waveform_used .or. WAVEFORM_NAMES == waveforms(i)%text
+            end do
+            call arguments%get('--rods', rods, misuse, default='xyz')
+            if (allocated(misuse)) return
+            do i = 1, 3
+                settings%rod_used(i) = index(rods, AXES(i)) > 0
+            end do
+            if (verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used)) then
+                call fail(misuse, 'option --rods: "'//rods//'" has to be one or several of x, y, z')
+                return
+            end if
+        end associate
+        call arguments%get('--target-mm', request%target, misuse, default=0.0_dp, low=1e-9_dp, high=1e3_dp, &
+                           unit='mm')
+        request%target = request%target*MILLIMETRE
+        if (.not. allocated(misuse)) call arguments%get('--revolutions', request%revolutions, misuse, &
+                                                        default=1, low=1, high=MOST_REVOLUTIONS)
+        if (.not. allocated(misuse)) call arguments%get('--step', request%map_step, misuse, default=60, &
+                                                        low=1, high=3600)
+        if (.not. allocated(misuse)) call arguments%get('--out', request%out, misuse, default='')
+        if (.not. allocated(misuse)) call arguments%get('--map', request%map, misuse, default='')
+        if (.not. allocated(misuse)) call arguments%get('--format', request%output_format, misuse, &
+                                                        default='text', choices=FORMATS)
+        if (allocated(misuse)) return
+        call check_combination(arguments, request, misuse)
+    end subroutine read_request
+
+    !> Options that contradict each other.
+    subroutine check_combination(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(in) :: request
+        type(error_t), allocatable, intent(out) :: misuse
+
+        character(12), parameter :: OF_THE_SEARCH(8) = [character(12) :: '--anywhere', '--everywhere', &
+                                                        '--target-mm', '--rods', '--amplitude', &
+                                                        '--frequencies', '--waveforms', '--taper']
+        integer :: i
+
+        if (arguments%has('--satellite') .and. arguments%positional_count() > 0) then
+            call fail(misuse, 'option --satellite and a CASE exclude each other: a case names its satellite')
+        else if (count([arguments%has('--at'), request%anywhere, request%everywhere]) > 1 .and. &
+                 .not. (request%everywhere .and. .not. request%anywhere)) then
+            call fail(misuse, 'options --at, --anywhere and --everywhere: --anywhere chooses the place itself')
+        else if (arguments%has('--target-mm') .and. (request%anywhere .or. request%everywhere)) then
+            call fail(misuse, 'option --target-mm goes with one place (--at), not with --anywhere or --everywhere')
+        end if
+        if (allocated(misuse) .or. .not. request%given) return
+        do i = 1, size(OF_THE_SEARCH)
+            if (.not. arguments%has(trim(OF_THE_SEARCH(i)))) cycle
+            call fail(misuse, 'option '//trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre '// &
+                      'does not search')
+            return
+        end do
+    end subroutine check_combination
+
+    !> The case whose orbit it is, with the manoeuvre to judge when one is given.
+    subroutine take_cases(arguments, request, case, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(inout) :: request
+        type(case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(case_t) :: of_manoeuvre
+        character(:), allocatable :: satellite, name, manoeuvre
+        real(dp) :: limit, duration
+
+        call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
+        if (.not. allocated(misuse)) call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
+        if (allocated(misuse)) return
+        name = satellite//'-1'
+        if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
+        if (arguments%positional_count() > 0) name = arguments%positional(1)
+        call find_case(name, case, error)
+        if (allocated(error)) return
+        request%built_in = any(REPORT_CASE_NAMES == name)
+        if (request%given) then
+            call find_calibration(manoeuvre, of_manoeuvre, error)
+            if (allocated(error)) return
+            case%knowledge%rods = of_manoeuvre%knowledge%rods
+            case%knowledge%duration = of_manoeuvre%knowledge%duration
+        end if
+        call arguments%get('--duration', duration, misuse, default=case%knowledge%duration, low=SHORTEST_ARC, &
+                           high=LONGEST_ARC, unit='s')
+        if (allocated(misuse)) return
+        case%knowledge%duration = duration
+        call arguments%get('--rate-limit', limit, misuse, default=case%knowledge%rate_limit/DEGREE, low=1e-6_dp, &
+                           high=1e3_dp, unit='deg/s')
+        if (allocated(misuse)) return
+        if (arguments%has('--rate-limit')) case%knowledge%rate_limit = limit*DEGREE
+        call arguments%get('--pointing-limit', limit, misuse, default=case%knowledge%pointing_limit/DEGREE, &
+                           low=1e-6_dp, high=180.0_dp, unit='deg')
+        if (arguments%has('--pointing-limit')) case%knowledge%pointing_limit = limit*DEGREE
+    end subroutine take_cases
+
+    !> Where the manoeuvre is to be good. Chooses the place when asked to.
+    subroutine take_places(request, view, orbit, sites, error)
+        type(request_t), intent(inout) :: request
+        type(accelerometer_view_t), intent(in) :: view
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(manoeuvre_site_t), allocatable, intent(out) :: sites(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_site_t), allocatable :: all_sites(:)
+        integer :: best
+
+        if (request%everywhere) then
+            call new_manoeuvre_sites(view, orbit, times_every(orbit, EVERYWHERE_STEP), &
+                                     request%settings%threads, sites, error)
+        else if (request%anywhere) then
+            call new_manoeuvre_sites(view, orbit, times_every(orbit, PLACE_STEP), request%settings%threads, &
+                                     all_sites, error)
+            if (.not. allocated(error)) call choose_place(view, all_sites, request%settings, best, error)
+            if (allocated(error)) return
+            sites = all_sites(best:best)
+            request%time = sites(1)%time
+        else
+            allocate (sites(1))
+            call new_manoeuvre_site(view, orbit, request%time, sites(1), error)
+        end if
+    end subroutine take_places
+
+    !> From 0 to the end of the orbit.
+    pure function times_every(orbit, step) result(times)
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: step            !! s
+        real(dp), allocatable :: times(:)
+
+        integer :: i
+
+        times = [(i*step, i=0, int(last_time(orbit)/step))]
+    end function times_every
+
+    !> Searches the manoeuvre, or judges the given one; a given one has to keep the limits.
+    subroutine find_design(request, case, orbit, sites, view, design, error)
+        type(request_t), intent(in) :: request
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(accelerometer_view_t), intent(inout) :: view       !! Of the arc; shorter when that is asked for
+        type(manoeuvre_design_t), intent(out) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_quality_t) :: quality
+
+        if (request%given) then
+            call judge_manoeuvre(view, sites, case%knowledge%rods, size(sites), design)
+            call evaluate_manoeuvre(view, sites(1), case%knowledge%rods, quality)
+            call check_motion(view%knowledge, quality%motion, error)
+            call add_context(error, 'case '//trim(case%knowledge%name))
+        else if (request%target > 0) then
+            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%knowledge%duration, &
+                                    DURATION_STEP, request%target, view, design, error)
+        else
+            call design_manoeuvre(view, sites, request%settings, design, error)
+        end if
+    end subroutine find_design
+
+    !> The manoeuvre at its place (first) and along the orbit.
+    subroutine map_places(request, view, orbit, rods, points, error)
+        type(request_t), intent(in) :: request
+        type(accelerometer_view_t), intent(in) :: view
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(torque_rods_t), intent(in) :: rods
+        type(map_point_t), allocatable, intent(out) :: points(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        if (request%map /= '' .or. request%everywhere) then
+            call map_manoeuvre(view, orbit, [request%time, times_every(orbit, real(request%map_step, dp))], &
+                               rods, request%settings%threads, points, error)
+        else
+            call map_manoeuvre(view, orbit, [request%time], rods, 1, points, error)
+        end if
+    end subroutine map_places
+
+    subroutine show(request, case, orbit, view, sites, design, points, console, error)
+        type(request_t), intent(in) :: request
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(manoeuvre_design_t), intent(in) :: design
+        type(map_point_t), intent(in) :: points(:)
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_design_t) :: other
+        character(160) :: row
+
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(case%knowledge%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+            merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
+            merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', view%knowledge%duration, ' s'
+        call console%line(trim(row))
+        call console%line('')
+        call show_rods(design%rods, console)
+        call console%line('')
+        call console%line('mm, body axes: limit of the CG offset (sigma, noise of the accelerometer); errors by '// &
+                          'the density wave and')
+        call console%line('by curved drag and radiation (force); all together on the worst axis')
+        call console%line('                          sigma x       y       z  wave x       y       z force x'// &
+                          '       y       z   worst')
+        if (request%everywhere) then
+            call show_quality('worst of '//integer_text(size(sites))//' places', design, console)
+        else
+            call show_quality('this manoeuvre', design, console)
+        end if
+        if (.not. request%given) then
+            call judge_manoeuvre(view, sites, pattern_567(request%settings, view%knowledge%duration), size(sites), &
+                                 other)
+            call show_quality('5, 6, 7 cycles', other, console)
+        end if
+        call console%line('')
+        write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
+            ' deg/s (limit', view%knowledge%rate_limit/DEGREE, '); turn away from the attitude', &
+            design%excursion/DEGREE, ' deg (limit', view%knowledge%pointing_limit/DEGREE, ')'
+        call console%line(trim(row))
+        if (.not. request%given) &
+            call console%line(integer_text(design%evaluations)//' evaluations of a manoeuvre at a place')
+        if (size(points) > 1) call show_map(points(2:), orbit, console)
+        if (request%out /= '') then
+            call console%line('')
+            if (.not. request%given) call console%line(request%out//' has `optimal` estimate scale factors and '// &
+                                                       'magnetometer bias, too: else they would be the largest errors')
+            call console%line('next: gracecg simulate '//request%out//' --out run1')
+        end if
+    end subroutine show
+
+    subroutine show_rods(rods, console)
+        type(torque_rods_t), intent(in) :: rods
+        type(console_t), intent(inout) :: console
+
+        character(120) :: row
+        integer :: i
+
+        call console%line('rod  waveform  amplitude, A m^2  frequency, Hz  phase, deg   start     stop, s')
+        do i = 1, rods%count
+            associate (rod => rods%activations(i))
+                write (row, '(a, t6, a, f17.3, f15.6, f12.2, f8.2, f9.2)') AXES(rod%axis), &
+                    WAVEFORM_NAMES(rod%waveform), rod%amplitude, rod%frequency, rod%phase/DEGREE, rod%start, &
+                    rod%stop
+                call console%line(trim(row))
+            end associate
+        end do
+    end subroutine show_rods
+
+    subroutine show_quality(label, design, console)
+        character(*), intent(in) :: label
+        type(manoeuvre_design_t), intent(in) :: design
+        type(console_t), intent(inout) :: console
+
+        character(120) :: row
+
+        if (design%worst < huge(1.0_dp)) then
+            write (row, '(a, t26, 10f8.5)') label, design%sigma/MILLIMETRE, design%wave/MILLIMETRE, &
+                design%force/MILLIMETRE, design%worst/MILLIMETRE
+        else
+            row = label//': leaves a direction of the offset unseen'
+        end if
+        call console%line(trim(row))
+    end subroutine show_quality
+
+    !> The best and the worst place of a map.
+    subroutine show_map(points, orbit, console)
+        type(map_point_t), intent(in) :: points(:)
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(console_t), intent(inout) :: console
+
+        character(120) :: row
+        real(dp) :: greatest(size(points))
+        integer :: i, place
+
+        call console%line('')
+        call console%line('map: '//integer_text(size(points))//' places of '// &
+                          integer_text(orbit%revolutions)//' revolutions')
+        call console%line('                     time  latitude  longitude   sigma x        y        z  '// &
+                          'greatest direction, mm')
+        do i = 1, size(points)
+            greatest(i) = maxval(points(i)%quality%sigma)
+        end do
+        do i = 1, 2
+            place = merge(minloc(greatest, 1), maxloc(greatest, 1), i == 1)
+            associate (point => points(place))
+                write (row, '(a, t17, i9, f10.1, f11.1, 1x, 4f9.5)') merge('best place ', 'worst place', i == 1), &
+                    nint(point%time), point%latitude/DEGREE, point%longitude/DEGREE, &
+                    min(point%quality%sigma, 99.0_dp)/MILLIMETRE, min(point%worst_sigma, 99.0_dp)/MILLIMETRE
+                call console%line(trim(row))
+            end associate
+        end do
+    end subroutine show_map
+
+    pure function quality_values(point) result(values)
+        type(map_point_t), intent(in) :: point
+        real(dp) :: values(18)
+
+        associate (quality => point%quality)
+            values = [point%time, point%latitude/DEGREE, point%longitude/DEGREE, quality%sigma/MILLIMETRE, &
+                      point%worst_sigma/MILLIMETRE, point%worst_direction, quality%wave/MILLIMETRE, &
+                      quality%force/MILLIMETRE, quality%motion%rate/DEGREE, quality%motion%excursion/DEGREE]
+        end associate
+    end function quality_values
+
+    subroutine print_row(case, point, console, error)
+        type(case_t), intent(in) :: case
+        type(map_point_t), intent(in) :: point
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: values(18)
+        type(string_t) :: fields(19)
+        integer :: i
+
+        values = quality_values(point)
+        fields(1)%text = trim(case%knowledge%name)
+        do i = 1, size(values)
+            fields(i + 1)%text = real_text(values(i))
+        end do
+        call console%row('case,'//QUALITY_COLUMNS, fields, error)
+    end subroutine print_row
+
+    subroutine write_map(request, case, points, error)
+        type(request_t), intent(in) :: request
+        type(case_t), intent(in) :: case
+        type(map_point_t), intent(in) :: points(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i
+
+        call file%open(request%map, QUALITY_COLUMNS, &
+                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite)// &
+                        ' satellite, orbit of case '//trim(case%knowledge%name)//' from '// &
+                        utc_text(case%knowledge%epoch)//', a calibration of '//real_text(case%knowledge%duration)// &
+                        ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
+                        'wave and by curved drag and radiation; body axes'], &
+                       error)
+        if (allocated(error)) return
+        do i = 1, size(points)
+            call file%row(quality_values(points(i)))
+        end do
+        call file%commit(error)
+    end subroutine write_map
+
+    !> The case with the manoeuvre, at its place.
+    subroutine write_case(request, case, orbit, design, error)
+        type(request_t), intent(in) :: request
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(manoeuvre_design_t), intent(in) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: later
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+
+        later = moved_case(case, orbit, request%time, request%built_in)
+        if (.not. request%given) call take_design(design, later)
+        call case_text(later, text, error)
+        if (.not. allocated(error)) call file%open(request%out, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_case
+end module gracecg_cli_design

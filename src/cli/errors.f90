@@ -1,0 +1,94 @@
+!> gracecg errors: Figure 6.5 of CSR-TM-00-01, one error source off at a time.
+module gracecg_cli_errors
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text, join
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
+    use gracecg_studies_study_files, only: write_error_sources
+    use gracecg_files_file, only: check_writable
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_errors, run_errors
+
+    integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+
+contains
+
+    !> Arguments and help of `gracecg errors`.
+    subroutine declare_errors(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('errors', '', 0, 0, &
+                                'The RMS error of the CG offset when one error source is switched off '// &
+                                'at a time, as in Figure 6.5 of CSR-TM-00-01: all-noise, linear-ng (the '// &
+                                'non-gravitational acceleration is a straight line in time), no-acc-noise, '// &
+                                'no-sca-noise, no-mag-noise (neither noise nor bias of the magnetometer). '// &
+                                'The estimator and its weights stay the same.', &
+                                'gracecg errors --runs 50')
+        call arguments%add_option('--runs', 'N', 'of each simulation (default 100)')
+        call arguments%add_option('--case', 'CASE', 'name or namelist file (default front-1, as in the report)')
+        call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')// &
+                                  ' (default ascfest, as in the report)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
+        call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+    end subroutine declare_errors
+
+    !> The work of `gracecg errors`.
+    subroutine run_errors(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(case_t) :: case
+        character(:), allocatable :: case_name, algorithm, path
+        type(error_study_t) :: studies(size(STUDY_NAMES))
+        integer :: runs, seed, threads, i
+
+        call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
+        if (.not. allocated(misuse)) call arguments%get('--case', case_name, misuse, default='front-1')
+        if (.not. allocated(misuse)) call arguments%get('--algorithm', algorithm, misuse, default='ascfest', &
+                                                        choices=ESTIMATOR_NAMES)
+        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
+        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+        if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
+        if (allocated(misuse)) return
+
+        call check_writable(path, error)
+        if (.not. allocated(error)) call find_calibration(case_name, case, error)
+        if (allocated(error)) return
+        do i = 1, size(STUDY_NAMES)
+            call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
+            call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
+            if (allocated(error)) return
+        end do
+        call show(trim(case%knowledge%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(case%knowledge%name)//', '//algorithm// &
+                                                 ', seed '//integer_text(seed), studies, error)
+    end subroutine run_errors
+
+    subroutine show(title, studies, console)
+        character(*), intent(in) :: title
+        type(error_study_t), intent(in) :: studies(:)
+        type(console_t), intent(inout) :: console
+
+        character(100) :: row
+        integer :: i, axis
+
+        call console%line('RMS error of the CG offset, mm: '//title)
+        call console%line('source           x here  x theory    y here  y theory    z here  z theory')
+        do i = 1, size(STUDY_NAMES)
+            write (row, '(a, t14, 6f10.5)') trim(STUDY_NAMES(i)), &
+                (studies(i)%rms(axis)/MILLIMETRE, studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3)
+            call console%line(trim(row))
+        end do
+    end subroutine show
+end module gracecg_cli_errors

@@ -1,0 +1,132 @@
+!> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
+module gracecg_cli_magnetometer_loss
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_files_file, only: check_writable
+    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
+    use gracecg_studies_study_files, only: write_field_studies
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_magnetometer_loss, run_magnetometer_loss
+
+    character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
+    character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
+    character(5), parameter :: SATELLITES(2) = ['front', 'back ']
+    integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+    real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
+    real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
+    real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
+
+    !> What the user asks for.
+    type :: plan_t
+        character(:), allocatable :: satellite, path
+        integer :: runs = 0, seed = 1, threads = 1
+        real(dp) :: deviation_nt = 0                !! Of the model's error, nT
+    end type plan_t
+
+contains
+
+    !> Arguments and help of `gracecg magnetometer-loss`.
+    subroutine declare_magnetometer_loss(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('magnetometer-loss', '', 0, 0, &
+                                'The RMS error of the CG offset when the magnetometer has failed and the '// &
+                                'field of the spherical harmonic model takes its place, as in Figure 6.6 of '// &
+                                'CSR-TM-00-01: cases 2 and 3, ASCFEST and ASCREST. The model is wrong by a '// &
+                                'constant vector in body axes, drawn for every run.', &
+                                'gracecg magnetometer-loss --runs 20')
+        call arguments%add_option('--runs', 'N', 'of each case (default 100)')
+        call arguments%add_option('--satellite', 'NAME', 'front (default) or back')
+        call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
+                                  'axis, nT (default 150, as in the report)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
+        call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+    end subroutine declare_magnetometer_loss
+
+    !> The work of `gracecg magnetometer-loss`.
+    subroutine run_magnetometer_loss(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(plan_t) :: plan
+        type(simulator_t) :: simulator
+        type(case_t) :: case
+        type(field_study_t) :: studies(size(FIELD_SOURCES)*size(ALGORITHMS)*size(NUMBERS))
+        integer :: i, a, f, n
+
+        call read_plan(arguments, plan, misuse)
+        if (allocated(misuse)) return
+        call check_writable(plan%path, error)
+        if (allocated(error)) return
+        n = 0
+        do i = 1, size(NUMBERS)
+            call report_case(plan%satellite//'-'//NUMBERS(i), case, error)
+            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+            if (allocated(error)) return
+            do a = 1, size(ALGORITHMS)
+                do f = 1, size(FIELD_SOURCES)
+                    call console%progress('magnetometer-loss: '//trim(case%knowledge%name)//', '// &
+                                          ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
+                    n = n + 1
+                    call study_field(simulator, ALGORITHMS(a), f == 2, plan%deviation_nt*NANOTESLA, &
+                                     plan%seed, plan%runs, plan%threads, studies(n), error)
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+        call show(plan, studies, console)
+        if (plan%path /= '') call write_field_studies(plan%path, 'magnetometer-loss', plan%seed, &
+                                                      plan%deviation_nt*NANOTESLA, studies, error)
+    end subroutine run_magnetometer_loss
+
+    subroutine read_plan(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(out) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        call arguments%get('--runs', plan%runs, misuse, default=100, low=1, high=MOST_RUNS)
+        if (.not. allocated(misuse)) call arguments%get('--satellite', plan%satellite, misuse, &
+                                                        default='front', choices=SATELLITES)
+        if (.not. allocated(misuse)) call arguments%get('--field-error', plan%deviation_nt, misuse, &
+                                                        default=REPORT_FIELD_ERROR, low=0.0_dp, &
+                                                        high=MOST_FIELD_ERROR, unit='nT')
+        if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
+        if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+        if (.not. allocated(misuse)) call arguments%get('--out', plan%path, misuse, default='')
+    end subroutine read_plan
+
+    subroutine show(plan, studies, console)
+        type(plan_t), intent(in) :: plan
+        type(field_study_t), intent(in) :: studies(:)
+        type(console_t), intent(inout) :: console
+
+        character(100) :: row
+        integer :: i, axis
+
+        call console%line('RMS error of the CG offset, mm: '//integer_text(plan%runs)// &
+                          ' runs; error of the field model '//real_text(plan%deviation_nt)// &
+                          ' nT on each axis')
+        call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
+                          '  z theory')
+        do i = 1, size(studies)
+            associate (s => studies(i))
+                write (row, '(a, t10, a, t21, a, t29, 6f10.5)') trim(s%case_name), trim(s%algorithm), &
+                    FIELD_SOURCES(merge(2, 1, s%with_model)), &
+                    (s%rms(axis)/MILLIMETRE, s%predicted(axis)/MILLIMETRE, axis=1, 3)
+            end associate
+            call console%line(trim(row))
+        end do
+    end subroutine show
+end module gracecg_cli_magnetometer_loss

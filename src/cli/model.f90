@@ -1,0 +1,360 @@
+!> gracecg model NAME: single models of the environment at a place and time, one CSV row each.
+module gracecg_cli_model
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
+        julian_centuries_tt
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_environment_geopotential, only: geopotential_t, egm96
+    use gracecg_environment_gfc_file, only: read_gfc
+    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf, spherical_components
+    use gracecg_environment_shc_file, only: read_shc
+    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather
+    use gracecg_environment_thermosphere, only: dtm77_t, new_dtm77, atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_wind, only: tabulated_wind_t, embedded_wind
+    use gracecg_environment_sun, only: sun_position
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
+    public :: declare_wind, run_wind, declare_sun, run_sun
+
+    integer, parameter :: DEFAULT_DEGREE = 70       !! All of the embedded EGM96
+    real(dp), parameter :: LOWEST_HEIGHT = -500.0_dp
+    !! Above the ellipsoid, m: below all dry land
+    real(dp), parameter :: SMALLEST_DISTANCE = 6.35e6_dp
+    !! From the Earth's centre, m: below the poles
+    real(dp), parameter :: GREATEST_COORDINATE = 1e10_dp    !! m
+    character(6), parameter :: FIELD_TABLES(2) = ['igrf95', 'igrf14']
+    character(*), parameter :: EXAMPLE_PLACE = '--position 6837865 0 0'
+    character(*), parameter :: EXAMPLE_DATE = '--date 1989-01-02T00:00:00'
+
+    !> A place in geodetic coordinates (WGS-84).
+    type :: place_t
+        real(dp) :: latitude = 0, longitude = 0     !! rad
+        real(dp) :: height = 0                      !! m
+    end type place_t
+
+contains
+
+    !> Arguments and help of `gracecg model gravity`.
+    subroutine declare_gravity(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model gravity', '', 0, 0, &
+                                'Gravitational acceleration (m/s^2, Earth-fixed axes, without '// &
+                                'the centrifugal part) and potential (m^2/s^2) of EGM96 or of '// &
+                                'a model file.', &
+                                'gracecg model gravity '//EXAMPLE_PLACE//' --degree 20')
+        call add_position(arguments)
+        call arguments%add_option('--degree', 'N', 'highest degree (default '// &
+                                  integer_text(DEFAULT_DEGREE)//')')
+        call arguments%add_option('--order', 'M', 'highest order (default: the degree)')
+        call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc) instead of EGM96')
+    end subroutine declare_gravity
+
+    !> The work of `gracecg model gravity`.
+    subroutine run_gravity(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(geopotential_t) :: model
+        character(:), allocatable :: file
+        real(dp) :: position(3), acceleration(3), potential
+        integer :: degree, order
+
+        call get_position(arguments, position, misuse)
+        if (.not. allocated(misuse)) &
+            call arguments%get('--degree', degree, misuse, default=DEFAULT_DEGREE, low=0)
+        if (.not. allocated(misuse)) &
+            call arguments%get('--order', order, misuse, default=degree, low=0)
+        if (.not. allocated(misuse)) call arguments%get('--file', file, misuse, default='')
+        if (allocated(misuse)) return
+
+        call check_position(position, error)
+        if (allocated(error)) return
+        if (arguments%has('--file')) then
+            call read_gfc(file, degree, order, model, error)
+        else
+            call egm96(degree, order, model, error)
+        end if
+        if (allocated(error)) return
+        call model%acceleration(position, acceleration)
+        call model%potential(position, potential)
+        call console%row('ax,ay,az,potential', [acceleration, potential], error)
+    end subroutine run_gravity
+
+    !> Arguments and help of `gracecg model field`.
+    subroutine declare_field(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model field', '', 0, 0, &
+                                'Magnetic flux density in T: Earth-fixed axes, and along the '// &
+                                'local geocentric vertical (up), south and east.', &
+                                'gracecg model field '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
+        call add_date(arguments)
+        call add_position(arguments)
+        call arguments%add_option('--table', 'NAME', 'igrf95 (default; 1985 to 2000) or igrf14 '// &
+                                  '(1900 to 2030)')
+        call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
+    end subroutine declare_field
+
+    !> The work of `gracecg model field`.
+    subroutine run_field(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(igrf_t) :: model
+        type(utc_t) :: date
+        character(:), allocatable :: table, file
+        real(dp) :: position(3), b(3), radial, south, east
+
+        call get_date(arguments, date, misuse)
+        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
+        if (.not. allocated(misuse)) &
+            call arguments%get('--table', table, misuse, default='igrf95', choices=FIELD_TABLES)
+        if (.not. allocated(misuse)) call arguments%get('--file', file, misuse, default='')
+        if (allocated(misuse)) return
+        if (arguments%has('--table') .and. arguments%has('--file')) then
+            call fail(misuse, 'give --table or --file, not both')
+            return
+        end if
+
+        call check_position(position, error)
+        if (allocated(error)) return
+        if (arguments%has('--file')) then
+            call read_shc(file, decimal_year(date), model, error)
+        else
+            call igrf(table, decimal_year(date), model, error)
+        end if
+        if (allocated(error)) return
+        call model%evaluate(position, b)
+        call spherical_components(position, b, radial, south, east)
+        call console%row('bx,by,bz,b_radial,b_south,b_east', [b, radial, south, east], error)
+    end subroutine run_field
+
+    !> Arguments and help of `gracecg model density`.
+    subroutine declare_density(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model density', '', 0, 0, &
+                                'Density (kg/m^3), temperatures (K) and number densities '// &
+                                '(1/m^3) of the thermosphere by DTM-77. Solar flux and Kp come '// &
+                                'from the built-in table (December 1988 to February 1989, and '// &
+                                '2000) unless all three are given.', &
+                                'gracecg model density '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
+        call add_date(arguments)
+        call add_position(arguments)
+        call arguments%add_option('--f107', 'V', 'observed solar flux F10.7 of the day before, sfu')
+        call arguments%add_option('--f107a', 'V', 'its mean over 81 days, sfu')
+        call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')
+    end subroutine declare_density
+
+    !> The work of `gracecg model density`.
+    subroutine run_density(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(dtm77_t) :: model
+        type(utc_t) :: date
+        type(place_t) :: place
+        type(atmosphere_point_t) :: point
+        type(atmosphere_state_t) :: air
+        real(dp) :: position(3), f107, f107_mean, kp
+        integer :: given
+
+        given = count([arguments%has('--f107'), arguments%has('--f107a'), arguments%has('--kp')])
+        if (given == 1 .or. given == 2) then
+            call fail(misuse, 'give all three of --f107, --f107a and --kp, or none')
+            return
+        end if
+        call get_date(arguments, date, misuse)
+        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
+        if (.not. allocated(misuse)) &
+            call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
+        if (.not. allocated(misuse)) &
+            call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
+        if (.not. allocated(misuse)) call arguments%get('--kp', kp, misuse, default=0.0_dp)
+        if (allocated(misuse)) return
+
+        if (given == 0) call look_up_space_weather(date, f107, f107_mean, kp, error)
+        if (.not. allocated(error)) call new_dtm77(f107, f107_mean, kp, model, error)
+        if (.not. allocated(error)) call check_position(position, error)
+        if (allocated(error)) return
+        place = place_of(position)
+        if (place%height < model%lowest_height()) then
+            call fail(error, 'height '//real_text(place%height/1000)// &
+                      ' km above the ellipsoid: DTM-77 is valid from '// &
+                      real_text(model%lowest_height()/1000)//' km on')
+            return
+        end if
+        point = atmosphere_point_t(place%height, place%latitude, &
+                                   local_mean_solar_time(date, place%longitude), day_of_year(date))
+        call model%evaluate(point, air)
+        call show_place(place, point%local_solar_time, console)
+        call console%line('# day = '//real_text(point%day_of_year))
+        call console%line('# f107 = '//real_text(f107))
+        call console%line('# f107a = '//real_text(f107_mean))
+        call console%line('# kp = '//real_text(kp))
+        call console%row('density,temperature,exospheric_temperature,n_he,n_o,n_n2', &
+                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, &
+                          air%n_o, air%n_n2], error)
+    end subroutine run_density
+
+    !> Indices of the embedded table.
+    subroutine look_up_space_weather(date, f107, f107_mean, kp, error)
+        type(utc_t), intent(in) :: date
+        real(dp), intent(out) :: f107, f107_mean    !! sfu
+        real(dp), intent(out) :: kp
+        type(error_t), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+
+        table = embedded_space_weather()
+        call table%indices_at(date, f107, f107_mean, kp, error)
+        call add_context(error, '--f107, --f107a and --kp are needed')
+    end subroutine look_up_space_weather
+
+    !> Arguments and help of `gracecg model wind`.
+    subroutine declare_wind(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model wind', '', 0, 0, &
+                                'Horizontal wind of the thermosphere in m/s relative to the '// &
+                                'rotating Earth, by latitude and local solar time: the '// &
+                                'built-in table of HWM93.', &
+                                'gracecg model wind '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
+        call add_date(arguments)
+        call add_position(arguments)
+    end subroutine declare_wind
+
+    !> The work of `gracecg model wind`.
+    subroutine run_wind(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(tabulated_wind_t) :: model
+        type(utc_t) :: date
+        type(place_t) :: place
+        real(dp) :: position(3), local_time, east, north
+
+        call get_date(arguments, date, misuse)
+        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
+        if (allocated(misuse)) return
+
+        call check_position(position, error)
+        if (allocated(error)) return
+        place = place_of(position)
+        local_time = local_mean_solar_time(date, place%longitude)
+        model = embedded_wind()
+        call model%evaluate(place%latitude, local_time, east, north)
+        call console%line('# HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every '// &
+                          'date and height')
+        call show_place(place, local_time, console)
+        call console%row('east,north', [east, north], error)
+    end subroutine run_wind
+
+    !> Arguments and help of `gracecg model sun`.
+    subroutine declare_sun(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model sun', '', 0, 0, &
+                                'Geometric position of the Sun from the Earth''s centre in m, '// &
+                                'mean equator and equinox of J2000, and its distance in au.', &
+                                'gracecg model sun '//EXAMPLE_DATE)
+        call add_date(arguments)
+    end subroutine declare_sun
+
+    !> The work of `gracecg model sun`.
+    subroutine run_sun(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(utc_t) :: date
+        real(dp) :: position(3)
+
+        call get_date(arguments, date, misuse)
+        if (allocated(misuse)) return
+        position = sun_position(julian_centuries_tt(date))
+        call console%row('x,y,z,distance_au', [position, norm2(position)/ASTRONOMICAL_UNIT], error)
+    end subroutine run_sun
+
+    subroutine add_position(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--position', 'X Y Z', 'Earth-fixed position, m', required=.true.)
+    end subroutine add_position
+
+    subroutine add_date(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--date', 'DATE', &
+                                  'UTC, ISO 8601: 1989-01-02T00:00:00 or 1989-01-02', &
+                                  required=.true.)
+    end subroutine add_date
+
+    subroutine get_position(arguments, position, misuse)
+        type(arguments_t), intent(in) :: arguments
+        real(dp), intent(out) :: position(3)        !! Earth-fixed, m
+        type(error_t), allocatable, intent(out) :: misuse
+
+        call arguments%get('--position', position, misuse, low=-GREATEST_COORDINATE, &
+                           high=GREATEST_COORDINATE, unit='m')
+    end subroutine get_position
+
+    subroutine get_date(arguments, date, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(utc_t), intent(out) :: date
+        type(error_t), allocatable, intent(out) :: misuse
+
+        character(:), allocatable :: text
+
+        call arguments%get('--date', text, misuse)
+        if (.not. allocated(misuse)) call parse_utc(text, date, misuse)
+        call add_context(misuse, 'option --date')
+    end subroutine get_date
+
+    !> Refuses a position inside the Earth.
+    subroutine check_position(position, error)
+        real(dp), intent(in) :: position(3)         !! Earth-fixed, m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(place_t) :: place
+
+        if (norm2(position) < SMALLEST_DISTANCE) then
+            call fail(error, 'option --position: '//real_text(norm2(position)/1000)// &
+                      ' km from the Earth''s centre lies inside the Earth; give Earth-fixed metres')
+            return
+        end if
+        place = place_of(position)
+        if (place%height < LOWEST_HEIGHT) &
+            call fail(error, 'option --position: lies '//real_text(-place%height/1000)// &
+                      ' km below the ellipsoid, inside the Earth; give Earth-fixed metres')
+    end subroutine check_position
+
+    function place_of(position) result(place)
+        real(dp), intent(in) :: position(3)         !! Earth-fixed, m
+        type(place_t) :: place
+
+        call earth_fixed_to_geodetic(position, place%latitude, place%longitude, place%height)
+    end function place_of
+
+    !> Where and when, as the models took it.
+    subroutine show_place(place, local_time, console)
+        type(place_t), intent(in) :: place
+        real(dp), intent(in) :: local_time          !! h
+        type(console_t), intent(inout) :: console
+
+        call console%line('# height_km = '//real_text(place%height/1000))
+        call console%line('# latitude_deg = '//real_text(place%latitude/DEGREE))
+        call console%line('# local_time_h = '//real_text(local_time))
+    end subroutine show_place
+end module gracecg_cli_model

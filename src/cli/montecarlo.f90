@@ -1,0 +1,218 @@
+!> gracecg montecarlo: Tables 6.1 and 6.2 of CSR-TM-00-01, ours beside the published values and the
+!> theoretical prediction.
+module gracecg_cli_montecarlo
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
+    use gracecg_files_file, only: check_writable
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, observe
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
+    use gracecg_studies_campaign_files, only: write_table, write_runs
+    use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_montecarlo, run_montecarlo
+
+    character(*), parameter :: COMMAND = 'montecarlo'
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+
+    !> What the user asks for.
+    type :: plan_t
+        type(string_t), allocatable :: cases(:), algorithms(:)
+        integer :: runs = REPORT_RUNS, seed = 1, threads = 1
+        integer :: shard = 1, shards = 1
+        type(error_switches_t) :: switches
+        character(:), allocatable :: without    !! Error sources that are switched off, as given; empty: none
+        character(:), allocatable :: table_file, runs_file      !! Empty: none
+    end type plan_t
+
+contains
+
+    !> Arguments and help of `gracecg montecarlo`.
+    subroutine declare_montecarlo(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe(COMMAND, '', 0, 0, &
+                                'Simulates and estimates many calibrations of each case and prints the RMS '// &
+                                'error of the CG offset in the layout of Tables 6.1 and 6.2 of '// &
+                                'CSR-TM-00-01, beside the published values and the prediction of a '// &
+                                'covariance analysis. A large campaign can be done in shards, on as many '// &
+                                'machines as there are, and put together by gracecg merge.', &
+                                'gracecg montecarlo --cases front-3,back-3 --algorithms assest-fde --runs 100')
+        call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas (default: '// &
+                                  'the six built-in cases)')
+        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
+                                  ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
+        call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
+        call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
+                                  'of the whole campaign')
+        call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
+                                  join(SOURCE_NAMES, ', ')//' (the three others that are no noise)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); '// &
+                                  'the numbers do not depend on it')
+        call arguments%add_option('--out', 'FILE', 'CSV file for the statistics')
+        call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
+    end subroutine declare_montecarlo
+
+    !> The work of `gracecg montecarlo`.
+    subroutine run_montecarlo(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(plan_t) :: plan
+        type(campaign_t) :: campaign
+        integer :: i
+
+        call read_plan(arguments, plan, misuse)
+        if (allocated(misuse)) return
+        call check_writable(plan%table_file, error)
+        if (.not. allocated(error)) call check_writable(plan%runs_file, error)
+        if (allocated(error)) return
+        campaign = new_campaign(padded(plan%algorithms), size(plan%cases), plan%seed, plan%runs, &
+                                plan%shard, plan%shards)
+        do i = 1, size(plan%cases)
+            call do_case(plan, i, campaign, console, error)
+            if (allocated(error)) return
+        end do
+        call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
+        if (plan%without /= '') call console%line('(error sources switched off here: '//plan%without// &
+                                                    '; the report''s values have them all)')
+        call console%line('')
+        call show_campaign(campaign, console)
+        if (plan%table_file /= '') call write_table(plan%table_file, campaign, COMMAND, error)
+        if (allocated(error)) return
+        if (plan%runs_file /= '') call write_runs(plan%runs_file, campaign, COMMAND, error)
+    end subroutine run_montecarlo
+
+    subroutine read_plan(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(out) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
+
+        call arguments%get('--cases', plan%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
+        if (.not. allocated(misuse)) call arguments%get('--algorithms', plan%algorithms, misuse, &
+                                                        default=join(REPORT_ESTIMATORS, ','), &
+                                                        choices=ESTIMATOR_NAMES)
+        if (.not. allocated(misuse)) call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, &
+                                                        low=1, high=MOST_RUNS)
+        if (.not. allocated(misuse)) call read_shard(arguments, plan, misuse)
+        if (.not. allocated(misuse)) call read_switches(arguments, plan, misuse)
+        if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
+        if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+        if (.not. allocated(misuse)) call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
+    end subroutine read_plan
+
+    subroutine read_switches(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(inout) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        type(string_t), allocatable :: names(:)
+        integer :: i
+
+        call arguments%get('--without', plan%without, misuse, default='')
+        if (allocated(misuse) .or. plan%without == '') return
+        names = split(plan%without, ',')
+        do i = 1, size(names)
+            call switch_off(plan%switches, names(i)%text, misuse)
+            call add_context(misuse, 'option --without')
+            if (allocated(misuse)) return
+        end do
+    end subroutine read_switches
+
+    subroutine read_shard(arguments, plan, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(plan_t), intent(inout) :: plan
+        type(error_t), allocatable, intent(out) :: misuse
+
+        character(:), allocatable :: text
+        integer :: slash
+        logical :: ok(2)
+
+        call arguments%get('--shard', text, misuse, default='1/1')
+        if (allocated(misuse)) return
+        slash = index(text, '/')
+        call parse_integer(text(:slash - 1), plan%shard, ok(1))
+        call parse_integer(text(slash + 1:), plan%shards, ok(2))
+        if (slash == 0 .or. .not. all(ok) .or. plan%shard < 1 .or. plan%shard > plan%shards) then
+            call fail(misuse, 'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N')
+        else if (plan%shard > plan%runs) then
+            call fail(misuse, 'option --shard: shard '//text//' of '//integer_text(plan%runs)// &
+                      ' runs has none; there are as many shards as runs at most')
+        end if
+    end subroutine read_shard
+
+    !> Simulates case number i, with all algorithms.
+    subroutine do_case(plan, i, campaign, console, error)
+        type(plan_t), intent(in) :: plan
+        integer, intent(in) :: i
+        type(campaign_t), intent(inout) :: campaign
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        integer :: a
+
+        call find_calibration(plan%cases(i)%text, case, error)
+        if (.not. allocated(error)) call new_switched_simulator(case, plan%switches, simulator, error)
+        if (.not. allocated(error)) call add_case(campaign, i, simulator%case, error)
+        if (allocated(error)) return
+        do a = 1, size(plan%algorithms)
+            call console%progress('montecarlo: '//trim(case%knowledge%name)//', '//plan%algorithms(a)%text// &
+                                  ', '//integer_text(size(shard_runs(campaign)))//' runs')
+            call run_entry(campaign, a, i, simulator, plan%threads, error)
+            if (allocated(error)) return
+        end do
+        if (i == 1) call show_heading(plan, console)
+        call show_one_calibration(simulator, plan, campaign%entries(1, i)%predicted, console, error)
+    end subroutine do_case
+
+    subroutine show_heading(plan, console)
+        type(plan_t), intent(in) :: plan
+        type(console_t), intent(inout) :: console
+
+        call console%line('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated '// &
+                          'calibration: '//plan%algorithms(1)%text//', run 1, seed '//integer_text(plan%seed))
+        call console%line('case          d_x true  estimate  error*    d_y true  estimate  error*    '// &
+                          'd_z true  estimate  error*')
+    end subroutine show_heading
+
+    !> The first run of a case, as an operator would see it.
+    subroutine show_one_calibration(simulator, plan, predicted, console, error)
+        type(simulator_t), intent(in) :: simulator
+        type(plan_t), intent(in) :: plan
+        real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        character(120) :: row
+        integer :: i
+
+        call observe(simulator, plan%seed, 1, observations, error)
+        if (allocated(error)) return
+        call estimate_offset(plan%algorithms(1)%text, observations, solution, error, with_covariance=.false.)
+        if (allocated(error)) return
+        write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
+            (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
+             predicted(i), i=1, 3)
+        call console%line(wide(trim(simulator%case%knowledge%name), 12)//trim(row))
+    end subroutine show_one_calibration
+end module gracecg_cli_montecarlo

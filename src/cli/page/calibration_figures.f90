@@ -1,0 +1,320 @@
+!> The figures of one calibration's page: each writes its numbers as CSV, a gnuplot script beside them,
+!> and, where gnuplot is installed, the drawing.
+module gracecg_cli_calibration_figures
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: real_text, rounded_text
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_environment_time, only: time_tag
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, projected_ellipse, ELLIPSE_95
+    use gracecg_cli_gnuplot, only: script_head, draw_figure
+    implicit none
+    private
+    public :: drawing_t, draw_manoeuvre, draw_ellipses, draw_residuals, draw_spectrum
+
+    !> A figure, or why there is none.
+    type :: drawing_t
+        character(:), allocatable :: svg        !! Empty: not drawn
+        character(:), allocatable :: reason     !! Why not
+    end type drawing_t
+
+    integer, parameter :: WIDTH = 640           !! Of all figures; a letter is 17 high
+    integer, parameter :: ELLIPSE_POINTS = 181
+    real(dp), parameter :: MILLIMETRES = 1e3_dp
+    real(dp), parameter :: NANO = 1e9_dp
+    character(1), parameter :: LF = achar(10)
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    character(*), parameter :: OMEGA = '\317\211', ROOT = '\342\210\232'
+    !! Letter omega and root sign as gnuplot's escapes of UTF-8
+    character(*), parameter :: PANEL_MARGINS = 'margins screen 0.135, screen 0.975, screen '
+
+contains
+
+    !> Dipole moments of the rods and the angular acceleration that the fit makes of them.
+    subroutine draw_manoeuvre(folder, knowledge, record, drawing, error)
+        character(*), intent(in) :: folder    !! Where gnuplot works
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_record_t), intent(in) :: record
+        type(drawing_t), intent(out) :: drawing
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        real(dp) :: t
+        integer :: i
+
+        call open_table(file, folder, 'manoeuvre', 'time_s,mx,my,mz,wdx,wdy,wdz', knowledge, &
+                        'dipole moment of the rods (A m^2), angular acceleration (rad/s^2), body axes', error)
+        if (allocated(error)) return
+        do i = 1, size(record%epoch)
+            t = time_tag(record%epoch(i), record%interval)
+            call file%row([t, dipole_moment(knowledge%rods, t), record%angular_acceleration(:, i)])
+        end do
+        call file%commit(error)
+        if (allocated(error)) return
+        call draw_figure(folder, 'manoeuvre', &
+                         script_head('manoeuvre', 'The manoeuvre', WIDTH, 560)// &
+                         'set multiplot layout 2,1 '//PANEL_MARGINS//'0.10, screen 0.93 spacing screen 0.08'//LF// &
+                         time_axis(knowledge)//'set key horizontal outside top right samplen 1.5'//LF// &
+                         'set ylabel "moment, A m^2" offset 1.5,0'//LF//'set format x ""'//LF// &
+                         'set yrange [*<-1:1<*]'//LF// &
+                         three_curves('manoeuvre.csv', 2, '1', 3.0_dp, ' dashtype (6,6)')// &
+                         'set format x'//LF//'set xlabel "time, s"'//LF//'unset key'//LF//'set yrange [*:*]'//LF// &
+                         'set ylabel "d'//OMEGA//'/dt, 10^{-6} rad/s^2" offset 1.5,0'//LF// &
+                         three_curves('manoeuvre.csv', 5, '1e6', 1.5_dp)//'unset multiplot'//LF, &
+                         drawing%svg, drawing%reason, error)
+    end subroutine draw_manoeuvre
+
+    !> The error ellipsoid, cast on the three planes.
+    subroutine draw_ellipses(folder, knowledge, solution, drawing, error)
+        character(*), intent(in) :: folder    !! Where gnuplot works
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(solution_t), intent(in) :: solution
+        type(drawing_t), intent(out) :: drawing
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: PLANES(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
+        type(csv_writer_t) :: file
+        character(:), allocatable :: script
+        real(dp) :: points(2, ELLIPSE_POINTS, 3)
+        integer :: k, plane
+
+        do plane = 1, 3
+            points(:, :, plane) = MILLIMETRES*projected_ellipse(solution%covariance, PLANES(1, plane), &
+                                                                PLANES(2, plane), 1.0_dp, ELLIPSE_POINTS)
+        end do
+        call open_table(file, folder, 'ellipses', 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', knowledge, &
+                        'projections of the error ellipsoid of one sigma, about 0', error)
+        if (allocated(error)) return
+        do k = 1, ELLIPSE_POINTS
+            call file%row([points(:, k, :)])
+        end do
+        call file%commit(error)
+        if (allocated(error)) return
+        script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 640)// &
+            'set multiplot layout 2,2 margins screen 0.155, screen 0.97, screen 0.115, screen 0.98 '// &
+            'spacing screen 0.18, screen 0.14'//LF//'set grid xtics ytics'//LF//'unset key'//LF// &
+            'set xtics autofreq'//LF//'k95 = '//real_text(ELLIPSE_95)//LF
+        do plane = 1, 3
+            associate (i => PLANES(1, plane), j => PLANES(2, plane))
+                script = script//panel('d_'//AXES(i)//', mm', 'd_'//AXES(j)//', mm', MILLIMETRES*solution%offset([i, j]), &
+                                       maxval(abs(points(:, :, plane)), 2), 2*plane - 1)
+            end associate
+        end do
+        script = script//'set border 0'//LF//'unset tics'//LF//'unset grid'//LF//'unset label'//LF// &
+            'set xlabel ""'//LF//'set ylabel ""'//LF//'set xrange [0:1]'//LF//'set yrange [0:1]'//LF// &
+            'set key at graph 0.5, graph 0.7 center'//LF// &
+            'plot NaN with points linetype 1 pointtype 7 linecolor rgb ink title "estimate", \'//LF// &
+            '    NaN with lines linetype 1 title "one sigma", \'//LF// &
+            '    NaN with lines linetype 2 title "95 %"'//LF//'unset multiplot'//LF
+        call draw_figure(folder, 'ellipses', script, drawing%svg, drawing%reason, error)
+
+    contains
+
+        function panel(x_label, y_label, centre, extent, column) result(text)
+            character(*), intent(in) :: x_label, y_label
+            real(dp), intent(in) :: centre(2), extent(2)    !! mm
+            integer, intent(in) :: column
+            character(:), allocatable :: text
+
+            real(dp) :: half(2)
+            character(:), allocatable :: x, y
+
+            half = 1.15_dp*ELLIPSE_95*max(extent, 1e-3_dp)
+            x = real_text(centre(1))
+            y = real_text(centre(2))
+            text = 'set xlabel "'//x_label//'"'//LF//'set ylabel "'//y_label//'" offset 1,0'//LF// &
+                'set xtics '//tic_step(half(1))//LF//'set ytics '//tic_step(half(2))//LF// &
+                'set xrange ['//real_text(centre(1) - half(1))//':'//real_text(centre(1) + half(1))//']'//LF// &
+                'set yrange ['//real_text(centre(2) - half(2))//':'//real_text(centre(2) + half(2))//']'//LF// &
+                'plot "ellipses.csv" using ('//x//' + k95*$'//digit(column)//'):('//y//' + k95*$'// &
+                digit(column + 1)//') with lines linetype 2, \'//LF// &
+                '    "" using ('//x//' + $'//digit(column)//'):('//y//' + $'//digit(column + 1)// &
+                ') with lines linetype 1, \'//LF// &
+                '    "+" using ('//x//'):('//y//') every ::0::0 with points pointtype 7 linecolor rgb ink'//LF
+        end function panel
+
+        !> At most four tics over an axis of this half length.
+        function tic_step(half) result(text)
+            real(dp), intent(in) :: half
+            character(:), allocatable :: text
+
+            real(dp) :: power, lead
+
+            power = 10.0_dp**floor(log10(half/2))
+            lead = 10
+            if (half/2 <= 5*power) lead = 5
+            if (half/2 <= 2*power) lead = 2
+            text = rounded_text(lead*power, 1)
+        end function tic_step
+
+        character(1) function digit(number)
+            integer, intent(in) :: number
+
+            digit = achar(iachar('0') + number)
+        end function digit
+    end subroutine draw_ellipses
+
+    !> Residuals of the accelerometer over time, with two standard deviations of the setup's noise.
+    subroutine draw_residuals(folder, knowledge, record, diagnostics, drawing, error)
+        character(*), intent(in) :: folder    !! Where gnuplot works
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(drawing_t), intent(out) :: drawing
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(:), allocatable :: script
+        integer :: i, axis
+
+        call open_table(file, folder, 'residuals', 'time_s,x,y,z', knowledge, &
+                        'residuals of the accelerometer, observed minus fitted (m/s^2), body axes', error)
+        if (allocated(error)) return
+        do i = 1, size(record%epoch)
+            call file%row([time_tag(record%epoch(i), record%interval), record%residual(:, i)])
+        end do
+        call file%commit(error)
+        if (allocated(error)) return
+        script = script_head('residuals', 'Residuals of the accelerometer', WIDTH, 720)// &
+            'set multiplot layout 3,1 '//PANEL_MARGINS//'0.08, screen 0.985 spacing screen 0.035'//LF// &
+            time_axis(knowledge)//'unset key'//LF//'set format x ""'//LF
+        do axis = 1, 3
+            if (axis == 3) script = script//'set format x'//LF//'set xlabel "time, s"'//LF
+            script = script//'set ylabel "'//AXES(axis)//', 10^{-9} m/s^2" offset 1.5,0'//LF// &
+                'plot "residuals.csv" using 1:(1e9*$'//achar(iachar('1') + axis)//') with lines linetype '// &
+                achar(iachar('0') + axis)//' linewidth 1'
+            if (diagnostics%residuals(axis)%noise_known) &
+                script = script//', \'//LF//'    '//limit(2*diagnostics%residuals(axis)%expected_rms)//', \'//LF// &
+                '    '//limit(-2*diagnostics%residuals(axis)%expected_rms)
+            script = script//LF
+        end do
+        call draw_figure(folder, 'residuals', script//'unset multiplot'//LF, drawing%svg, drawing%reason, error)
+
+    contains
+
+        function limit(value) result(text)
+            real(dp), intent(in) :: value
+            character(:), allocatable :: text
+
+            text = rounded_text(NANO*value, 6)//' with lines linetype 5'
+        end function limit
+    end subroutine draw_residuals
+
+    !> Amplitude spectrum of the residuals beside that of the setup's noise, one-sided.
+    subroutine draw_spectrum(folder, knowledge, diagnostics, drawing, error)
+        character(*), intent(in) :: folder    !! Where gnuplot works
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(drawing_t), intent(out) :: drawing
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(:), allocatable :: script, column
+        integer :: k, axis, i
+
+        associate (d => diagnostics)
+            call open_table(file, folder, 'spectrum', 'frequency_hz,x,y,z,expected_x,expected_y,expected_z', &
+                knowledge, &
+                            'amplitude spectrum of the residuals and of the noise of the setup, one-sided '// &
+                            '(m/s^2/sqrt(Hz))', error)
+            if (allocated(error)) return
+            do k = 2, size(d%frequency)         ! 0 has no place on a logarithmic axis
+                call file%row([d%frequency(k), one_sided(d%density(:, k)), one_sided(d%expected_density(:, k))])
+            end do
+            call file%commit(error)
+            if (allocated(error)) return
+            call open_table(file, folder, 'spectrum_bands', 'frequency_hz,x,y,z', knowledge, &
+                            'the same, means of the power over thirds of octaves', error)
+            if (allocated(error)) return
+            do k = 1, size(d%band_frequency)
+                call file%row([d%band_frequency(k), one_sided(d%band_density(:, k))])
+            end do
+            call file%commit(error)
+            if (allocated(error)) return
+        end associate
+        script = script_head('spectrum', 'Spectrum of the residuals', WIDTH, 860)// &
+            'set multiplot layout 3,1 margins screen 0.185, screen 0.975, screen 0.07, screen 0.925 '// &
+            'spacing screen 0.03'//LF// &
+            'set logscale xy'//LF//'set format y "10^{%L}"'//LF//'set format x ""'//LF// &
+            'set grid xtics ytics'//LF// &
+            'set xrange ['//rounded_text(0.9_dp*diagnostics%frequency(2), 4)//':'// &
+            rounded_text(1.05_dp*diagnostics%frequency(size(diagnostics%frequency)), 4)//']'//LF// &
+            'set key horizontal at screen 0.985, screen 0.992 right top samplen 1.2 maxrows 2'//LF
+        do i = 1, knowledge%rods%count
+            if (knowledge%rods%activations(i)%frequency > 0) script = script//'set arrow from first '// &
+                rounded_text(knowledge%rods%activations(i)%frequency, 6)//', graph 0 to first '// &
+                rounded_text(knowledge%rods%activations(i)%frequency, &
+                    6)//', graph 1 nohead back linetype 5 linewidth 1'//LF
+        end do
+        do axis = 1, 3
+            if (axis == 2) script = script//'unset key'//LF
+            if (axis == 3) script = script//'set format x "%g"'//LF//'set xlabel "frequency, Hz"'//LF
+            column = achar(iachar('1') + axis)
+            script = script//'set ylabel "'//AXES(axis)//', m/s^2/'//ROOT//'Hz" offset 1,0'//LF// &
+                'plot "spectrum.csv" using 1:'//column//' with lines linetype 5 dashtype 1 linewidth 0.8 '// &
+                'title "residuals", \'//LF
+            if (diagnostics%residuals(axis)%noise_known) &
+                script = script//'    "" using 1:'//achar(iachar('4') + axis)// &
+                ' with lines linetype 2 linewidth 2 title "noise of setup", \'//LF
+            script = script//'    "spectrum_bands.csv" using 1:'//column//' with linespoints linetype 1 '// &
+                'pointtype 7 pointsize 0.4 title "band means"'//LF
+        end do
+        call draw_figure(folder, 'spectrum', script//'unset multiplot'//LF, drawing%svg, drawing%reason, error)
+
+    contains
+
+        elemental real(dp) function one_sided(density)
+            real(dp), intent(in) :: density     !! Two-sided power
+
+            one_sided = sqrt(2*density)
+        end function one_sided
+    end subroutine draw_spectrum
+
+    !> Begins DIR/NAME.csv.
+    subroutine open_table(file, folder, name, columns, knowledge, contents, error)
+        type(csv_writer_t), intent(inout) :: file
+        character(*), intent(in) :: folder, name, columns, contents
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        character(140) :: comments(2)
+
+        comments(1) = 'gracecg '//VERSION//' estimate --report, '//trim(knowledge%name)
+        comments(2) = contents
+        call file%open(folder//'/'//name//'.csv', columns, comments, error)
+    end subroutine open_table
+
+    function time_axis(knowledge) result(script)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        character(:), allocatable :: script
+
+        script = 'set xrange [0:'//real_text(knowledge%duration)//']'//LF
+    end function time_axis
+
+    !> Columns `first` to `first` + 2 over the first one, as x, y and z. Where curves may lie on each
+    !> other, the last one is dashed.
+    function three_curves(file, first, factor, width, last_one) result(script)
+        character(*), intent(in) :: file, factor
+        integer, intent(in) :: first
+        real(dp), intent(in) :: width
+        character(*), intent(in), optional :: last_one      !! How z is drawn besides
+        character(:), allocatable :: script
+
+        integer :: axis
+
+        script = 'plot'
+        do axis = 1, 3
+            script = script//' "'//file//'" using 1:('//factor//'*$'//achar(iachar('0') + first + axis - 1)// &
+                ') with lines linetype '//achar(iachar('0') + axis)//' linewidth '//rounded_text(width, 3)
+            if (axis == 3 .and. present(last_one)) script = script//last_one
+            script = script//' title "'//AXES(axis)//'"'
+            if (axis < 3) script = script//', \'//LF//'    '
+        end do
+        script = script//LF
+    end function three_curves
+end module gracecg_cli_calibration_figures

@@ -1,0 +1,337 @@
+!> The report page: section 5.3 with Figures 5.2-5.8, the assumptions behind the estimators.
+module gracecg_cli_chapter_curves
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, check_windows
+    use gracecg_studies_study_files, only: write_curves, curves_file_name
+    use gracecg_cli_verify, only: window_verdict
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
+    use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text
+    implicit none
+    private
+    public :: add_curves_chapter
+
+    character(*), parameter :: NO_BREAK_SPACE = '\302\240'     !! UTF-8, for gnuplot
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+
+    !> A figure of the report.
+    type :: figure_t
+        character(4) :: number = ''
+        character(80) :: caption = ''       !! As printed
+        character(160) :: shows = ''        !! What the report sees in it
+    end type figure_t
+
+    type(figure_t), parameter :: FIGURES(7) = [ &
+        figure_t('5.2', 'Non-gravitational acceleration of front GRACE', &
+                 'It can be fitted by straight lines, although not perfectly; short-period density '// &
+                 'perturbations bend it.'), &
+        figure_t('5.3', 'Non-gravitational acceleration of back GRACE', &
+                 'The same for the back satellite, which flies turned by 180 deg about the vertical.'), &
+        figure_t('5.4', 'Disturbance accelerations of front GRACE due to CG offset', &
+                 'a_{acc}, by the angular acceleration, dominates; the gravity gradient a_{gg} is '// &
+                 'nearly a straight line.'), &
+        figure_t('5.5', 'Disturbance accelerations of back GRACE due to CG offset', &
+                 'The same for the back satellite.'), &
+        figure_t('5.6', 'External torques of front GRACE', &
+                 'The magnetic torque dominates the sum of the torques.'), &
+        figure_t('5.7', 'External torques of back GRACE', &
+                 'The same for the back satellite.'), &
+        figure_t('5.8', 'Angular velocity and acceleration of front (top) and back GRACE (bottom)', &
+                 'No rotation exceeds 0.1 deg/s about any axis, so the star cameras see well.')]
+
+contains
+
+    !> Adds the chapter with the curves of the cases.
+    subroutine add_curves_chapter(book, console, error)
+        type(report_book_t), intent(inout) :: book
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(verification_t) :: verification
+        type(window_check_t), allocatable :: checks(:)
+        integer, allocatable :: satellite(:)            !! Of each check, place in SATELLITES
+        integer :: i
+
+        allocate (checks(0), satellite(0))
+        do i = 1, size(SATELLITES)
+            call console%progress(COMMAND//': curves of '//trim(SATELLITES(i))//'-1')
+            call report_case(trim(SATELLITES(i))//'-1', case, error)
+            if (.not. allocated(error)) call verify_case(case, verification, error)
+            if (allocated(error)) return
+            call write_curves(book_file(book, curves_file_name(trim(SATELLITES(i))//'-1')), COMMAND, &
+                              trim(SATELLITES(i))//'-1', verification, error)
+            if (allocated(error)) return
+            checks = [checks, check_windows(trim(SATELLITES(i)), verification)]
+            satellite = [satellite, spread(i, 1, size(checks) - size(satellite))]
+        end do
+
+        call book%page%chapter('curves', 'The assumptions behind the estimators: Figures 5.2 to 5.8')
+        call book%page%paragraph('Case 1 of each satellite over its 60 s, without noise, body axes. '// &
+                                 'Blue: this program. Grey: the range of the printed axis, all that is '// &
+                                 'left of the report''s curves; an axis chosen by a plot program fits '// &
+                                 'its curve closely. A curve is inside when it leaves that range by at '// &
+                                 'most 5 % of its width. Curves that depend on the attitude dynamics '// &
+                                 'alone follow from the report''s numbers; for drag, radiation and '// &
+                                 'surface torques several inputs of the report cannot be had, so for '// &
+                                 'them the mean is judged too (within 15 % of the middle of the axis).')
+        call add_verdict(book, checks)
+        do i = 1, size(FIGURES)
+            associate (these => checks%figure == FIGURES(i)%number)
+                call add_curves_figure(book, FIGURES(i), pack(checks, these), SATELLITES(pack(satellite, these)), error)
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine add_curves_chapter
+
+    !> The counts over all figures.
+    subroutine add_verdict(book, checks)
+        type(report_book_t), intent(inout) :: book
+        type(window_check_t), intent(in) :: checks(:)
+
+        integer :: inside, attitude, inside_others, near, others, kind
+
+        attitude = count(checks%attitude_only)
+        others = size(checks) - attitude
+        inside = count(checks%attitude_only .and. checks%inside)
+        inside_others = count(.not. checks%attitude_only .and. checks%inside)
+        near = count(.not. checks%attitude_only .and. checks%near_centre)
+
+        kind = merge(VERDICT_MET, VERDICT_MISSED, inside == attitude)
+        call book%page%verdict(kind, 'Attitude dynamics: '//share_text(inside, attitude)//' inside.', &
+                               'Accelerations by the offset, gravity and magnetic torque, angular '// &
+                               'velocity and acceleration.')
+        call add_finding(book, 'Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie '// &
+                         'within their printed axes', &
+                       share_text(inside, attitude)//' inside', kind, verdict_words(kind))
+        kind = VERDICT_MET
+        if (inside_others < others) kind = merge(VERDICT_PARTLY, VERDICT_MISSED, near >= 0.8_dp*others)
+        call book%page%verdict(kind, 'Surface forces and torques: '// &
+                               share_text(inside_others, others)//' inside, '// &
+                               share_text(near, others)//' with the mean within 15 %.', &
+                               'Each of the others is listed below its figure.')
+        call add_finding(book, 'Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', &
+                       'drag, radiation pressure and surface torques lie within their printed axes', &
+                       share_text(inside_others, others)//' inside, '//share_text(near, others)// &
+                       ' with the mean within 15 %', kind, verdict_words(kind))
+    end subroutine add_verdict
+
+    pure function verdict_words(kind) result(words)
+        integer, intent(in) :: kind
+        character(:), allocatable :: words
+
+        select case (kind)
+        case (VERDICT_MET)
+            words = 'agrees'
+        case (VERDICT_PARTLY)
+            words = 'agrees in most'
+        case default
+            words = 'differs'
+        end select
+    end function verdict_words
+
+    !> One figure, and the numbers of its panels.
+    subroutine add_curves_figure(book, figure, checks, satellite, error)
+        type(report_book_t), intent(inout) :: book
+        type(figure_t), intent(in) :: figure
+        type(window_check_t), intent(in) :: checks(:)
+        character(5), intent(in) :: satellite(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: name, caption
+        logical :: both
+        integer :: i, exponent
+
+        name = 'figure_5_'//figure%number(3:3)
+        caption = 'Figure '//trim(figure%number)//'. '//trim(figure%caption)//'.'
+        both = any(satellite /= satellite(1))
+        call book%page%heading(caption(:len(caption) - 1))
+        call book%page%paragraph('What the report sees in it: '//trim(figure%shows))
+        call add_figure(book, name, script_of(name, caption, checks, satellite), caption//' Blue: this '// &
+                        'program. Grey band between dashed lines: the printed axis.', 'Figure '// &
+                       trim(figure%number), &
+                       integer_text(size(checks))//' panels of curves over 60 s, each with the range of '// &
+                       'the printed axis; the table that follows has their numbers.', error)
+        if (allocated(error)) return
+        associate (page => book%page)
+            call page%begin_table('Figure '//trim(figure%number)//': curves and printed '// &
+                                  'axes', name//'_numbers')
+            call page%begin_row()
+            if (both) call page%column_head('satellite')
+            call page%column_head('quantity')
+            call page%column_head('axis')
+            call page%column_head('unit')
+            call page%column_head('printed from', numeric=.true.)
+            call page%column_head('to', numeric=.true.)
+            call page%column_head('least', numeric=.true.)
+            call page%column_head('greatest', numeric=.true.)
+            call page%column_head('mean', numeric=.true.)
+            call page%column_head('verdict')
+            call page%end_row()
+            call page%head_end()
+            do i = 1, size(checks)
+                associate (c => checks(i))
+                    exponent = exponent_of(c)
+                    call page%begin_row()
+                    if (both) call page%row_head(trim(satellite(i)))
+                    call page%row_head(quantity_name(c%quantity))
+                    call page%text_cell(c%axis)
+                    call page%text_cell('10^{'//integer_text(exponent)//'} '//html_unit(c%quantity))
+                    call page%number_cell(scaled_text(c%low, exponent, 4))
+                    call page%number_cell(scaled_text(c%high, exponent, 4))
+                    call page%number_cell(scaled_text(c%least, exponent, 4))
+                    call page%number_cell(scaled_text(c%greatest, exponent, 4))
+                    call page%number_cell(scaled_text(c%mean, exponent, 4))
+                    call page%verdict_cell(kind_of(c), window_verdict(c))
+                    call page%end_row()
+                end associate
+            end do
+            call page%end_table()
+        end associate
+    end subroutine add_curves_figure
+
+    pure integer function kind_of(check) result(kind)
+        type(window_check_t), intent(in) :: check
+
+        kind = VERDICT_MISSED
+        if (check%inside .and. (check%attitude_only .or. check%near_centre)) then
+            kind = VERDICT_MET
+        else if (check%inside .or. (.not. check%attitude_only .and. check%near_centre)) then
+            kind = VERDICT_PARTLY
+        end if
+    end function kind_of
+
+    !> The printed panels stand side by side, x, y and z below each other; here two quantities do.
+    function script_of(name, caption, checks, satellite) result(script)
+        character(*), intent(in) :: name, caption
+        type(window_check_t), intent(in) :: checks(:)   !! In the order quantity, axis
+        character(5), intent(in) :: satellite(:)
+        character(:), allocatable :: script
+
+        type(panel_t) :: panels(size(checks))
+        type(legend_item_t) :: legend(2)
+        type(grid_t) :: grid
+        integer :: i, place
+
+        grid%columns = 2
+        grid%x_label = 'time, s'
+        grid%x_high = 60
+        grid%settings = 'set xtics 20'
+        do i = 1, size(checks)
+            ! quantity q = 2 row block, column; axis a: row
+            place = 6*((i - 1)/6) + 2*mod(i - 1, 3) + 1 + mod((i - 1)/3, 2)
+            panels(place) = panel_of(checks(i), satellite(i), any(satellite /= satellite(1)))
+        end do
+        legend(1) = legend_item_t('gracecg', 1)
+        legend(2) = legend_item_t('printed axis', 5)
+        script = panel_grid(name, caption, grid, panels, legend)
+    end function script_of
+
+    function panel_of(check, satellite, both) result(panel)
+        type(window_check_t), intent(in) :: check
+        character(*), intent(in) :: satellite
+        logical, intent(in) :: both                     !! Satellites are in the figure
+        type(panel_t) :: panel
+
+        character(:), allocatable :: factor
+        integer :: exponent
+
+        exponent = exponent_of(check)
+        factor = '1e'//integer_text(-exponent)
+        panel%title = quantity_name(check%quantity)//' '//check%axis//', 10^{'//integer_text(exponent)//'}'// &
+                      NO_BREAK_SPACE//plot_unit(check%quantity)
+        if (both) panel%title = trim(satellite)//' '//symbol(check%quantity, check%axis)//', 10^{'// &
+                                integer_text(exponent)//'}'//NO_BREAK_SPACE//plot_unit(check%quantity)
+        panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" every 2 using "time_s":(column("'// &
+                     trim(check%quantity)//'_'//check%axis//'")*'//factor//') with lines linetype 1'
+        panel%has_limits = .true.
+        panel%low = check%low*10.0_dp**(-exponent)
+        panel%high = check%high*10.0_dp**(-exponent)
+        panel%least = check%least*10.0_dp**(-exponent)
+        panel%greatest = check%greatest*10.0_dp**(-exponent)
+    end function panel_of
+
+    pure integer function exponent_of(check)
+        type(window_check_t), intent(in) :: check
+
+        exponent_of = decimal_exponent(max(abs(check%low), abs(check%high)))
+    end function exponent_of
+
+    pure function quantity_name(quantity) result(name)
+        character(*), intent(in) :: quantity        !! Of CURVE_NAMES
+        character(:), allocatable :: name
+
+        select case (quantity)
+        case ('srp')
+            name = 'solar radiation'
+        case ('erp')
+            name = 'Earth radiation'
+        case ('non_gravitational')
+            name = 'non-gravitational'
+        case ('a_vel', 'a_gg', 'a_acc', 'a_total')
+            name = 'a_{'//trim(quantity(3:))//'}'
+        case ('torque_aero')
+            name = 'aerodynamic torque'
+        case ('torque_solar')
+            name = 'solar torque'
+        case ('torque_gravity')
+            name = 'gravity torque'
+        case ('torque_magnetic')
+            name = 'magnetic torque'
+        case ('torque_total')
+            name = 'total torque'
+        case ('omega')
+            name = 'angular velocity'
+        case ('omega_dot')
+            name = 'angular acceleration'
+        case default
+            name = trim(quantity)
+        end select
+    end function quantity_name
+
+    !> omega_x or d omega_x/dt, for a narrow title.
+    pure function symbol(quantity, axis) result(name)
+        character(*), intent(in) :: quantity, axis
+        character(:), allocatable :: name
+
+        character(*), parameter :: GREEK_OMEGA = '\317\211'     ! UTF-8, for gnuplot
+
+        select case (quantity)
+        case ('omega')
+            name = GREEK_OMEGA//'_'//axis
+        case ('omega_dot')
+            name = 'd'//GREEK_OMEGA//'_'//axis//'/dt'
+        case default
+            name = quantity_name(quantity)//' '//axis
+        end select
+    end function symbol
+
+    pure function plot_unit(quantity) result(unit)
+        character(*), intent(in) :: quantity
+        character(:), allocatable :: unit
+
+        if (index(quantity, 'torque') == 1) then
+            unit = 'N m'
+        else if (quantity == 'omega') then
+            unit = 'rad/s'
+        else if (quantity == 'omega_dot') then
+            unit = 'rad/s^2'
+        else
+            unit = 'm/s^2'
+        end if
+    end function plot_unit
+
+    pure function html_unit(quantity) result(unit)
+        character(*), intent(in) :: quantity
+        character(:), allocatable :: unit
+
+        unit = plot_unit(quantity)
+        if (unit(len(unit):) == '2') unit = unit(:len(unit) - 1)//'{2}'
+    end function html_unit
+end module gracecg_cli_chapter_curves

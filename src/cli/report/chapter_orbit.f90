@@ -1,0 +1,330 @@
+!> The report page: Figures 6.1 and 6.4, the field and the angular acceleration over one revolution.
+module gracecg_cli_chapter_orbit
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
+    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_study_files, only: write_places
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_cli_number_text, only: pick_text, fixed_text, scaled_text, percent_text
+    implicit none
+    private
+    public :: orbit_study_t, study_orbits, add_field_chapter, add_timing_chapter
+
+    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+    integer, parameter :: STEP = 10                         !! Between the places, s
+    real(dp), parameter :: NANOTESLA = 1e-9_dp              !! T
+    character(1), parameter :: LF = achar(10)
+    character(*), parameter :: TIME_TICS = 'set xtics 1000'
+
+    !> One revolution of one satellite.
+    type :: orbit_study_t
+        type(nominal_orbit_t) :: orbit    !! Along which the places lie
+        type(orbit_place_t), allocatable :: places(:), of_cases(:)
+        !! Along the orbit, and those of the cases
+    end type orbit_study_t
+
+contains
+
+    !> Flies both satellites once round the Earth and writes timing_SATELLITE.csv.
+    subroutine study_orbits(book, console, studies, error)
+        type(report_book_t), intent(inout) :: book
+        type(console_t), intent(inout) :: console
+        type(orbit_study_t), intent(out) :: studies(2)      !! Front, back
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        integer :: i, k
+
+        do i = 1, size(SATELLITES)
+            call console%progress(COMMAND//': one revolution, '//trim(SATELLITES(i)))
+            call report_case(trim(SATELLITES(i))//'-1', case, error)
+            if (.not. allocated(error)) call new_nominal_orbit(case, studies(i)%orbit, error)
+            if (allocated(error)) return
+            call scan_orbit(case, studies(i)%orbit, nint(TIME_OF_CASE), book%threads, studies(i)%of_cases, &
+                            error)
+            if (allocated(error)) return
+            call scan_orbit(case, studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
+                            book%threads, studies(i)%places, error)
+            if (allocated(error)) return
+            call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), &
+                              studies(i)%places, &
+                              error)
+            if (allocated(error)) return
+        end do
+    end subroutine study_orbits
+
+    pure function file_of(satellite) result(name)
+        character(*), intent(in) :: satellite
+        character(:), allocatable :: name
+
+        name = 'timing_'//trim(satellite)//'.csv'
+    end function file_of
+
+    !> Figure 6.1.
+    subroutine add_field_chapter(book, studies, error)
+        type(report_book_t), intent(inout) :: book
+        type(orbit_study_t), intent(in) :: studies(2)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: limits(2), strongest(2)
+        integer :: i, k
+        logical :: met
+
+        do i = 1, 2
+            strongest(i) = maxval([(maxval(abs(studies(i)%places(k)%field)), k=1, &
+                                    size(studies(i)%places))])/NANOTESLA
+        end do
+        limits = printed_axis('6.1', 'front', 'field', 'all')
+        met = all(strongest <= limits(2))
+
+        call book%page%chapter('field', 'Where: the magnetic field of the three cases, Figure 6.1')
+        call book%page%paragraph('Torque rods push against the geomagnetic field, so the field along '// &
+                                 'the satellite''s axes decides on the manoeuvre. The report''s cases '// &
+                                 'lie near the equator, near the north pole and between both, all on '// &
+                                 'the orbit of case 1: case 2 is reached 1400 s and case 3 2658 s after it.')
+        call add_figure(book, 'figure_6_1', field_script(studies, limits), 'Figure 6.1. Geomagnetic '// &
+                        'field in body axes over one revolution, front satellite (top) and back '// &
+                        'satellite (bottom), with the places of the three cases. The vertical axis is '// &
+                        'the printed one.', 'Figure 6.1, magnetic field over one revolution', &
+                       'Two panels of three curves over one revolution. The field along x and z swings '// &
+                       'between plus and minus 48 thousand nanotesla; along y it stays small.', error)
+        if (allocated(error)) return
+        call book%page%verdict(merge(VERDICT_MET, VERDICT_MISSED, met), &
+                               pick_text(met, 'Within the printed axis.', 'Beyond the printed axis.'), &
+                               'Strongest component '//fixed_text(strongest(1), 0)//' nT (front) and '// &
+                               fixed_text(strongest(2), 0)//' nT (back); the axis ends at '// &
+                               fixed_text(limits(2), 0)//' nT.')
+        call add_finding(book, 'Figure 6.1', 'figure_6_1', 'the field stays within 50000 nT', &
+                       'strongest component '//fixed_text(strongest(1), 0)//' and '// &
+                       fixed_text(strongest(2), 0)//' nT', &
+                       merge(VERDICT_MET, VERDICT_MISSED, met), pick_text(met, 'agrees', 'differs'))
+    end subroutine add_field_chapter
+
+    !> Field, angular acceleration and sigma at the places of the cases and at the best ones.
+    subroutine add_places(book, studies)
+        type(report_book_t), intent(inout) :: book
+        type(orbit_study_t), intent(in) :: studies(2)
+
+        real(dp), allocatable :: sigma(:, :)
+        integer :: i, k, axis
+
+        associate (page => book%page)
+            call page%begin_table('Places of the cases and best places', 'places')
+            call page%begin_row()
+            call page%column_head('satellite')
+            call page%column_head('place')
+            call page%column_head('time, s', numeric=.true.)
+            call page%column_head('latitude', numeric=.true.)
+            call page%column_head('longitude', numeric=.true.)
+            call page%column_head('field x, y, z, nT', columns=3)
+            call page%column_head('angular acceleration x, y, z, 10^{-6} rad/s^{2}', columns=3)
+            call page%column_head('predicted sigma x, y, z, mm', columns=3)
+            call page%end_row()
+            call page%head_end()
+            do i = 1, 2
+                do k = 1, size(studies(i)%of_cases)
+                    call add_place(book, SATELLITES(i), 'case '//integer_text(k), studies(i)%of_cases(k))
+                end do
+                allocate (sigma(3, size(studies(i)%places)))
+                do k = 1, size(sigma, 2)
+                    sigma(:, k) = studies(i)%places(k)%sigma
+                end do
+                do axis = 1, 3
+                    call add_place(book, SATELLITES(i), 'best for '//AXES(axis), &
+                                   studies(i)%places(minloc(sigma(axis, :), 1)))
+                end do
+                call add_place(book, SATELLITES(i), 'best for '// &
+                               'all', studies(i)%places(minloc(maxval(sigma, 1), 1)))
+                deallocate (sigma)
+            end do
+            call page%end_table()
+            call page%paragraph('Best for all: the place where the largest of the three standard '// &
+                                'deviations is least. Places every '//integer_text(STEP)//' s.')
+        end associate
+    end subroutine add_places
+
+    subroutine add_place(book, satellite, label, place)
+        type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: satellite, label
+        type(orbit_place_t), intent(in) :: place
+
+        integer :: axis
+
+        associate (page => book%page)
+            call page%begin_row()
+            call page%row_head(trim(satellite))
+            call page%row_head(label)
+            call page%number_cell(integer_text(place%time))
+            call page%number_cell(fixed_text(abs(place%latitude/DEGREE), 1)//merge(' N', ' S', &
+                                                                                   place%latitude >= 0))
+            call page%number_cell(fixed_text(abs(place%longitude/DEGREE), 1)//merge(' E', ' W', &
+                                                                                    place%longitude >= 0))
+            do axis = 1, 3
+                call page%number_cell(fixed_text(place%field(axis)/NANOTESLA, 0))
+            end do
+            do axis = 1, 3
+                call page%number_cell(scaled_text(place%acceleration(axis), -6, 2))
+            end do
+            do axis = 1, 3
+                call page%number_cell(fixed_text(place%sigma(axis)/MILLIMETRE, 4))
+            end do
+            call page%end_row()
+        end associate
+    end subroutine add_place
+
+    !> Figure 6.4, and the standard deviations that follow.
+    subroutine add_timing_chapter(book, studies, error)
+        type(report_book_t), intent(inout) :: book
+        type(orbit_study_t), intent(in) :: studies(2)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: limits(2), largest(2), share(2)
+        integer :: seconds(2), i, k
+        logical :: on_axis, met
+
+        do i = 1, 2
+            associate (places => studies(i)%places)
+                largest(i) = maxval([(maxval(places(k)%acceleration), k=1, size(places))])
+                seconds(i) = count(x_is_weakest(places))*STEP
+                share(i) = real(count(x_is_strongest(places)), dp)/size(places)
+            end associate
+        end do
+        limits = printed_axis('6.4', 'front', 'acceleration', 'all')
+        on_axis = all(largest <= limits(2))
+        met = all(share > 0.5_dp) .and. all(seconds >= 50 .and. seconds <= 200)
+
+        call book%page%chapter('timing', 'When: the angular acceleration over one revolution, Figure 6.4')
+        call book%page%paragraph('Along the direction of the angular acceleration the offset cannot be '// &
+                                 'seen. So x is determined well where the angular acceleration about x '// &
+                                 'is small, and y and z where it is large.')
+        call add_figure(book, 'figure_6_4', acceleration_script(studies, limits), 'Figure 6.4. '// &
+                        'Amplitude of the angular acceleration if the rods are activated along y and z, '// &
+                        'over one revolution, front satellite (top) and back satellite (bottom). The '// &
+                        'vertical axis is the printed one.', &
+                       'Figure 6.4, angular acceleration over one revolution', &
+                       'Two panels of three curves over one revolution. About x the angular '// &
+                       'acceleration is largest nearly everywhere, and falls below the others for about '// &
+                       '100 s.', error)
+        if (allocated(error)) return
+        call book%page%verdict(merge(VERDICT_MET, VERDICT_MISSED, on_axis), &
+                               pick_text(on_axis, 'Within the printed axis.', 'Beyond the printed axis.'), &
+                               'Largest amplitude '//scaled_text(largest(1), -5, 2)//' (front) and '// &
+                               scaled_text(largest(2), -5, 2)//' x 10^{-5} rad/s^{2} (back); the axis '// &
+                               'ends at '// &
+                               scaled_text(limits(2), -5, 1)//'.')
+        call book%page%verdict(merge(VERDICT_MET, VERDICT_PARTLY, met), &
+                               'Larger about x than about y and z in '// &
+                               percent_text(share(1))//' (front) and '// &
+                               percent_text(share(2))//' (back) of the revolution, smaller for '// &
+                               integer_text(seconds(1))//' s and '//integer_text(seconds(2))//' s.', &
+                               'The report: "most of time" and "in a very small period (~100 sec.)".')
+        call add_finding(book, 'Figure 6.4', 'figure_6_4', 'amplitude below 2.5 x 10^{-5} rad/s^{2}; '// &
+                         'about x mostly the largest, the smallest for about 100 '// &
+                         's', 'to '//scaled_text(maxval(largest), -5, 2)//' x 10^{-5}; largest about x '// &
+                         'in '// &
+                       percent_text(share(1))//' and '//percent_text(share(2))//', smallest for '// &
+                       integer_text(seconds(1))// &
+                       ' and '//integer_text(seconds(2))//' s', &
+                       merge(VERDICT_MET, VERDICT_PARTLY, met .and. on_axis), &
+                       pick_text(met .and. on_axis, 'agrees', 'agrees in part'))
+        call add_figure(book, 'figure_6_4_sigma', sigma_script(studies), 'In addition to the report: '// &
+                        'predicted standard deviation of each component of the offset for a calibration '// &
+                        'that starts there (logarithmic). No place is good for all three.', 'Predicted '// &
+                        'standard deviation over one revolution', &
+                       'Two panels of three curves. The standard deviation of x is least near 2700 s, '// &
+                       'where that of y and z is largest.', error)
+        if (.not. allocated(error)) call add_places(book, studies)
+    end subroutine add_timing_chapter
+
+    elemental logical function x_is_strongest(place)
+        type(orbit_place_t), intent(in) :: place
+
+        x_is_strongest = place%acceleration(1) > maxval(place%acceleration(2:3))
+    end function x_is_strongest
+
+    function field_script(studies, limits) result(script)
+        type(orbit_study_t), intent(in) :: studies(2)
+        real(dp), intent(in) :: limits(2)
+        character(:), allocatable :: script
+
+        script = orbit_script('figure_6_1', 'Geomagnetic field in body axes over one revolution', studies, &
+                              'field, 10^4\302\240nT', [character(8) :: 'bx_nt', 'by_nt', 'bz_nt'], '1e-4', &
+                              [character(6) :: 'B_x', 'B_y', 'B_z'], &
+                              'set yrange '// &
+                              '['//real_text(limits(1)*1e-4_dp)//':'//real_text(limits(2)*1e-4_dp)//']'//LF// &
+                              'set ytics 2.5')
+    end function field_script
+
+    function acceleration_script(studies, limits) result(script)
+        type(orbit_study_t), intent(in) :: studies(2)
+        real(dp), intent(in) :: limits(2)
+        character(:), allocatable :: script
+
+        script = orbit_script('figure_6_4', 'Amplitude of the angular acceleration over one '// &
+                              'revolution', studies, &
+                              'angular acceleration, '// &
+                              '10^{-5}\302\240rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
+                              '1e5', [character(6) :: 'x', 'y', 'z'], &
+                              'set yrange '// &
+                              '['//real_text(limits(1)*1e5_dp)//':'//real_text(limits(2)*1e5_dp)//']'//LF// &
+                              'set ytics 0.5')
+    end function acceleration_script
+
+    function sigma_script(studies) result(script)
+        type(orbit_study_t), intent(in) :: studies(2)
+        character(:), allocatable :: script
+
+        script = orbit_script('figure_6_4_sigma', 'Predicted standard deviation of the CG offset over '// &
+                              'one revolution', &
+                              studies, 'standard deviation, mm', &
+                              [character(10) :: 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm'], '1', &
+                              [character(6) :: 'x', 'y', 'z'], 'set logscale y'//LF//'set yrange '// &
+                              '[1e-4:10]'//LF// &
+                              'set format y "%g"')
+    end function sigma_script
+
+    !> Two panels of three curves, the cases marked.
+    function orbit_script(name, contents, studies, title, columns, factor, labels, settings) result(script)
+        character(*), intent(in) :: name, contents
+        type(orbit_study_t), intent(in) :: studies(2)
+        character(*), intent(in) :: title               !! Quantity and unit
+        character(*), intent(in) :: columns(3), labels(3)
+        character(*), intent(in) :: factor              !! From the file's unit to that of the plot
+        character(*), intent(in) :: settings
+        character(:), allocatable :: script
+
+        type(panel_t) :: panels(2)
+        type(legend_item_t) :: legend(3)
+        type(grid_t) :: grid
+        integer :: i, axis
+
+        grid%panel_height = 250
+        grid%x_label = 'time, s'
+        grid%x_high = studies(1)%places(size(studies(1)%places))%time
+        grid%settings = TIME_TICS//LF//settings
+        do i = 1, 2
+            panels(i)%title = trim(SATELLITES(i))//': '//title
+            do axis = 1, 3
+                if (axis > 1) panels(i)%plot = trim(panels(i)%plot)//','
+                panels(i)%plot = trim(panels(i)%plot)//' "'//file_of(SATELLITES(i))//'" using '// &
+                '"time_s":(column("'// &
+                                 trim(columns(axis))//'")*'//factor//') with lines linetype '// &
+                                 integer_text(axis)
+            end do
+        end do
+        do axis = 1, 3
+            legend(axis) = legend_item_t(labels(axis), axis)
+        end do
+        script = panel_grid(name, contents, grid, panels, legend, TIME_OF_CASE, 'case')
+    end function orbit_script
+end module gracecg_cli_chapter_orbit

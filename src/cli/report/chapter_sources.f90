@@ -1,0 +1,176 @@
+!> The report page: Figure 6.5, one error source off at a time.
+module gracecg_cli_chapter_sources
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
+    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_study_files, only: write_error_sources
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_gnuplot, only: data_block
+    use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
+    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, add_figure, &
+        COMMAND, &
+        MILLIMETRE, AXES
+    use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
+    implicit none
+    private
+    public :: add_sources_chapter
+
+    character(*), parameter :: CASE_NAME = 'front-1', ALGORITHM = 'ascfest'     !! As in the report
+    character(*), parameter :: FILE = 'errors.csv'
+    character(1), parameter :: LF = achar(10)
+    character(70), parameter :: MEANING(5) = [character(70) :: &
+        'everything acts', &
+        'the non-gravitational acceleration is a straight line', &
+        'no noise of the accelerometer', &
+        'no noise of the star camera', &
+        'neither noise nor bias of the magnetometer']
+
+contains
+
+    !> Adds the chapter on the sources of error.
+    subroutine add_sources_chapter(book, console, error)
+        type(report_book_t), intent(inout) :: book
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(error_study_t) :: studies(size(STUDY_NAMES))
+        integer :: i
+
+        call report_case(CASE_NAME, case, error)
+        if (allocated(error)) return
+        do i = 1, size(STUDY_NAMES)
+            call console%progress(COMMAND//': error sources, '// &
+                                  trim(STUDY_NAMES(i))//', '//integer_text(book%runs)//' runs')
+            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, book%seed, book%runs, book%threads, &
+                              studies(i), error)
+            if (allocated(error)) return
+        end do
+        call write_error_sources(book_file(book, FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &
+                                 integer_text(book%seed), studies, error)
+        if (allocated(error)) return
+
+        call book%page%chapter('sources', 'What the error is made of: Figure 6.5')
+        call book%page%paragraph('Case 1 of the front satellite with ASCFEST, one error source switched '// &
+                                 'off at a time; the estimator and its weights stay the same. The lower '// &
+                                 'a bar, the more the source that is off matters. The bars of the '// &
+                                 'printed figure are lost, its axes are known.')
+        call add_figure(book, 'figure_6_5', script_of(studies), 'Figure 6.5. RMS error of the CG offset '// &
+                        'with respect to various error sources, '//integer_text(book%runs)//' runs. '// &
+                        'Diamonds: theory. Dashed: upper end of the printed axis.', &
+                       'Figure 6.5, RMS error with one error source off at a time', &
+                       'Three panels, x, y and z, of five bars. Without the noise of the accelerometer '// &
+                       'the bars are the lowest, without that of star camera or magnetometer they are '// &
+                       'as high as with everything on.', error)
+        if (allocated(error)) return
+        call add_table(book, studies)
+        call add_verdicts(book, studies)
+    end subroutine add_sources_chapter
+
+    subroutine add_table(book, studies)
+        type(report_book_t), intent(inout) :: book
+        type(error_study_t), intent(in) :: studies(:)
+
+        integer :: i
+
+        call begin_rms_table(book, 'error_sources', [character(11) :: 'simulation', 'what is off'])
+        do i = 1, size(studies)
+            call book%page%begin_row()
+            call book%page%row_head(trim(STUDY_NAMES(i)))
+            call book%page%text_cell(trim(MEANING(i)), wraps=.true.)
+            call rms_cells(book, studies(i)%rms, studies(i)%predicted)
+        end do
+        call book%page%end_table()
+    end subroutine add_table
+
+    !> The report's statement, and its axes.
+    subroutine add_verdicts(book, studies)
+        type(report_book_t), intent(inout) :: book
+        type(error_study_t), intent(in) :: studies(:)
+
+        real(dp) :: limits(2), excess
+        integer :: least(3), axis, kind
+        logical :: largest_source
+
+        excess = 0
+        do axis = 1, 3
+            limits = printed_axis('6.5', 'front', ALGORITHM, AXES(axis))
+            excess = max(excess, maxval(studies%rms(axis))/limits(2) - 1)
+            least(axis) = minloc(studies%predicted(axis), 1)
+        end do
+        largest_source = all(STUDY_NAMES(least) == 'no-acc-noise')
+        kind = merge(VERDICT_MET, VERDICT_MISSED, largest_source)
+        call book%page%verdict(kind, pick_text(largest_source, &
+                                               'By theory the noise of the accelerometer is the largest '// &
+                                               'source.', &
+                                               'By theory another source is larger than the '// &
+                                               'accelerometer.'), &
+                               'So the report says. The part of the non-gravitational acceleration that '// &
+                               'is not a straight line, here the assumed density wave, weighs nearly as '// &
+                               'much, so that the bars of few runs may show it the other way round; '// &
+                               'star camera and magnetometer hardly matter.')
+        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the '// &
+                         'largest error source', &
+                       pick_text(largest_source, 'by theory the error is least without it, in every axis', &
+                                 'by theory another source weighs more'), kind, &
+                       pick_text(largest_source, 'agrees', 'differs'))
+        kind = VERDICT_MET
+        if (excess > 0) kind = merge(VERDICT_PARTLY, VERDICT_MISSED, excess <= 0.354_dp)
+        if (excess > 0) then
+            call book%page%verdict(kind, 'The highest bar tops its printed axis by '// &
+                                   percent_text(excess)//'.', &
+                                   'The report''s 15 runs scatter by 18 %; up to 35.4 % is what they allow.')
+        else
+            call book%page%verdict(kind, 'All bars stay within the printed axes.')
+        end if
+        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'RMS errors within the printed axes, 0.15, '// &
+                         '0.06 and 0.1 mm', &
+                       pick_text(excess <= 0, 'all bars within', 'one bar tops its axis by '// &
+                                  percent_text(excess)), kind, &
+                       pick_text(kind == VERDICT_MET, 'agrees', 'within sampling error'))
+    end subroutine add_verdicts
+
+    !> Bars from the file; theory stands in the script.
+    function script_of(studies) result(script)
+        type(error_study_t), intent(in) :: studies(:)
+        character(:), allocatable :: script
+
+        type(panel_t) :: panels(3)
+        type(legend_item_t) :: legend(3)
+        type(grid_t) :: grid
+        real(dp) :: limits(2), theory(4, size(studies))
+        integer :: i, axis
+
+        grid%panel_height = 150
+        grid%x_low = 0.4_dp
+        grid%x_high = size(studies) + 0.6_dp
+        grid%settings = 'set boxwidth 0.5'//LF//'set style fill solid 1 noborder'
+        do i = 1, size(studies)
+            theory(:, i) = [real(i, dp), studies(i)%predicted/MILLIMETRE]
+        end do
+        do axis = 1, 3
+            limits = printed_axis('6.5', 'front', ALGORITHM, AXES(axis))/MILLIMETRE
+            panels(axis)%title = 'RMS error of d_'//AXES(axis)//', mm'
+            panels(axis)%greatest = 1.06_dp*max(limits(2), maxval(theory(axis + 1, :)), &
+                                                maxval(studies%rms(axis))/MILLIMETRE)
+            panels(axis)%settings = 'set yrange [0:]'//LF//'set xtics ("" 1, "" 2, "" 3, "" 4, "" 5)'
+            panels(axis)%plot = real_text(limits(2))//' with lines linetype 5, "'//FILE//'" using (1 + '// &
+            'int(column(0)/3)):(strcol("axis") eq "'//AXES(axis)//'" ? column("rms_mm") : NaN) with '// &
+            'boxes linetype 1, $theory using 1:'//integer_text(axis + 1)// &
+                                ' with points pointtype 13 pointsize 0.8 linecolor rgb ink'
+        end do
+        panels(3)%settings = 'set yrange [0:]'//LF// &
+                             'set xtics ("all noise" 1, "linear NG" 2, "no ACC" 3, "no SCA" 4, "no MAG" 5)'
+        legend(1) = legend_item_t(integer_text(studies(1)%runs)//' runs', 1, 5)
+        legend(2) = legend_item_t('theory', 0, 13)
+        legend(3) = legend_item_t('end of printed axis', 5)
+        script = panel_grid('figure_6_5', 'RMS error of the CG offset, one error source off at a '// &
+                            'time', grid, panels, &
+                            legend, data=data_block('theory', theory))
+    end function script_of
+end module gracecg_cli_chapter_sources

@@ -1,0 +1,113 @@
+!> gracecg simulate: the true arc of a case and one noisy observation set.
+module gracecg_cli_simulate
+    use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_file, only: make_directory, remove_file
+    use gracecg_spacecraft_torque_rods, only: moves_rods
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave
+    use gracecg_simulation_truth_file, only: write_truth
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_simulate, run_simulate
+
+    character(*), parameter :: TRUTH_FILE = 'truth.csv'
+
+contains
+
+    !> Arguments and help of `gracecg simulate`.
+    subroutine declare_simulate(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('simulate', 'CASE', 1, 1, &
+                                'Propagates the true orbit and attitude of a case and draws '// &
+                                'one noisy observation set. CASE is a built-in case (gracecg '// &
+                                'cases) or a namelist file. Seed and run alone decide the '// &
+                                'random numbers.', &
+                                'gracecg simulate front-1 --out run1 --seed 1 --run 1')
+        call arguments%add_option('--out', 'DIR', 'folder for '//TRUTH_FILE// &
+                                  ' and the observation set; made if it is not there', &
+                                  required=.true.)
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--run', 'K', &
+                                  'number of the run: other random numbers of the same seed '// &
+                                  '(default 1)')
+    end subroutine declare_simulate
+
+    !> The work of `gracecg simulate`.
+    subroutine run_simulate(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        character(:), allocatable :: folder
+        integer :: seed, run
+
+        call arguments%get('--out', folder, misuse)
+        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
+        if (.not. allocated(misuse)) call arguments%get('--run', run, misuse, default=1, low=0)
+        if (allocated(misuse)) return
+
+        call find_case(arguments%positional(1), case, error)
+        if (.not. allocated(error)) call make_directory(folder, error)
+        if (.not. allocated(error)) call new_simulator(case, simulator, error)
+        if (.not. allocated(error)) call observe(simulator, seed, run, observations, error)
+        if (.not. allocated(error)) &
+            call write_run(folder, simulator, seed, run, observations, error)
+        if (.not. allocated(error)) call report(folder, observations, console)
+    end subroutine run_simulate
+
+    !> Writes the truth and the observation set; after a failure none of them.
+    subroutine write_run(folder, simulator, seed, run, observations, error)
+        character(*), intent(in) :: folder
+        type(simulator_t), intent(in) :: simulator
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        character(100) :: comments(2)
+
+        comments(1) = 'gracecg '//VERSION//' simulate'
+        comments(2) = 'case '//trim(simulator%case%knowledge%name)//', seed '//integer_text(seed)// &
+            ', run '//integer_text(run)
+        call write_truth(folder//'/'//TRUTH_FILE, simulator, &
+                         drawn_wave(simulator, seed, run), comments, error)
+        if (allocated(error)) return
+        call write_observations(folder, observations, comments, error)
+        if (allocated(error)) call remove_file(folder//'/'//TRUTH_FILE)
+    end subroutine write_run
+
+    !> What was written, and what to do next.
+    subroutine report(folder, observations, console)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(in) :: observations
+        type(console_t), intent(inout) :: console
+
+        integer :: samples(4), i
+
+        samples = [size(observations%accelerometer_time), size(observations%star_camera_time), &
+                   size(observations%magnetometer_time), size(observations%orbit_time)]
+        call console%line('written to '//folder//':')
+        call console%line('  '//TRUTH_FILE//'          the true arc')
+        do i = 1, size(samples)
+            call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(samples(i))// &
+                              trim(merge(' positions', ' samples  ', i == 4)))
+        end do
+        call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
+        if (moves_rods(observations%knowledge%rods, observations%knowledge%duration)) then
+            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')
+        else
+            call console%message('warning: all torque rods are off: from these observations no CG offset can '// &
+                                 'be estimated')
+        end if
+    end subroutine report
+end module gracecg_cli_simulate

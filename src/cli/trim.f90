@@ -1,0 +1,248 @@
+!> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
+module gracecg_cli_trim
+    use omp_lib, only: omp_get_num_procs
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_files_file, only: check_writable
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: integer_text, join, real_text
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
+    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_console, only: console_t
+    implicit none
+    private
+    public :: declare_trim, run_trim
+
+    character(*), parameter :: COLUMNS = 'round,dx_true_mm,dy_true_mm,dz_true_mm,'// &
+                                         'dx_estimate_mm,dy_estimate_mm,dz_estimate_mm,'// &
+                                         'sigma_x_mm,sigma_y_mm,sigma_z_mm'
+    character(*), parameter :: STATISTICS_COLUMNS = 'round,dx_true_rms_mm,dy_true_rms_mm,dz_true_rms_mm,'// &
+                               'dx_error_rms_mm,dy_error_rms_mm,dz_error_rms_mm,'// &
+                               'sigma_x_mm,sigma_y_mm,sigma_z_mm'
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+    integer, parameter :: MOST_ROUNDS = 1000
+
+contains
+
+    !> Arguments and help of `gracecg trim`.
+    subroutine declare_trim(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('trim', '[CASE]', 0, 1, &
+                                'Calibrates a case (default front-1), moves masses so that the estimated '// &
+                                'CG offset is cancelled, and calibrates again, until every component of '// &
+                                'the estimate is below the threshold: step 5 of CSR-TM-00-01 section 5.1, '// &
+                                'which the report left undone. The inertia about the proof-mass centre is '// &
+                                'kept.', &
+                                'gracecg trim front-3 --threshold-mm 0.1')
+        call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default 0.02)')
+        call arguments%add_option('--rounds', 'N', 'calibrations at most (default 10)')
+        call arguments%add_option('--balance-error', 'PART', 'relative error of the mass balancing of each '// &
+                                  'axis, standard deviation (default 0.01)')
+        call arguments%add_option('--balance-noise-mm', 'MM', 'absolute error of the mass balancing of each '// &
+                                  'axis, standard deviation (default 0)')
+        call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')// &
+                                  ' (default assest-fde)')
+        call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
+        call arguments%add_option('--runs', 'N', 'trim N times, with the seeds from S on, and show the RMS '// &
+                                  'over the runs of as many rounds as --rounds says (then default 2); the '// &
+                                  'threshold does not count')
+        call arguments%add_option('--threads', 'N', 'for --runs (default: as many as there are processors)')
+        call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
+    end subroutine declare_trim
+
+    !> The work of `gracecg trim`.
+    subroutine run_trim(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(case_t) :: case
+        type(trim_settings_t) :: settings
+        type(trim_round_t), allocatable :: rounds(:)
+        character(:), allocatable :: name, algorithm, path
+        integer :: runs, threads
+
+        call arguments%get('--algorithm', algorithm, misuse, default='assest-fde', choices=ESTIMATOR_NAMES)
+        if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
+        if (.not. allocated(misuse)) call read_settings(arguments, settings, misuse)
+        if (.not. allocated(misuse)) call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
+        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
+                                                        default=omp_get_num_procs(), low=1, high=1024)
+        if (allocated(misuse)) return
+        if (runs > 1 .and. .not. arguments%has('--rounds')) settings%rounds = 2
+        call check_writable(path, error)
+        if (allocated(error)) return
+
+        name = 'front-1'
+        if (arguments%positional_count() > 0) name = arguments%positional(1)
+        call find_calibration(name, case, error)
+        if (allocated(error)) return
+        if (runs > 1) then
+            call run_many(case, algorithm, settings, runs, threads, path, console, error)
+            return
+        end if
+        call trim_offset(case, algorithm, settings, rounds, error)
+        if (allocated(error)) return
+        call show(trim(case%knowledge%name)//', '//algorithm, rounds, console)
+        call show_verdict(settings, rounds, console)
+        if (path /= '') call write_file(path, trim(case%knowledge%name)//', '//algorithm, settings, rounds, error)
+    end subroutine run_trim
+
+    !> RMS over many trims.
+    subroutine run_many(case, algorithm, settings, runs, threads, path, console, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs, threads
+        character(*), intent(in) :: path            !! Of the CSV file; empty: none
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(trim_statistics_t) :: statistics(settings%rounds)
+        type(csv_writer_t) :: file
+        character(120) :: row
+        integer :: i, axis
+
+        call console%progress('trim: '//trim(case%knowledge%name))
+        call repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+        if (allocated(error)) return
+        call console%line('RMS over '//integer_text(runs)//' trims of '//trim(case%knowledge%name)//', '// &
+                          algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
+        call console%line('estimate, and sigma that the estimator states')
+        call console%line('round     d_x true     error  sigma     d_y true     error  sigma     '// &
+                          'd_z true     error  sigma')
+        do i = 1, settings%rounds
+            write (row, '(a, t9, 3(f10.5, f10.5, f8.5, :, 2x))') integer_text(i), &
+                (statistics(i)%offset(axis)/MILLIMETRE, statistics(i)%estimate_error(axis)/MILLIMETRE, &
+                 statistics(i)%sigma(axis)/MILLIMETRE, axis=1, 3)
+            call console%line(trim(row))
+        end do
+        if (path == '') return
+        call file%open(path, STATISTICS_COLUMNS, &
+                       [character(200) :: 'gracecg '//VERSION//' trim', trim(case%knowledge%name)//', '// &
+                        algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
+                        integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
+                        ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
+        if (allocated(error)) return
+        do i = 1, settings%rounds
+            call file%row([real(i, dp), statistics(i)%offset/MILLIMETRE, &
+                           statistics(i)%estimate_error/MILLIMETRE, statistics(i)%sigma/MILLIMETRE])
+        end do
+        call file%commit(error)
+    end subroutine run_many
+
+    subroutine read_settings(arguments, settings, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(trim_settings_t), intent(out) :: settings
+        type(error_t), allocatable, intent(out) :: misuse
+
+        type(trim_settings_t), parameter :: DEFAULT = trim_settings_t()
+        real(dp), parameter :: MOST = 1000.0_dp     ! mm
+        real(dp) :: threshold, noise                ! mm
+
+        call arguments%get('--threshold-mm', threshold, misuse, default=DEFAULT%threshold/MILLIMETRE, &
+                           low=1e-9_dp, high=MOST, unit='mm')
+        if (.not. allocated(misuse)) call arguments%get('--rounds', settings%rounds, misuse, &
+                                                        default=DEFAULT%rounds, low=1, high=MOST_ROUNDS)
+        if (.not. allocated(misuse)) call arguments%get('--balance-error', settings%balance_error, misuse, &
+                                                        default=DEFAULT%balance_error, low=0.0_dp, high=1.0_dp)
+        if (.not. allocated(misuse)) call arguments%get('--balance-noise-mm', noise, misuse, default=0.0_dp, &
+                                                        low=0.0_dp, high=MOST, unit='mm')
+        if (.not. allocated(misuse)) call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
+        if (allocated(misuse)) return
+        settings%threshold = threshold*MILLIMETRE
+        settings%balance_noise = noise*MILLIMETRE
+    end subroutine read_settings
+
+    subroutine show(title, rounds, console)
+        character(*), intent(in) :: title
+        type(trim_round_t), intent(in) :: rounds(:)
+        type(console_t), intent(inout) :: console
+
+        character(120) :: row
+        integer :: i, axis
+
+        call console%line('CG offset d (centre of mass to proof mass, body axes, mm) of each calibration: '// &
+                          title)
+        call console%line('round     d_x true  estimate  sigma     d_y true  estimate  sigma     '// &
+                          'd_z true  estimate  sigma')
+        do i = 1, size(rounds)
+            write (row, '(a, t9, 3(f10.4, f10.4, f8.4, :, 2x))') integer_text(i), &
+                (rounds(i)%offset(axis)/MILLIMETRE, rounds(i)%estimate(axis)/MILLIMETRE, &
+                 rounds(i)%sigma(axis)/MILLIMETRE, axis=1, 3)
+            call console%line(trim(row))
+        end do
+    end subroutine show
+
+    !> Whether each axis converged; a warning where the threshold is below what an estimate can see.
+    subroutine show_verdict(settings, rounds, console)
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), intent(in) :: rounds(:)
+        type(console_t), intent(inout) :: console
+
+        character(:), allocatable :: verdict
+        logical :: below, visible
+        integer :: axis
+
+        associate (latest => rounds(size(rounds)))
+            do axis = 1, 3
+                below = abs(latest%estimate(axis)) < settings%threshold
+                visible = latest%sigma(axis) <= settings%threshold
+                if (below .and. visible) then
+                    verdict = 'converged'
+                else if (visible) then
+                    verdict = 'not converged in '//integer_text(size(rounds))//' rounds'
+                else if (below) then
+                    verdict = 'not converged: the estimate is below the threshold by chance'
+                else
+                    verdict = 'not converged, and more rounds do not help'
+                end if
+                call console%line(AXES(axis)//': '//verdict)
+                if (.not. visible) call console%message('warning: the threshold of '// &
+                                                        millimetres(settings%threshold)//' mm is below '// &
+                                                        'the sigma of '//AXES(axis)//', '// &
+                                                        millimetres(latest%sigma(axis))//' mm: a '// &
+                                                        'calibration cannot see so little')
+            end do
+        end associate
+    end subroutine show_verdict
+
+    function millimetres(length) result(text)
+        real(dp), intent(in) :: length      !! m
+        character(:), allocatable :: text
+
+        character(12) :: digits
+
+        write (digits, '(f12.4)') length/MILLIMETRE
+        text = trim(adjustl(digits))
+    end function millimetres
+
+    subroutine write_file(path, title, settings, rounds, error)
+        character(*), intent(in) :: path, title
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), intent(in) :: rounds(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i
+
+        call file%open(path, COLUMNS, &
+                       [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
+                        integer_text(settings%seed)//', threshold '// &
+                        real_text(settings%threshold/MILLIMETRE)//' mm, balancing error '// &
+                        real_text(settings%balance_error)//' and '// &
+                        real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
+        if (allocated(error)) return
+        do i = 1, size(rounds)
+            call file%row([real(i, dp), rounds(i)%offset/MILLIMETRE, rounds(i)%estimate/MILLIMETRE, &
+                           rounds(i)%sigma/MILLIMETRE])
+        end do
+        call file%commit(error)
+    end subroutine write_file
+end module gracecg_cli_trim

@@ -1,0 +1,205 @@
+!> Solar flux and geomagnetic activity, as the thermosphere models of the report's time take them.
+!>
+!> F10.7 is the observed flux (not reduced to 1 au), in solar flux units, 1 sfu = 1e-22 W/(m^2 Hz).
+!> Kp comes in thirds and stands in the tables as ten times the value, rounded: 27 is 2 2/3. It is
+!> given out as the printed tenths, 2.7, which is what programs of the time used.
+module gracecg_environment_space_weather
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_environment_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
+    use gracecg_environment_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
+        SPACE_WEATHER_F107_MEAN, SPACE_WEATHER_KP_TENTHS
+    implicit none
+    private
+    public :: space_weather_t, embedded_space_weather, read_space_weather
+
+    type :: space_weather_t
+        !! Indices by day; the days rise but may have gaps
+        private
+        integer, allocatable :: mjd(:)              !! Modified Julian day
+        real(dp), allocatable :: f107(:)            !! Observed flux of the day, sfu
+        real(dp), allocatable :: f107_mean(:)       !! Mean over 81 days centred on the day, sfu
+        real(dp), allocatable :: kp(:, :)           !! (8, day): UT 0-3 h, 3-6 h ... 21-24 h
+    contains
+        procedure :: indices_at !! F10.7, its mean and Kp at a time
+    end type space_weather_t
+
+    integer, parameter :: INTERVALS = 8                 !! of Kp in a day
+    real(dp), parameter :: INTERVAL_LENGTH = 10800.0_dp !! s
+
+    ! Columns of a file: date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 Kp, sum of Kp, 8 ap, Ap
+    integer, parameter :: COLUMNS = 24, F107_COLUMN = 2, F107_MEAN_COLUMN = 4
+    integer, parameter :: FIRST_KP_COLUMN = 7, LAST_KP_COLUMN = 14
+    real(dp), parameter :: FLUX_RANGE(2) = [50.0_dp, 1000.0_dp]     !! sfu
+
+contains
+
+    !> The embedded table: December 1988 to February 1989 (the report's epoch) and the year 2000.
+    function embedded_space_weather() result(table)
+        type(space_weather_t) :: table
+
+        allocate (table%mjd, source=SPACE_WEATHER_MJD)
+        allocate (table%f107, source=SPACE_WEATHER_F107)
+        allocate (table%f107_mean, source=SPACE_WEATHER_F107_MEAN)
+        allocate (table%kp(INTERVALS, size(SPACE_WEATHER_MJD)))
+        table%kp = reshape(SPACE_WEATHER_KP_TENTHS/10.0_dp, shape(table%kp))
+    end function embedded_space_weather
+
+    !> The indices a thermosphere model wants at a time: the flux of the day before, the 81-day mean
+    !> of the day, and Kp of the interval that holds the time three hours earlier. Fails outside the
+    !> table.
+    subroutine indices_at(self, utc, f107_previous_day, f107_mean, kp_3h_before, error)
+        class(space_weather_t), intent(in) :: self
+        type(utc_t), intent(in) :: utc
+        real(dp), intent(out) :: f107_previous_day      !! Observed F10.7, sfu
+        real(dp), intent(out) :: f107_mean              !! Observed F10.7, sfu
+        real(dp), intent(out) :: kp_3h_before           !! 0 to 9
+        type(error_t), allocatable, intent(out) :: error
+
+        type(utc_t) :: earlier
+        character(:), allocatable :: spans
+        integer :: today, yesterday, interval
+
+        f107_previous_day = 0
+        f107_mean = 0
+        kp_3h_before = 0
+        call check_utc_in_range(utc, error)
+        if (allocated(error)) return
+        today = row_of(self, utc%mjd)
+        yesterday = row_of(self, utc%mjd - 1)
+        if (today == 0 .or. yesterday == 0) then
+            call write_spans(self%mjd, spans)
+            call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
+                      spans//', and the day before is needed too; give f107, '// &
+                      'f107_mean and kp, or a table of that time')
+            return
+        end if
+        f107_previous_day = self%f107(yesterday)
+        f107_mean = self%f107_mean(today)
+        earlier = utc_plus(utc, -INTERVAL_LENGTH)
+        interval = min(int(earlier%seconds/INTERVAL_LENGTH) + 1, INTERVALS) ! leap second: the last
+        kp_3h_before = self%kp(interval, merge(today, yesterday, earlier%mjd == utc%mjd))
+    end subroutine indices_at
+
+    !> The row of a day, 0 when the table has none.
+    pure integer function row_of(table, mjd) result(row)
+        type(space_weather_t), intent(in) :: table
+        integer, intent(in) :: mjd
+
+        row = findloc(table%mjd, mjd, 1)
+    end function row_of
+
+    !> `1988-12-01 to 1989-02-28 and 2000-01-01 to 2000-12-31`.
+    subroutine write_spans(mjd, text)
+        integer, intent(in) :: mjd(:)
+        character(:), allocatable, intent(out) :: text
+
+        integer :: i, first
+
+        text = ''
+        first = 1
+        do i = 1, size(mjd)
+            if (i < size(mjd)) then
+                if (mjd(i + 1) == mjd(i) + 1) cycle
+            end if
+            if (text /= '') text = text//' and '
+            text = text//date_text(mjd(first))//' to '//date_text(mjd(i))
+            first = i + 1
+        end do
+    end subroutine write_spans
+
+    function date_text(mjd) result(text)
+        integer, intent(in) :: mjd
+        character(10) :: text
+
+        text = utc_text(utc_t(mjd, 0.0_dp))
+    end function date_text
+
+    !> Reads a table of the columns: date (YYYY-MM-DD), F10.7 observed, F10.7 at 1 au, 81-day means
+    !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
+    !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
+    subroutine read_space_weather(file, table, error)
+        character(*), intent(in) :: file    !! Path of the table
+        type(space_weather_t), intent(out) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        type(field_file_t) :: rows
+        integer :: i, n
+
+        call read_field_file(file, rows, error)
+        if (allocated(error)) return
+        n = rows%row_count()
+        allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
+        do i = 1, n
+            call parse_row(rows, i, table%mjd(i), table%f107(i), table%f107_mean(i), &
+                           table%kp(:, i), error)
+            if (allocated(error)) return
+            if (i == 1) cycle
+            if (table%mjd(i) > table%mjd(i - 1)) cycle
+            call rows%fail_at(i, 'the days must rise, and '//date_text(table%mjd(i))// &
+                              ' follows '//date_text(table%mjd(i - 1)), error)
+            return
+        end do
+    end subroutine read_space_weather
+
+    subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
+        type(field_file_t), intent(in) :: rows
+        integer, intent(in) :: row
+        integer, intent(out) :: mjd
+        real(dp), intent(out) :: f107, f107_mean    !! sfu
+        real(dp), intent(out) :: kp(INTERVALS)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: complaint
+        type(utc_t) :: day
+        real(dp) :: numbers(2:COLUMNS)
+        integer :: i
+
+        mjd = 0
+        f107 = 0
+        f107_mean = 0
+        kp = 0
+        call rows%get_fields(row, COLUMNS, 'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of '// &
+                             '10 Kp, their sum, 8 of ap, Ap', fields, error)
+        if (allocated(error)) return
+        call parse_utc(fields(1)%text, day, complaint)
+        if (allocated(complaint)) then
+            call rows%fail_at(row, complaint%message, error)
+            return
+        end if
+        do i = 2, COLUMNS
+            select case (i)
+            case (F107_COLUMN)
+                call rows%get_real(row, fields(i), 'F10.7', numbers(i), error, &
+                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            case (F107_MEAN_COLUMN)
+                call rows%get_real(row, fields(i), '81-day mean of F10.7', numbers(i), error, &
+                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            case default
+                call rows%get_real(row, fields(i), 'column '//integer_text(i), numbers(i), error)
+            end select
+            if (allocated(error)) return
+        end do
+        mjd = day%mjd
+        f107 = numbers(F107_COLUMN)
+        f107_mean = numbers(F107_MEAN_COLUMN)
+        kp = numbers(FIRST_KP_COLUMN:LAST_KP_COLUMN)/10
+        i = findloc(is_kp(kp), .false., 1)
+        if (i > 0) call rows%fail_at(row, 'Kp is given as 10 Kp in thirds, 0 3 7 10 13 17 ... '// &
+                                     '90, not "'//fields(FIRST_KP_COLUMN + i - 1)%text//'"', error)
+    end subroutine parse_row
+
+    !> True for 0.0, 0.3, 0.7, 1.0 ... 8.7, 9.0.
+    elemental logical function is_kp(value)
+        real(dp), intent(in) :: value
+
+        real(dp) :: nearest_third
+
+        nearest_third = nint(3*value)/3.0_dp
+        is_kp = value >= 0 .and. value <= 9 .and. &
+                abs(10*value - nint(10*nearest_third)) < 1e-9_dp
+    end function is_kp
+end module gracecg_environment_space_weather

@@ -1,0 +1,162 @@
+!> Preprocessing and interpolation of CSR-TM-00-01 section 4.5: star-camera quaternions turned to body
+!> axes, freed of sign flips and normalised; quaternions and magnetic flux density interpolated to
+!> the accelerometer's epochs. What the data lack is made up for as far as possible, with a warning.
+module gracecg_estimation_fitting_data
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_vectors, only: cross
+    use gracecg_base_quaternion, only: normalised
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit
+    use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
+    use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_field
+    use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
+    use gracecg_estimation_field_fallback, only: complete_field
+    implicit none
+    private
+    public :: fitting_data_t, preprocess
+
+    !> What the estimators work on. Fitting epochs are t = k h, k = 0..n.
+    type :: fitting_data_t
+        integer :: steps = 0                            !! n
+        real(dp) :: interval = 0                        !! h, s
+        integer, allocatable :: accelerometer_epoch(:)  !! k of each accelerometer sample, increasing
+        real(dp), allocatable :: acceleration(:, :)     !! (3, samples), m/s^2
+        integer, allocatable :: attitude_epoch(:)       !! k of each attitude pseudo-observation
+        real(dp), allocatable :: quaternion(:, :)       !! (4, pseudo-observations), inertial to body
+        type(interpolation_t), allocatable :: attitude_source(:)    !! Where each comes from
+        type(star_attitude_t) :: stars                  !! Star-camera samples before interpolation
+        real(dp), allocatable :: torque(:, :)           !! m x B at 0, h/2 ... n h: (3, 2n + 1), N m
+        real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
+        real(dp), allocatable :: orbit_position(:, :)   !! (3, positions), inertial J2000, m
+        type(string_t), allocatable :: warnings(:)      !! What is wrong with the data and bridged
+    end type fitting_data_t
+
+contains
+
+    !> Prepares an observation set for estimation.
+    !>
+    !> Fails when the observations are refused by check_observations, when accelerometer times are
+    !> not multiples of the sampling interval, when there are too few attitudes, or when the
+    !> magnetometer leaves a gap that the field model cannot fill.
+    subroutine preprocess(observations, data, error)
+        type(observation_set_t), intent(in) :: observations
+        type(fitting_data_t), intent(out) :: data
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: clean
+
+        allocate (data%warnings(0))
+        call check_observations(observations, error)
+        if (allocated(error)) return
+        clean = observations
+        call drop_repeated_samples(clean, data%warnings)
+        call drop_stuck_field(clean, data%warnings)
+        data%interval = clean%knowledge%accelerometer_interval
+        data%steps = nint(clean%knowledge%duration/data%interval)
+        call take_accelerations(clean, data, error)
+        if (allocated(error)) return
+        if (has_orbit(clean)) then
+            data%orbit_time = clean%orbit_time
+            data%orbit_position = clean%orbit_position
+        else
+            allocate (data%orbit_time(0), data%orbit_position(3, 0))
+        end if
+        call take_star_attitude(clean, data%stars, data%warnings)
+        call take_attitude(clean%knowledge%star_camera_interval, data, error)
+        if (allocated(error)) return
+        call take_torque(clean, data, error)
+    end subroutine preprocess
+
+    !> Accelerometer samples with the index of their epoch.
+    subroutine take_accelerations(observations, data, error)
+        type(observation_set_t), intent(in) :: observations
+        type(fitting_data_t), intent(inout) :: data
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, previous
+
+        associate (times => observations%accelerometer_time)
+            data%accelerometer_epoch = nint(times/data%interval)
+            previous = -1
+            do i = 1, size(times)
+                associate (k => data%accelerometer_epoch(i))
+                    if (abs(times(i) - k*data%interval) > 0.01_dp*data%interval) then
+                        call fail(error, 'accelerometer: time '//number_text(times(i))// &
+                                  ' s is not a multiple of the sampling interval '// &
+                                  number_text(data%interval)//' s')
+                    else if (k < 0 .or. k > data%steps) then
+                        call fail(error, 'accelerometer: time '//number_text(times(i))// &
+                                  ' s lies outside the arc of '// &
+                                  number_text(data%steps*data%interval)//' s')
+                    else if (k == previous) then
+                        call fail(error, 'accelerometer: two samples near '//number_text(times(i))//' s')
+                    end if
+                    if (allocated(error)) return
+                    previous = k
+                end associate
+            end do
+            if (size(times) < data%steps) then
+                call append(data%warnings, 'accelerometer: '//integer_text(data%steps - size(times))// &
+                            ' of '//integer_text(data%steps)//' samples are missing')
+            end if
+        end associate
+        data%acceleration = observations%acceleration
+    end subroutine take_accelerations
+
+    !> The interpolation (4-38)-(4-44) of the quaternions.
+    subroutine take_attitude(star_camera_interval, data, error)
+        real(dp), intent(in) :: star_camera_interval    !! s
+        type(fitting_data_t), intent(inout) :: data
+        type(error_t), allocatable, intent(out) :: error
+
+        type(interpolation_t) :: source
+        integer :: k, used
+
+        allocate (data%attitude_epoch(data%steps), data%quaternion(4, data%steps))
+        allocate (data%attitude_source(data%steps))
+        used = 0
+        do k = 1, data%steps
+            source = interpolation_at(data%stars%time, k*data%interval, star_camera_interval)
+            if (.not. source%supported) cycle
+            used = used + 1
+            data%attitude_epoch(used) = k
+            data%attitude_source(used) = source
+            data%quaternion(:, used) = normalised(interpolated(data%stars%quaternion, source))
+        end do
+        data%attitude_epoch = data%attitude_epoch(:used)
+        data%attitude_source = data%attitude_source(:used)
+        data%quaternion = data%quaternion(:, :used)
+        if (used < 3) call fail(error, 'star camera: too few samples for an attitude')
+    end subroutine take_attitude
+
+    !> The magnetic torque m x B of the manoeuvre at every half step, with the interpolated field
+    !> (4-39), (4-41), (4-43).
+    subroutine take_torque(observations, data, error)
+        type(observation_set_t), intent(in) :: observations
+        type(fitting_data_t), intent(inout) :: data
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: times(:), field(:, :)
+        type(interpolation_t) :: source
+        real(dp) :: t
+        integer :: j
+
+        call complete_field(observations, data%stars, times, field, data%warnings, error)
+        if (allocated(error)) return
+        allocate (data%torque(3, 2*data%steps + 1))
+        do j = 0, 2*data%steps
+            t = j*data%interval/2
+            source = interpolation_at(times, t, observations%knowledge%magnetometer_interval)
+            if (.not. source%supported) then
+                call fail(error, 'magnetometer: no samples near '//number_text(t)//' s (repetitions of one value do not count)')
+                if (.not. has_orbit(observations)) error%message = error%message// &
+                    '; with the orbit in the set, a field model would stand in'
+                return
+            end if
+            data%torque(:, j + 1) = cross(dipole_moment(observations%knowledge%rods, t), &
+                                          interpolated(field, source))
+        end do
+    end subroutine take_torque
+end module gracecg_estimation_fitting_data

@@ -1,0 +1,118 @@
+!> Interpolation in a series of samples: linear, CSR-TM-00-01 section 4.5, and cubic for an orbit.
+module gracecg_estimation_interpolation
+    use gracecg_base_kinds, only: dp
+    implicit none
+    private
+    public :: interpolation_t, interpolation_at, interpolated, is_covered, last_not_after
+    public :: cubic_interpolated, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
+
+    !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
+    type :: interpolation_t
+        integer :: first = 1            !! Number of the sample before
+        real(dp) :: fraction = 0        !! Part of the way to the next one
+        logical :: supported = .true.   !! False in a gap or far outside of the samples
+    end type interpolation_t
+
+    ! In sampling intervals of an instrument
+    real(dp), parameter :: LONGEST_GAP = 2.5_dp     !! Between samples, that is still bridged
+    real(dp), parameter :: REACH = 1.01_dp          !! Before the first and after the last sample
+
+    real(dp), parameter :: LONGEST_ORBIT_SPACING = 60.0_dp
+    !! Between positions of the orbit that a cubic is laid through, s
+
+contains
+
+    !> Linear interpolation between the neighbours of t; before the first sample it extrapolates
+    !> backwards (4-38), (4-39), after the last one it keeps the last value (4-42), (4-43). Fewer
+    !> than two samples support nothing.
+    pure function interpolation_at(times, t, interval, bridged) result(source)
+        real(dp), intent(in) :: times(:)            !! Increasing, s
+        real(dp), intent(in) :: t                   !! s
+        real(dp), intent(in) :: interval            !! Nominal sampling interval, s
+        real(dp), intent(in), optional :: bridged
+        !! The longest time between samples that is bridged, s; LONGEST_GAP intervals when absent
+        type(interpolation_t) :: source
+
+        real(dp) :: longest
+        integer :: n
+
+        n = size(times)
+        if (n < 2) then
+            source%supported = .false.
+            return
+        end if
+        longest = LONGEST_GAP*interval
+        if (present(bridged)) longest = bridged
+        source%first = max(1, min(n - 1, last_not_after(times, t)))
+        associate (before => times(source%first), after => times(source%first + 1))
+            source%fraction = min(1.0_dp, (t - before)/(after - before))
+            source%supported = after - before <= longest .and. &
+                               t >= times(1) - REACH*interval .and. t <= times(n) + REACH*interval
+        end associate
+    end function interpolation_at
+
+    !> True when a series needs no sample of another source at t: there is one of its own within half
+    !> an interval, or interpolation is supported.
+    pure logical function is_covered(times, t, interval)
+        real(dp), intent(in) :: times(:)    !! Increasing, s
+        real(dp), intent(in) :: t           !! s
+        real(dp), intent(in) :: interval    !! Nominal sampling interval, s
+
+        type(interpolation_t) :: source
+        integer :: before
+
+        source = interpolation_at(times, t, interval)
+        before = last_not_after(times, t)
+        is_covered = source%supported .or. &
+                     any(abs(times(max(1, before):min(size(times), before + 1)) - t) < interval/2)
+    end function is_covered
+
+    !> How many of increasing times are not after t, by bisection.
+    pure integer function last_not_after(times, t) result(low)
+        real(dp), intent(in) :: times(:), t !! Increasing; both in s
+
+        integer :: high, middle
+
+        low = 0
+        high = size(times) + 1
+        do while (high - low > 1)
+            middle = (low + high)/2
+            if (times(middle) <= t) then
+                low = middle
+            else
+                high = middle
+            end if
+        end do
+    end function last_not_after
+
+    !> Lagrange's cubic through the two samples before and the two after t (the nearest four at an end).
+    pure function cubic_interpolated(times, values, t) result(value)
+        real(dp), intent(in) :: times(:)        !! Increasing, at least four
+        real(dp), intent(in) :: values(:, :)    !! (3, samples)
+        real(dp), intent(in) :: t    !! s
+        real(dp) :: value(3)
+
+        real(dp) :: factor
+        integer :: first, i, j
+
+        first = max(1, min(size(times) - 3, last_not_after(times, t) - 1))
+        value = 0
+        do i = first, first + 3
+            factor = 1
+            do j = first, first + 3
+                if (j /= i) factor = factor*(t - times(j))/(times(i) - times(j))
+            end do
+            value = value + factor*values(:, i)
+        end do
+    end function cubic_interpolated
+
+    !> Interpolates all components of a series.
+    pure function interpolated(values, source) result(value)
+        real(dp), intent(in) :: values(:, :)    !! (components, samples)
+        type(interpolation_t), intent(in) :: source
+        real(dp) :: value(size(values, 1))
+
+        value = (1 - source%fraction)*values(:, source%first) + &
+                source%fraction*values(:, source%first + 1)
+    end function interpolated
+end module gracecg_estimation_interpolation

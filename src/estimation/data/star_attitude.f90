@@ -1,0 +1,134 @@
+!> The attitude that the star camera delivers, in body axes, from the head that the setup names; where
+!> it fails, from the other one.
+module gracecg_estimation_star_attitude
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: number_text
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, normalised
+    use gracecg_observations_observation_set, only: observation_set_t, HEADS
+    use gracecg_estimation_interpolation, only: is_covered, LONGEST_GAP, REACH
+    implicit none
+    private
+    public :: star_attitude_t, take_star_attitude
+
+    !> The attitude as the star camera saw it, ready for interpolation.
+    type :: star_attitude_t
+        real(dp), allocatable :: time(:)            !! (samples), increasing, s
+        integer, allocatable :: head(:)             !! (samples)
+        real(dp), allocatable :: quaternion(:, :)   !! (4, samples), inertial to body, free of flips
+    end type star_attitude_t
+
+contains
+
+    !> Steps 1 and 2 of CSR-TM-00-01 section 4.5: quaternions turned to body axes, freed of sign flips
+    !> and normalised. The other head's samples are taken where the used head leaves a gap that
+    !> interpolation does not bridge. Warns of the change of head and of what gap remains.
+    subroutine take_star_attitude(observations, stars, warnings)
+        type(observation_set_t), intent(in) :: observations
+        type(star_attitude_t), intent(out) :: stars
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        real(dp) :: q(4), neighbour(4)
+        integer, allocatable :: order(:)
+        integer :: i
+
+        order = chosen_samples(observations)
+        stars%time = observations%star_camera_time(order)
+        stars%head = observations%star_camera_head(order)
+        allocate (stars%quaternion(4, size(order)))
+        neighbour = observations%knowledge%guess_quaternion
+        do i = 1, size(order)
+            associate (to_body => conjugate_quaternion(observations%knowledge%mounting(:, stars%head(i))))
+                q = normalised(quaternion_product(to_body, observations%quaternion(:, order(i))))
+            end associate
+            ! q and -q are one attitude: keep the sign of the neighbour
+            if (dot_product(q, neighbour) < 0) q = -q
+            stars%quaternion(:, i) = q
+            neighbour = q
+        end do
+        call warn_of_other_head(observations%knowledge%camera, stars, warnings)
+        call warn_of_gaps(stars%time, observations%knowledge%star_camera_interval, &
+                          observations%knowledge%duration, warnings)
+    end subroutine take_star_attitude
+
+    !> The samples to use, in the order of time: those of the used head, and those of the other one
+    !> that interpolation between the first would not reach.
+    pure function chosen_samples(observations) result(order)
+        type(observation_set_t), intent(in) :: observations
+        integer, allocatable :: order(:)
+
+        integer, allocatable :: used(:), other(:)
+        real(dp), allocatable :: used_times(:)
+        integer :: i, k, next, n
+
+        associate (times => observations%star_camera_time, head => observations%star_camera_head, &
+                   knowledge => observations%knowledge)
+            used = pack([(i, i=1, size(times))], head == knowledge%camera)
+            other = pack([(i, i=1, size(times))], head /= knowledge%camera)
+            used_times = times(used)
+            allocate (order(size(times)))
+            n = 0
+            next = 1
+            do k = 1, size(other)
+                if (is_covered(used_times, times(other(k)), knowledge%star_camera_interval)) cycle
+                do while (next <= size(used))
+                    if (used_times(next) > times(other(k))) exit
+                    n = n + 1
+                    order(n) = used(next)
+                    next = next + 1
+                end do
+                n = n + 1
+                order(n) = other(k)
+            end do
+            order = [order(:n), used(next:)]
+        end associate
+    end function chosen_samples
+
+    subroutine warn_of_other_head(camera, stars, warnings)
+        integer, intent(in) :: camera       !! The head that the setup names
+        type(star_attitude_t), intent(in) :: stars
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        integer :: first, last
+
+        first = 1
+        do while (first <= size(stars%head))
+            last = first
+            if (stars%head(first) /= camera) then
+                do while (last < size(stars%head))
+                    if (stars%head(last + 1) == camera) exit
+                    last = last + 1
+                end do
+                call append(warnings, 'star camera: head '//integer_text(HEADS + 1 - camera)// &
+                            ' stands in for head '//integer_text(camera)//' from '// &
+                            number_text(stars%time(first))//' s to '//number_text(stars%time(last))//' s')
+            end if
+            first = last + 1
+        end do
+    end subroutine warn_of_other_head
+
+    subroutine warn_of_gaps(times, interval, duration, warnings)
+        real(dp), intent(in) :: times(:)        !! s
+        real(dp), intent(in) :: interval        !! Sampling interval, s
+        real(dp), intent(in) :: duration        !! Of the arc, s
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        integer :: i, n
+
+        n = size(times)
+        if (times(1) > (1 + REACH)*interval) call warn(0.0_dp, times(1))
+        do i = 1, n - 1
+            if (times(i + 1) - times(i) > LONGEST_GAP*interval) call warn(times(i), times(i + 1))
+        end do
+        if (times(n) < duration - REACH*interval) call warn(times(n), duration)
+
+    contains
+
+        subroutine warn(from, to)
+            real(dp), intent(in) :: from, to
+
+            call append(warnings, 'star camera: no samples from '//number_text(from)//' s to '// &
+                        number_text(to)//' s; the attitude there is left out')
+        end subroutine warn
+    end subroutine warn_of_gaps
+end module gracecg_estimation_star_attitude

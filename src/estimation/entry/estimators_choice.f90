@@ -1,0 +1,44 @@
+!> The estimators by name: the choice.
+submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
+    use gracecg_base_error, only: fail
+    use gracecg_base_text, only: join
+    use gracecg_files_value, only: did_you_mean
+    use gracecg_estimation_assest, only: estimate_assest
+    use gracecg_estimation_combined, only: estimate_combined
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_sequential, only: estimate_sequential
+    implicit none
+
+contains
+
+    module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance, record)
+        character(*), intent(in) :: algorithm
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: with_covariance
+        type(fit_record_t), intent(out), optional :: record
+
+        logical :: covariance
+
+        covariance = .true.
+        if (present(with_covariance)) covariance = with_covariance .or. present(record)
+        select case (algorithm)
+        case ('assest-fde')
+            call estimate_assest(observations, .false., solution, error, covariance, record)
+        case ('assest-rde')
+            call estimate_assest(observations, .true., solution, error, covariance, record)
+        case ('ascfest')
+            call estimate_combined(observations, .false., solution, error, covariance, record)
+        case ('ascrest')
+            call estimate_combined(observations, .true., solution, error, covariance, record)
+        case ('optimal')
+            call estimate_optimal(observations, solution, error, covariance, record)
+        case ('sequential')
+            call estimate_sequential(observations, solution, error, covariance, record)
+        case default
+            call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
+                      join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
+        end select
+    end subroutine estimate_offset
+end submodule gracecg_estimation_estimators_choice

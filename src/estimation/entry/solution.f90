@@ -1,0 +1,68 @@
+!> The result of an estimator, the same for all of them.
+module gracecg_estimation_solution
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t
+    use gracecg_estimation_running_estimate, only: running_estimate_t
+    implicit none
+    private
+    public :: solution_t, estimated_parameter_t, store_offset
+
+    !> A parameter beside the offset.
+    type :: estimated_parameter_t
+        character(12) :: name = ''      !! As gracecg_estimation_physical_model names it
+        real(dp) :: value = 0           !! SI units
+        real(dp) :: sigma = 0           !! Standard deviation, SI units
+    end type estimated_parameter_t
+
+    !> Offset and covariance, and what else the fit has found.
+    type :: solution_t
+        character(:), allocatable :: algorithm  !! Name as on the command line
+        real(dp) :: offset(3) = 0               !! d, from COM to proof-mass centre, body axes, m
+        real(dp) :: covariance(3, 3) = 0
+        !! Of the offset under the noise of accelerometer and star camera, m^2. Of the report's estimators:
+        !! what the weights make of the true noise spectra, not the inverse of the normal matrix; of
+        !! `optimal`, whose weights are those of the noise, that inverse. Without systematic errors and
+        !! the noise of the magnetometer, which is smaller by far.
+        real(dp) :: drift(3) = 0                !! alpha of (4-17), m/s^3
+        real(dp) :: bias(3) = 0                 !! beta of (4-17), m/s^2
+        real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body
+        real(dp) :: angular_velocity(3) = 0     !! At the epoch, rad/s
+        integer :: iterations = 0               !! Of the batch processor, in its non-linear part
+        logical :: converged = .false.          !! Of the batch processor, in its non-linear part
+        real(dp) :: condition = 0
+        !! Of the normal matrix with unit diagonal: of the offset's in ASSEST, of the whole one in
+        !! ASCFEST and ASCREST
+        real(dp) :: residual_rms(3) = 0         !! Of the accelerometer, m/s^2
+        type(estimated_parameter_t), allocatable :: parameters(:)
+        !! Of `optimal` and `sequential`: unknown torque, and what the settings ask for. Not allocated by
+        !! the report's four
+        real(dp) :: noise_level(3) = 0          !! Accelerometer, (3-2): what `optimal` and `sequential` weighted with
+        real(dp) :: noise_corner(3) = 0         !! Hz
+        real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
+        real(dp) :: variance_factor = 0
+        !! Of `optimal` and `sequential`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
+        type(string_t), allocatable :: warnings(:)
+        !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
+        type(running_estimate_t), allocatable :: running
+        !! The estimate on the way, of an estimator that filters
+    end type solution_t
+
+contains
+
+    !> Puts the accelerometer's part of an estimate into a solution.
+    pure subroutine store_offset(state, residuals, solution)
+        real(dp), intent(in) :: state(9)            !! d (m), alpha (m/s^3), beta (m/s^2)
+        real(dp), intent(in) :: residuals(:)        !! x, y, z of each sample in turn, m/s^2
+        type(solution_t), intent(inout) :: solution
+
+        integer :: axis
+
+        solution%offset = state(1:3)
+        solution%drift = state(4:6)
+        solution%bias = state(7:9)
+        do axis = 1, 3
+            solution%residual_rms(axis) = norm2(residuals(axis::3))/sqrt(size(residuals)/3.0_dp)
+        end do
+    end subroutine store_offset
+end module gracecg_estimation_solution

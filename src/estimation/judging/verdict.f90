@@ -1,0 +1,369 @@
+!> The verdict on a calibration in words: what was examined, the figures found, a grade for each, and
+!> what to do next.
+module gracecg_estimation_verdict
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join, padded
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
+    use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
+    implicit none
+    private
+    public :: verdict_t, finding_t, judge, WANTED_ACCURACY
+    public :: GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
+
+    integer, parameter :: GRADE_GOOD = 1        !! As it should be
+    integer, parameter :: GRADE_DOUBTFUL = 2    !! Usable, with the remark in mind
+    integer, parameter :: GRADE_BAD = 3         !! Not to be relied upon
+
+    real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
+    !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
+    real(dp), parameter :: POOR_CONDITION = 1e8_dp
+    !! Of the normal matrix with unit diagonal: half of the digits are lost
+    real(dp), parameter :: BY_CHANCE = 4        !! Standard deviations of the residuals' ratio
+    real(dp), parameter :: CORRELATED = 1e-3_dp !! Of the probability of whiteness
+    real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a component that is not 0
+    real(dp), parameter :: MILLIMETRES = 1e3_dp
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+
+    !> One thing that was examined.
+    type :: finding_t
+        integer :: grade = GRADE_GOOD    !! One of the grades above
+        character(:), allocatable :: subject    !! What was examined
+        character(:), allocatable :: text       !! What was found, with figures
+    end type finding_t
+
+    !> The findings and what follows from them.
+    type :: verdict_t
+        integer :: grade = GRADE_GOOD                   !! The worst of the findings
+        character(:), allocatable :: summary            !! One sentence
+        type(finding_t), allocatable :: findings(:)    !! In the order of examination
+        type(string_t), allocatable :: next_steps(:)    !! What to do, the first thing first
+    end type verdict_t
+
+contains
+
+    !> Judges a calibration by its diagnostics.
+    function judge(knowledge, solution, record, diagnostics) result(verdict)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(solution_t), intent(in) :: solution
+        type(fit_record_t), intent(in) :: record
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(verdict_t) :: verdict
+
+        integer :: axis, i
+
+        allocate (verdict%findings(0), verdict%next_steps(0))
+        call judge_solution(solution, verdict)
+        call judge_accuracy(diagnostics, verdict)
+        do axis = 1, 3
+            call judge_residuals(axis, diagnostics, verdict)
+        end do
+        call judge_torque(record, verdict)
+        do i = 1, size(solution%warnings)
+            call add(verdict, GRADE_DOUBTFUL, 'Warning', solution%warnings(i)%text)
+        end do
+        if (.not. all(knowledge%star_camera_sigma > 0)) &
+            call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
+                     '(noise_about_axes): the sigmas leave it out')
+        call sum_up(solution, diagnostics, verdict)
+        call advise(knowledge, solution, diagnostics, verdict)
+    end function judge
+
+    subroutine add(verdict, grade, subject, text)
+        type(verdict_t), intent(inout) :: verdict
+        integer, intent(in) :: grade
+        character(*), intent(in) :: subject, text
+
+        type(finding_t), allocatable :: longer(:)
+        integer :: n
+
+        n = size(verdict%findings)
+        allocate (longer(n + 1))
+        longer(:n) = verdict%findings
+        longer(n + 1)%grade = grade
+        longer(n + 1)%subject = subject
+        longer(n + 1)%text = text
+        call move_alloc(longer, verdict%findings)
+        verdict%grade = max(verdict%grade, grade)
+    end subroutine add
+
+    subroutine judge_solution(solution, verdict)
+        type(solution_t), intent(in) :: solution
+        type(verdict_t), intent(inout) :: verdict
+
+        if (solution%converged) then
+            call add(verdict, GRADE_GOOD, 'Convergence', 'converged; iterations: '// &
+                     integer_text(solution%iterations))
+        else
+            call add(verdict, GRADE_BAD, 'Convergence', 'not converged in '// &
+                     integer_text(solution%iterations)//' iterations')
+        end if
+        if (solution%condition <= POOR_CONDITION) then
+            call add(verdict, GRADE_GOOD, 'Condition', 'condition number '// &
+                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal (up to '// &
+                     trim(power_text(POOR_CONDITION))//' is harmless)')
+        else
+            call add(verdict, GRADE_DOUBTFUL, 'Condition', 'condition number '// &
+                     trim(power_text(solution%condition))//' of the normal matrix with unit diagonal: more than '// &
+                     'half of the digits are lost, some combination of the parameters is hardly observable')
+        end if
+    end subroutine judge_solution
+
+    subroutine judge_accuracy(diagnostics, verdict)
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(verdict_t), intent(inout) :: verdict
+
+        character(:), allocatable :: figures
+
+        if (.not. diagnostics%sigma_known) then
+            call add(verdict, GRADE_DOUBTFUL, 'Accuracy', 'not known: the setup lacks the noise_level of an '// &
+                     'accelerometer axis, so the sigmas leave its noise out')
+            return
+        end if
+        associate (d => diagnostics, long => diagnostics%ellipsoid%semi_axis(1))
+            figures = 'sigma '//rounded_text(MILLIMETRES*d%sigma(1), 3)//', '// &
+                rounded_text(MILLIMETRES*d%sigma(2), 3)//', '//rounded_text(MILLIMETRES*d%sigma(3), 3)//' mm in x, y, z; '// &
+                'worst direction '//trim(direction_text(d%ellipsoid%direction(:, 1)))//' with '// &
+                rounded_text(MILLIMETRES*long, 3)//' mm'
+            if (all(d%sigma <= WANTED_ACCURACY)) then
+                call add(verdict, GRADE_GOOD, 'Accuracy', figures//'; wanted are '// &
+                         rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
+            else
+                call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//trim(listed(d%sigma > WANTED_ACCURACY))// &
+                         trim(merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1))// &
+                         ' not determined to the wanted '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
+            end if
+        end associate
+    end subroutine judge_accuracy
+
+    subroutine judge_residuals(axis, diagnostics, verdict)
+        integer, intent(in) :: axis
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(verdict_t), intent(inout) :: verdict
+
+        character(:), allocatable :: subject, text
+        logical :: chance, white
+
+        subject = 'Residuals '//AXES(axis)
+        associate (r => diagnostics%residuals(axis))
+            text = 'RMS '//rounded_text(r%rms, 3)//' m/s^{2}, '
+            if (.not. r%noise_known) then
+                call add(verdict, GRADE_DOUBTFUL, subject, text//'but the setup gives no noise_level of this '// &
+                         'axis to compare with: the sigmas leave it out')
+                return
+            end if
+            text = text//rounded_text(r%ratio, 3)//' times what the noise of the setup explains (by chance: '// &
+                rounded_text(max(0.0_dp, 1 - BY_CHANCE*r%ratio_sigma), 2)//' to '// &
+                rounded_text(1 + BY_CHANCE*r%ratio_sigma, 3)//')'
+            chance = abs(r%ratio - 1) <= BY_CHANCE*r%ratio_sigma
+            white = r%probability >= CORRELATED
+            if (white) then
+                text = text//'; whitened, they are white (probability '//rounded_text(r%probability, 2)//')'
+            else
+                text = text//'; whitened, they are correlated over '//integer_text(WHITENESS_LAGS)// &
+                    ' samples (probability of white noise below '//rounded_text(CORRELATED, 1)//')'
+            end if
+            if (r%peak_counts) then
+                text = text//'; their spectrum is highest at '//rounded_text(r%peak_frequency, 3)//' Hz, '// &
+                    rounded_text(r%peak_ratio, 2)//' times the expected'
+            end if
+            if (r%ratio > MUCH_NOISE) then
+                call add(verdict, GRADE_BAD, subject, text//': a wrong unit, faulty samples or strong forces '// &
+                         'that the fit does not know')
+            else if (chance .and. .not. r%peak_counts) then
+                if (.not. white) text = text//': something small is there besides, such as drag that bends a little'
+                call add(verdict, GRADE_GOOD, subject, text)
+            else if (r%ratio < 1 .and. .not. r%peak_counts) then
+                call add(verdict, GRADE_DOUBTFUL, subject, text//': the noise of the setup is not that of '// &
+                         'the instrument, so neither are the sigmas')
+            else
+                call add(verdict, GRADE_DOUBTFUL, subject, text//': a force that is not a straight line in '// &
+                         'time (drag), or more noise than the setup says; the sigmas leave it out')
+            end if
+        end associate
+    end subroutine judge_residuals
+
+    subroutine judge_torque(record, verdict)
+        type(fit_record_t), intent(in) :: record
+        type(verdict_t), intent(inout) :: verdict
+
+        character(:), allocatable :: text
+        real(dp) :: allowed
+
+        if (.not. record%torque_checked) then
+            call add(verdict, GRADE_DOUBTFUL, 'Torque', 'not compared with the rotation that the star camera saw')
+            return
+        end if
+        allowed = max(DOUBTFUL, SIGNIFICANT*record%torque_sigma)
+        text = 'the satellite turned as by '//rounded_text(record%torque_factor, 3)//' times (sigma '// &
+            rounded_text(record%torque_sigma, 2)//') the torque of rods and magnetic field'
+        if (abs(record%torque_factor - 1) <= allowed) then
+            call add(verdict, GRADE_GOOD, 'Torque', text)
+        else
+            call add(verdict, GRADE_DOUBTFUL, 'Torque', text//': the offset may be off by as much')
+        end if
+        if (.not. record%attitude_misfit > 0) return
+        text = 'residuals of the star camera '//rounded_text(record%attitude_misfit, 3)//' times their noise'
+        call add(verdict, merge(GRADE_GOOD, GRADE_DOUBTFUL, record%attitude_misfit <= MISFITTING), 'Attitude', text)
+    end subroutine judge_torque
+
+    !> The verdict in one sentence.
+    subroutine sum_up(solution, diagnostics, verdict)
+        type(solution_t), intent(in) :: solution
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(verdict_t), intent(inout) :: verdict
+
+        character(:), allocatable :: text
+        logical :: determined(3)
+
+        determined = diagnostics%sigma <= WANTED_ACCURACY
+        if (verdict%grade == GRADE_BAD) then
+            text = 'Do not use this offset: see what is marked below.'
+        else if (.not. diagnostics%sigma_known) then
+            text = 'The accuracy is not known, for lack of noise levels in the setup'
+        else if (all(determined)) then
+            text = 'All three components are determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better'
+        else if (any(determined)) then
+            text = trim(listed(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
+                ' determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better, '// &
+                trim(listed(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
+        else
+            text = 'No component is determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm'
+        end if
+        if (verdict%grade /= GRADE_BAD) then
+            if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
+            text = text//'.'
+        end if
+        call move_alloc(text, verdict%summary)
+    end subroutine sum_up
+
+    !> What to do next.
+    subroutine advise(knowledge, solution, diagnostics, verdict)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(solution_t), intent(in) :: solution
+        type(fit_diagnostics_t), intent(in) :: diagnostics
+        type(verdict_t), intent(inout) :: verdict
+
+        logical :: determined(3), moved(3), excess
+        character(:), allocatable :: moves, moments
+        integer :: axis
+
+        if (verdict%grade == GRADE_BAD) then
+            call append(verdict%next_steps, 'Mend what is marked with a cross, or leave the faulty samples out, '// &
+                        'and estimate again; if that is not possible, repeat the calibration.')
+            return
+        end if
+        if (.not. diagnostics%sigma_known) then
+            call append(verdict%next_steps, 'Give the noise levels of the instruments in `setup.nml` and estimate '// &
+                        'again: without them nobody can say which component may be trimmed.')
+            return
+        end if
+        determined = diagnostics%sigma <= WANTED_ACCURACY
+        moved = determined .and. abs(solution%offset) > NOT_ZERO*diagnostics%sigma
+        if (any(moved)) then
+            moves = ''
+            moments = ''
+            do axis = 1, 3
+                if (.not. moved(axis)) cycle
+                if (moves /= '') moves = moves//', '
+                if (moments /= '') moments = moments//', '
+                moves = moves//trim(signed(MILLIMETRES*solution%offset(axis)))//' mm along '//AXES(axis)
+                moments = moments//trim(signed(MILLIMETRES*knowledge%mass*solution%offset(axis)))//' kg mm'
+            end do
+            call append(verdict%next_steps, 'Trim: move the centre of mass by '//moves// &
+                        ' (towards the proof mass; the offset changes by the negative of it). With '// &
+                        rounded_text(knowledge%mass, 4)//' kg these are mass moments of '//moments//'.')
+        end if
+        if (any(determined .and. .not. moved)) &
+            call append(verdict%next_steps, 'Leave '//trim(listed(determined .and. .not. moved))//' as it is: within '// &
+                        rounded_text(NOT_ZERO, 2)//' sigma of zero.')
+        if (.not. all(determined)) &
+            call append(verdict%next_steps, 'Repeat for '//trim(listed(.not. determined))//': this manoeuvre at this '// &
+                        'place hardly shows it. Choose a place where the angular acceleration has another '// &
+                        'direction (`gracecg timing`), or drive the rods out of phase, and calibrate again. '// &
+                        'Do not trim what is not determined.')
+        excess = any(diagnostics%residuals%noise_known .and. diagnostics%residuals%ratio > &
+                     1 + BY_CHANCE*diagnostics%residuals%ratio_sigma)
+        if (excess) &
+            call append(verdict%next_steps, 'Take the sigmas for a lower limit: the residuals hold more than the '// &
+                        'instruments'' noise. `gracecg montecarlo` with a case of this satellite tells the error '// &
+                        'that such forces cause.')
+        if (any(moved)) &
+            call append(verdict%next_steps, 'After the trim calibrate again: what is left should be within the '// &
+                        'sigmas and the error of the mass balancing.')
+    end subroutine advise
+
+    !> A number with its sign.
+    function signed(value) result(text)
+        real(dp), intent(in) :: value
+        character(32) :: text
+
+        text = rounded_text(value, 3)
+        if (value > 0) text = '+'//rounded_text(value, 3)
+    end function signed
+
+    !> '4.9E+03'.
+    function power_text(value) result(text)
+        real(dp), intent(in) :: value
+        character(12) :: text
+
+        character(12) :: buffer
+
+        write (buffer, '(es12.1)') value
+        text = trim(adjustl(buffer))
+    end function power_text
+
+    !> The axes that are chosen: 'x', 'x and z'.
+    function listed(chosen) result(text)
+        logical, intent(in) :: chosen(3)
+        character(10) :: text
+
+        type(string_t), allocatable :: names(:)
+        integer :: axis
+
+        allocate (names(0))
+        do axis = 1, 3
+            if (chosen(axis)) call append(names, AXES(axis))
+        end do
+        select case (size(names))
+        case (0)
+            text = ''
+        case (1)
+            text = names(1)%text
+        case default
+            text = join(padded(names(:size(names) - 1)), ', ')//' and '//names(size(names))%text
+        end select
+    end function listed
+
+    function direction_text(direction) result(text)
+        real(dp), intent(in) :: direction(3)
+        character(26) :: text
+
+        character(26) :: buffer
+
+        write (buffer, '("(", f5.2, ", ", f5.2, ", ", f5.2, ")")') &
+            merge(direction, 0.0_dp, abs(direction) >= 0.005_dp)
+        text = without_blanks(trim(buffer))
+
+    contains
+
+        !> '( 0.99, -0.01,  0.05)' without the padding.
+        function without_blanks(padded_text) result(shorter)
+            character(*), intent(in) :: padded_text
+            character(len(padded_text)) :: shorter
+
+            integer :: i, n
+
+            shorter = ''
+            n = 0
+            do i = 1, len(padded_text)
+                if (padded_text(i:i) == ' ') cycle
+                n = n + 1
+                shorter(n:n) = padded_text(i:i)
+                if (padded_text(i:i) == ',') n = n + 1
+            end do
+        end function without_blanks
+    end function direction_text
+end module gracecg_estimation_verdict

@@ -1,0 +1,267 @@
+!> Whitening of a series with coloured noise: multiplication by L^-1, where L L^T (Cholesky's factors)
+!> is the covariance matrix of the noise. Least squares of whitened observations with unit weights is
+!> the best linear unbiased estimate (A. C. Aitken, Proc. R. Soc. Edinburgh 55 (1936) 42-48).
+!>
+!> The noise (gracecg_base_coloured_noise) is a white sequence and a sum of first-order Gauss-Markov
+!> sequences, so the innovations of its Kalman filter, divided by their standard deviations, are
+!> exactly the elements of L^-1 v (T. Kailath, IEEE Trans. Automatic Control 13 (1968) 646-655; the
+!> likelihood so computed: F. C. Schweppe, IEEE Trans. Information Theory 11 (1965) 61-70). The work
+!> grows with the number of samples, not with its cube or square; gaps and samples that are left out
+!> only stretch a step of the filter.
+module gracecg_estimation_noise_whitening
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    implicit none
+    private
+    public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
+
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+
+    !> The filter's gains for one series of epochs: computed once, used for any number of series.
+    type :: whitener_t
+        integer :: samples = 0                  !! Epochs, those of samples left out included
+        integer :: kept = 0                     !! Samples that count
+        real(dp) :: log_determinant = 0         !! ln of the determinant of their covariance matrix
+        real(dp), allocatable :: line(:, :)
+        !! The constant and the straight line over the epochs, whitened, as two orthonormal rows:
+        !! (2, samples); what is orthogonal to them does not depend on a bias and a drift
+        real(dp), allocatable, private :: gain(:, :)            !! (N_POLES, samples)
+        real(dp), allocatable, private :: decay(:, :)           !! To the next epoch, (N_POLES, samples)
+        real(dp), allocatable, private :: inverse_deviation(:)  !! Of the innovations
+        logical, allocatable, private :: used(:)                !! False: left out
+    contains
+        procedure :: whiten    !! Whitens several series in place
+        procedure :: whiten_series    !! Whitens one series in place
+        procedure :: step    !! Whitens the next sample of one series
+        procedure :: innovations
+        !! How far every sample is from what the kept samples before it let expect, in standard deviations
+        procedure :: is_kept    !! False for a sample that is left out
+    end type whitener_t
+
+    !> Where the filter of one series has got to, for whitening sample by sample.
+    type :: whitening_state_t
+        private
+        real(dp) :: predicted(N_POLES) = 0
+    end type whitening_state_t
+
+contains
+
+    !> The whitener of samples at k h for k in `epoch`. Samples that are not kept are whitened to zero.
+    !>
+    !> Fails when the noise has no white part (a covariance matrix without it is singular), when the
+    !> epochs do not increase, or when fewer than three samples are kept.
+    subroutine new_whitener(noise, epoch, whitener, error, kept)
+        type(coloured_noise_t), intent(in) :: noise
+        integer, intent(in) :: epoch(:)             !! Increasing
+        type(whitener_t), intent(out) :: whitener
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: kept(:)    !! All when absent
+
+        real(dp) :: white_variance, correlation(N_POLES), variance(N_POLES)
+        real(dp) :: covariance(N_POLES, N_POLES), innovation_variance
+        integer :: i, p, n
+
+        n = size(epoch)
+        whitener%samples = n
+        whitener%kept = n
+        if (present(kept)) whitener%kept = count(kept)
+        call noise%markov_form(white_variance, correlation, variance)
+        if (.not. white_variance > 0) then
+            call fail(error, 'the noise level is 0: give a positive level of the noise spectrum, '// &
+                      'noise without a white part cannot be whitened')
+        else if (any(epoch(2:) <= epoch(:n - 1))) then
+            call fail(error, 'the epochs of samples to be whitened must increase')
+        else if (whitener%kept < 3) then
+            call fail(error, integer_text(whitener%kept)//' samples to be whitened are left, '// &
+                      'at least 3 are needed')
+        end if
+        if (allocated(error)) return
+        allocate (whitener%gain(N_POLES, n), whitener%decay(N_POLES, n), whitener%inverse_deviation(n))
+        allocate (whitener%used(n), source=.true.)
+        if (present(kept)) whitener%used = kept
+        whitener%gain = 0
+        covariance = 0
+        do p = 1, N_POLES
+            covariance(p, p) = variance(p)
+        end do
+        do i = 1, n
+            innovation_variance = sum(covariance) + white_variance
+            whitener%inverse_deviation(i) = 1/sqrt(innovation_variance)
+            if (whitener%used(i)) then
+                associate (gain => whitener%gain(:, i))
+                    gain = sum(covariance, 2)/innovation_variance
+                    do p = 1, N_POLES
+                        covariance(:, p) = covariance(:, p) - gain*gain(p)*innovation_variance
+                    end do
+                end associate
+                whitener%log_determinant = whitener%log_determinant + log(innovation_variance)
+            end if
+            if (i == n) exit
+            associate (decay => whitener%decay(:, i))
+                decay = correlation**(epoch(i + 1) - epoch(i))
+                do p = 1, N_POLES
+                    covariance(:, p) = decay*covariance(:, p)*decay(p)
+                    covariance(p, p) = covariance(p, p) + variance(p)*(1 - decay(p)**2)
+                end do
+            end associate
+        end do
+        whitener%decay(:, n) = 0
+        call orthonormal_line(epoch, whitener)
+    end subroutine new_whitener
+
+    !> The whiteners of the accelerometer's axes, from the spectra that the setup gives. Fails, naming
+    !> the axis, as new_whitener does and where the setup gives no level.
+    subroutine accelerometer_whiteners(knowledge, epoch, whiteners, error, kept)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        integer, intent(in) :: epoch(:)                 !! In units of the accelerometer's interval
+        type(whitener_t), intent(out) :: whiteners(3)
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: kept(:, :)     !! (3, samples)
+
+        type(coloured_noise_t) :: noise
+        integer :: axis
+
+        do axis = 1, 3
+            if (.not. knowledge%accelerometer_psd_level(axis) > 0) then
+                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_psd_level(axis))// &
+                          ' m^2 s^-4/Hz has to be positive')
+            else
+                noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
+                                       knowledge%accelerometer_psd_corner(axis), &
+                                       knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            end if
+            if (.not. allocated(error)) then
+                if (present(kept)) then
+                    call new_whitener(noise, epoch, whiteners(axis), error, kept(axis, :))
+                else
+                    call new_whitener(noise, epoch, whiteners(axis), error)
+                end if
+            end if
+            call add_context(error, 'accelerometer, axis '//AXES(axis))
+            if (allocated(error)) return
+        end do
+    end subroutine accelerometer_whiteners
+
+    !> Whitened bias and drift, made orthonormal (Gram-Schmidt, twice for the rounding).
+    subroutine orthonormal_line(epoch, whitener)
+        integer, intent(in) :: epoch(:)
+        type(whitener_t), intent(inout) :: whitener
+
+        real(dp) :: middle, half_length
+        integer :: pass
+
+        associate (n => whitener%samples)
+            middle = (epoch(1) + epoch(n))/2.0_dp
+            half_length = max(1.0_dp, (epoch(n) - epoch(1))/2.0_dp)
+            allocate (whitener%line(2, n))
+            whitener%line(1, :) = 1
+            whitener%line(2, :) = (epoch - middle)/half_length
+        end associate
+        call whitener%whiten(whitener%line)
+        associate (constant => whitener%line(1, :), slope => whitener%line(2, :))
+            constant = constant/norm2(constant)
+            do pass = 1, 2
+                slope = slope - dot_product(constant, slope)*constant
+            end do
+            slope = slope/norm2(slope)
+        end associate
+    end subroutine orthonormal_line
+
+    !> Whitens the next sample of one series; a state as it is declared begins the series.
+    pure subroutine step(self, i, state, value, whitened)
+        class(whitener_t), intent(in) :: self
+        integer, intent(in) :: i                        !! Number of the sample: 1, 2, 3 ...
+        type(whitening_state_t), intent(inout) :: state
+        real(dp), intent(in) :: value    !! The next one
+        real(dp), intent(out) :: whitened               !! 0 for a sample that is left out
+
+        real(dp) :: innovation
+
+        innovation = value - sum(state%predicted)
+        whitened = 0
+        if (self%used(i)) whitened = innovation*self%inverse_deviation(i)
+        state%predicted = self%decay(:, i)*(state%predicted + self%gain(:, i)*innovation)
+    end subroutine step
+
+    !> Whitens several series in place.
+    pure subroutine whiten(self, series)
+        class(whitener_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:, :)         !! (series, samples)
+
+        type(whitening_state_t) :: state(size(series, 1))
+        real(dp) :: whitened
+        integer :: i, k
+
+        do i = 1, self%samples
+            do k = 1, size(series, 1)
+                call self%step(i, state(k), series(k, i), whitened)
+                series(k, i) = whitened
+            end do
+        end do
+    end subroutine whiten
+
+    !> Whitens one series in place.
+    pure subroutine whiten_series(self, series)
+        class(whitener_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:)            !! (samples)
+
+        type(whitening_state_t) :: state
+        real(dp) :: whitened
+        integer :: i
+
+        do i = 1, self%samples
+            call self%step(i, state, series(i), whitened)
+            series(i) = whitened
+        end do
+    end subroutine whiten_series
+
+    !> How far every sample is from what the kept samples before it let expect, in standard deviations;
+    !> also for samples that are left out.
+    pure function innovations(self, series) result(normalised)
+        class(whitener_t), intent(in) :: self
+        real(dp), intent(in) :: series(:)               !! (samples)
+        real(dp) :: normalised(size(series))
+
+        type(whitening_state_t) :: state
+        real(dp) :: whitened
+        integer :: i
+
+        do i = 1, self%samples
+            normalised(i) = (series(i) - sum(state%predicted))*self%inverse_deviation(i)
+            call self%step(i, state, series(i), whitened)
+        end do
+    end function innovations
+
+    !> Multiplies one series in place with R^-1 freed of bias and drift, L^-T (I - Q Q^T) L^-1, R = L L^T the
+    !> covariance matrix of the noise and Q the whitened straight line. What any linear unbiased
+    !> estimate makes of a disturbance then is a sum over the unwhitened partials. L^-T is the transpose of
+    !> the filter, run backwards.
+    pure subroutine weigh_series(self, series)
+        type(whitener_t), intent(in) :: self
+        real(dp), intent(inout) :: series(:)            !! (samples)
+
+        real(dp) :: later(N_POLES), innovation
+        integer :: i
+
+        call self%whiten_series(series)
+        series = series - matmul(matmul(self%line, series), self%line)
+        later = 0
+        do i = self%samples, 1, -1
+            later = self%decay(:, i)*later
+            innovation = self%inverse_deviation(i)*series(i) + dot_product(self%gain(:, i), later)
+            later = later - innovation
+            series(i) = innovation
+        end do
+    end subroutine weigh_series
+
+    !> False for a sample that is left out.
+    elemental logical function is_kept(self, i)
+        class(whitener_t), intent(in) :: self
+        integer, intent(in) :: i    !! Number of the sample
+
+        is_kept = self%used(i)
+    end function is_kept
+end module gracecg_estimation_noise_whitening

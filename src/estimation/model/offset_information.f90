@@ -1,0 +1,62 @@
+!> What an accelerometer can tell of the CG offset along a known rotation, whoever estimates it: the
+!> Fisher information, whose inverse is the bound of H. Cramer (1946) and C. R. Rao (1945).
+module gracecg_estimation_offset_information
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_vectors, only: identity
+    use gracecg_estimation_offset_model, only: offset_matrix
+    use gracecg_estimation_noise_whitening, only: whitener_t, whitening_state_t
+    implicit none
+    private
+    public :: offset_information, gravity_gradient_matrix
+
+contains
+
+    !> Information of d under the accelerometer's coloured noise, a bias and a drift of each axis
+    !> eliminated: the sum over the axes of A^T (I - Q Q^T) A, A the whitened rows of A~ + G and Q
+    !> the whitened straight line.
+    !>
+    !> At d = 0 this is the whole of it: there the acceleration does not depend on the rotation to
+    !> first order, so that attitude and angular velocity need not be known better than star camera
+    !> and manoeuvre tell. Works without storage, in proportion to the number of samples.
+    pure function offset_information(omega, omega_dot, whiteners, gradient) result(information)
+        real(dp), intent(in) :: omega(:, :)         !! At the samples, (3, samples), rad/s
+        real(dp), intent(in) :: omega_dot(:, :)     !! (3, samples), rad/s^2
+        type(whitener_t), intent(in) :: whiteners(3)    !! Of the accelerometer's axes
+        real(dp), intent(in), optional :: gradient(:, :, :)
+        !! G of gravity_gradient_matrix, (3, 3, samples), 1/s^2; zero when absent
+        real(dp) :: information(3, 3)               !! 1/m^2
+
+        type(whitening_state_t) :: state(3, 3)      ! (component of d, axis)
+        real(dp) :: a(3, 3), row(3), on_line(2, 3, 3)
+        integer :: i, k, axis
+
+        information = 0
+        on_line = 0
+        do i = 1, size(omega, 2)
+            a = offset_matrix(omega(:, i), omega_dot(:, i))
+            if (present(gradient)) a = a + gradient(:, :, i)
+            do axis = 1, 3
+                do k = 1, 3
+                    call whiteners(axis)%step(i, state(k, axis), a(axis, k), row(k))
+                end do
+                do k = 1, 3
+                    information(:, k) = information(:, k) + row*row(k)
+                    on_line(:, k, axis) = on_line(:, k, axis) + whiteners(axis)%line(:, i)*row(k)
+                end do
+            end do
+        end do
+        do axis = 1, 3
+            information = information - matmul(transpose(on_line(:, :, axis)), on_line(:, :, axis))
+        end do
+    end function offset_information
+
+    !> Acceleration of a point at d by the gravity gradient of a sphere, per unit of d:
+    !> mu/r^3 (I - 3 c c^T), CSR-TM-00-01 eq. (3-6).
+    pure function gravity_gradient_matrix(rate_squared, vertical) result(g)
+        real(dp), intent(in) :: rate_squared        !! mu/r^3, 1/s^2
+        real(dp), intent(in) :: vertical(3)         !! c, unit vector upwards, body axes
+        real(dp) :: g(3, 3)                         !! 1/s^2
+
+        g = rate_squared*(identity(3) - 3*spread(vertical, 2, 3)*spread(vertical, 1, 3))
+    end function gravity_gradient_matrix
+end module gracecg_estimation_offset_information

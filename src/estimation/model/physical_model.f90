@@ -1,0 +1,593 @@
+!> The physical model that the optimal and the sequential estimator fit, and that the bound is
+!> computed from: rotation under the magnetic torque, the gravity gradient and an unknown torque, and
+!> what star camera and accelerometer show of it, with the partials of every parameter.
+!>
+!> Rotation: J d omega/dt = (1 + g) m x (B - b) + 3 mu/r^3 c x (J c) + T + T' (t/t_n - 1/2) -
+!> omega x (J omega), CSR-TM-00-01 eqs. (2-16), (2-23), with the rods' gain error g, the magnetometer's
+!> bias b, the unknown torque T and its change T' over the arc of length t_n. The attitude error is
+!> multiplicative: R(q) = C(zeta) R(q*), d zeta/dt = -omega* x zeta + d omega. J_p stands for the
+!> inertia about the centre of mass, from which it differs by 1e-6 (4-6).
+!>
+!> Accelerometer: S [(A~ + G) d + alpha t + beta + w (gamma P2(t) + (a sin + b cos)(2 pi (f + df) t))], (3-7),
+!> (4-17), with S = diag(1 + s), and along the airflow w, which comes from the orbit (body x without one),
+!> a density wave and Legendre's polynomial P2 over the arc.
+module gracecg_estimation_physical_model
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
+    use gracecg_base_error, only: number_text
+    use gracecg_base_text, only: append
+    use gracecg_base_vectors, only: cross, cross_matrix, inverse_3x3, unit
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
+        conjugate_quaternion, normalised
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
+    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
+    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
+        LONGEST_ORBIT_SPACING
+    use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
+    use gracecg_estimation_offset_information, only: gravity_gradient_matrix
+    implicit none
+    private
+    public :: physical_model_t, model_state_t, model_trajectory_t
+    public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
+    public :: correct_state, turned_by, turn_between
+    public :: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
+    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY
+    public :: INERTIA, TORQUE_CHANGE, ALWAYS_ESTIMATED, airflow_at
+
+    integer, parameter :: PARAMETERS = 38    !! Number of all parameters
+    !> Places of the parameters, as index vectors
+    integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch, rad
+    integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch, rad/s
+    integer, parameter :: TORQUE(3) = [7, 8, 9]             !! T, N m
+    integer, parameter :: OFFSET(3) = [10, 11, 12]          !! d, m
+    integer, parameter :: DRIFT(3) = [13, 14, 15]           !! alpha, m/s^3
+    integer, parameter :: BIAS(3) = [16, 17, 18]            !! beta, m/s^2
+    integer, parameter :: SCALE_FACTORS(3) = [19, 20, 21]   !! s: scale factor minus 1
+    integer, parameter :: ROD_GAIN = 22                     !! g: gain minus 1
+    integer, parameter :: FIELD_BIAS(3) = [23, 24, 25]      !! b, T
+    integer, parameter :: DRAG_CURVATURE = 26               !! gamma, m/s^2
+    integer, parameter :: WAVE_SINE = 27, WAVE_COSINE = 28  !! Amplitudes of the density wave, m/s^2
+    integer, parameter :: WAVE_FREQUENCY = 29               !! Error of the wave's frequency, Hz
+    integer, parameter :: INERTIA(6) = [30, 31, 32, 33, 34, 35]
+    !! Errors of J's elements xx, yy, zz, xy, yz, zx, kg m^2
+    integer, parameter :: TORQUE_CHANGE(3) = [36, 37, 38]   !! T', N m
+    integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
+    !! Parameters of every fit; `optimal` adds to them
+
+    character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
+        'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
+        'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
+        'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
+        'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
+        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
+    !! In the order of their places
+
+    !> Rows and columns of the elements of INERTIA
+    integer, parameter :: ELEMENT_ROW(6) = [1, 2, 3, 1, 2, 3], ELEMENT_COLUMN(6) = [1, 2, 3, 2, 3, 1]
+
+    !> What does not change during the fit. Epochs are k h, k = 0..n; half steps are j h/2.
+    type :: physical_model_t
+        integer :: steps = 0                            !! n
+        real(dp) :: interval = 0                        !! h, s
+        real(dp) :: inertia(3, 3) = 0                   !! Nominal J, kg m^2
+        real(dp), allocatable :: magnetic_torque(:, :)  !! m x B, nominal, (3, 0:2n), N m
+        real(dp), allocatable :: dipole(:, :)           !! m, (3, 0:2n), A m^2
+        real(dp), allocatable :: rate_squared(:)        !! mu/r^3, (0:2n), 1/s^2; 0 without an orbit
+        real(dp), allocatable :: upwards(:, :)          !! r/|r|, inertial, (3, 0:2n)
+        real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
+        logical :: airflow_known = .false.              !! False: the body's x axis stands in
+        real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
+        real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
+        integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
+        integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
+        integer, allocatable :: place(:)
+        !! Where an estimated parameter stands among the rotational ones; 0: nowhere
+    end type physical_model_t
+
+    !> Values of all parameters. The angles are zero: q* holds the attitude.
+    type :: model_state_t
+        real(dp) :: quaternion(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]   !! q* at t = 0, inertial to body
+        real(dp) :: value(PARAMETERS) = 0    !! By the places of the parameters, in their units
+    end type model_state_t
+
+    !> The nominal rotation at k h with its partials by the model's `rotational` parameters.
+    type :: model_trajectory_t
+        real(dp), allocatable :: q(:, :)                !! (4, 0:n)
+        real(dp), allocatable :: omega(:, :)            !! (3, 0:n), rad/s
+        real(dp), allocatable :: omega_dot(:, :)        !! (3, 0:n), rad/s^2
+        real(dp), allocatable :: angles(:, :, :)        !! d zeta/dp, (3, rotational, 0:n)
+        real(dp), allocatable :: rates(:, :, :)         !! d omega/dp
+        real(dp), allocatable :: accelerations(:, :, :) !! d(d omega/dt)/dp
+    end type model_trajectory_t
+
+    !> J and its inverse with the state's inertia errors
+    type :: inertia_t
+        real(dp) :: j(3, 3), inverse(3, 3)
+    end type inertia_t
+
+contains
+
+    !> Prepares the model for an observation set's preprocessed data. Without an orbit that reaches
+    !> over the arc there is no gravity gradient, of which data%warnings is told.
+    subroutine prepare_model(knowledge, data, estimated, model)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(inout) :: data
+        integer, intent(in) :: estimated(:)     !! Parameters whose partials shall be computed
+        type(physical_model_t), intent(out) :: model
+
+        integer :: j, n, head
+
+        n = data%steps
+        model%steps = n
+        model%interval = data%interval
+        model%inertia = knowledge%inertia
+        allocate (model%magnetic_torque(3, 0:2*n), source=data%torque)
+        allocate (model%dipole(3, 0:2*n))
+        do j = 0, 2*n
+            model%dipole(:, j) = dipole_moment(knowledge%rods, j*data%interval/2)
+        end do
+        call take_gravity(data, model)
+        if (knowledge%optimal%density_wave == WAVE_GIVEN) &
+            model%wave_frequency = 1/knowledge%optimal%density_wave_period
+        do head = 1, HEADS
+            model%camera_from_body(:, :, head) = rotation_matrix(knowledge%mounting(:, head))
+        end do
+        model%estimated = estimated
+        model%rotational = pack(estimated, [(is_rotational(estimated(j)), j=1, size(estimated))])
+        model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
+    end subroutine prepare_model
+
+    !> Does a parameter act on attitude and angular velocity?
+    pure logical function is_rotational(parameter)
+        integer, intent(in) :: parameter
+
+        is_rotational = any([ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE] &
+                            == parameter)
+    end function is_rotational
+
+    !> mu/r^3, the direction upwards and that of the airflow along the orbit.
+    subroutine take_gravity(data, model)
+        type(fitting_data_t), intent(inout) :: data
+        type(physical_model_t), intent(inout) :: model
+
+        type(interpolation_t) :: place
+        real(dp) :: position(3), t
+        integer :: j
+
+        associate (n => model%steps)
+            allocate (model%rate_squared(0:2*n), source=0.0_dp)
+            allocate (model%upwards(3, 0:2*n), source=0.0_dp)
+            allocate (model%airflow(3, 0:n), source=0.0_dp)
+            if (size(data%orbit_time) == 0) then
+                call append(data%warnings, 'no orbit: the gravity gradient is left out of rotation and '// &
+                            'acceleration')
+                return
+            end if
+            do j = 0, 2*n
+                t = j*model%interval/2
+                place = interpolation_at(data%orbit_time, t, model%interval, LONGEST_ORBIT_SPACING)
+                if (.not. place%supported) then
+                    call append(data%warnings, 'orbit: no positions around '//number_text(t)// &
+                                ' s: the gravity gradient is left out of rotation and acceleration')
+                    model%rate_squared = 0
+                    return
+                end if
+                position = cubic_interpolated(data%orbit_time, data%orbit_position, t)
+                model%rate_squared(j) = EARTH_GM/norm2(position)**3
+                model%upwards(:, j) = unit(position)
+                if (mod(j, 2) == 0) model%airflow(:, j/2) = unit(velocity_in_air(position, t))
+            end do
+            model%airflow_known = .true.
+        end associate
+
+    contains
+
+        !> Relative to air that turns with the Earth; the orbit's velocity by differences over 2 s.
+        pure function velocity_in_air(position, t) result(velocity)
+            real(dp), intent(in) :: position(3), t
+            real(dp) :: velocity(3)
+
+            real(dp), parameter :: STEP = 1         ! s
+
+            velocity = (cubic_interpolated(data%orbit_time, data%orbit_position, t + STEP) - &
+                        cubic_interpolated(data%orbit_time, data%orbit_position, t - STEP))/(2*STEP) - &
+                       EARTH_ROTATION_RATE*[-position(2), position(1), 0.0_dp]
+        end function velocity_in_air
+    end subroutine take_gravity
+
+    !> The initial guess of the setup.
+    pure function initial_state(knowledge) result(state)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(model_state_t) :: state
+
+        state%quaternion = normalised(knowledge%guess_quaternion)
+        state%value(RATE) = knowledge%guess_angular_velocity
+        state%value(OFFSET) = knowledge%guess_offset
+    end function initial_state
+
+    !> Applies corrections to the estimated parameters: angles turn the attitude, the others add.
+    pure subroutine correct_state(model, correction, state)
+        type(physical_model_t), intent(in) :: model
+        real(dp), intent(in) :: correction(:)           !! In the order of model%estimated
+        type(model_state_t), intent(inout) :: state
+
+        state%value(model%estimated) = state%value(model%estimated) + correction
+        state%quaternion = turned_by(state%value(ATTITUDE_ANGLES), state%quaternion)
+        state%value(ATTITUDE_ANGLES) = 0
+    end subroutine correct_state
+
+    !> The attitude after a turn by a rotation vector: R = exp(-[zeta x]) R(q), the exact form of
+    !> C(zeta) R(q*).
+    pure function turned_by(zeta, q) result(turned)
+        real(dp), intent(in) :: zeta(3)         !! Body axes, rad
+        real(dp), intent(in) :: q(4)            !! Inertial to body
+        real(dp) :: turned(4)
+
+        real(dp) :: half
+
+        half = norm2(zeta)/2
+        turned = normalised(quaternion_product([zeta/2*sinc(half), cos(half)], q))
+    end function turned_by
+
+    !> The rotation vector zeta that turns `from` into `to`: the inverse of turned_by.
+    pure function turn_between(from, to) result(zeta)
+        real(dp), intent(in) :: from(4), to(4)    !! Inertial to body
+        real(dp) :: zeta(3)                     !! rad
+
+        real(dp) :: p(4)
+
+        p = quaternion_product(to, conjugate_quaternion(from))
+        if (p(4) < 0) p = -p
+        zeta = 2*p(1:3)/sinc(atan2(norm2(p(1:3)), p(4)))
+    end function turn_between
+
+    !> sin(x)/x
+    pure real(dp) function sinc(x)
+        real(dp), intent(in) :: x
+
+        sinc = 1
+        if (abs(x) > tiny(1.0_dp)) sinc = sin(x)/x
+    end function sinc
+
+    pure function inertia_of(model, state) result(inertia_tensor)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(inertia_t) :: inertia_tensor
+
+        integer :: i
+
+        inertia_tensor%j = model%inertia
+        do i = 1, 6
+            inertia_tensor%j = inertia_tensor%j + state%value(INERTIA(i))*unit_inertia(i)
+        end do
+        inertia_tensor%inverse = inverse_3x3(inertia_tensor%j)
+    end function inertia_of
+
+    !> dJ/dp of element i of INERTIA.
+    pure function unit_inertia(i) result(j)
+        integer, intent(in) :: i
+        real(dp) :: j(3, 3)
+
+        j = 0
+        j(ELEMENT_ROW(i), ELEMENT_COLUMN(i)) = 1
+        j(ELEMENT_COLUMN(i), ELEMENT_ROW(i)) = 1
+    end function unit_inertia
+
+    !> Integrates the nominal rotation and the variational equations (classical Runge-Kutta of order
+    !> 4, forces at half steps).
+    pure subroutine integrate_trajectory(model, state, trajectory)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(inout) :: trajectory     !! Reused if it has the right shape
+
+        type(inertia_t) :: inertia_tensor
+        real(dp), dimension(4) :: q, q_stage
+        real(dp), dimension(3) :: omega, omega_stage
+        real(dp), dimension(4, 4) :: q_rate
+        real(dp), dimension(3, 4) :: omega_rate
+        real(dp), dimension(6, size(model%rotational)) :: x, x_stage
+        real(dp), dimension(6, size(model%rotational), 4) :: x_rate
+        real(dp) :: h
+        integer :: k, i, n, p
+
+        real(dp), parameter :: PART(2:4) = [0.5_dp, 0.5_dp, 1.0_dp]
+        integer, parameter :: LATER(4) = [0, 1, 1, 2]           ! half steps
+
+        n = model%steps
+        p = size(model%rotational)
+        h = model%interval
+        inertia_tensor = inertia_of(model, state)
+        call shape_trajectory(n, p, trajectory)
+        q = state%quaternion
+        omega = state%value(RATE)
+        x = 0
+        do i = 1, p
+            if (any(ATTITUDE_ANGLES == model%rotational(i))) x(model%rotational(i), i) = 1
+            if (any(RATE == model%rotational(i))) x(model%rotational(i), i) = 1
+        end do
+        do k = 0, n
+            call derivatives(model, state, inertia_tensor, 2*k, q, omega, x, q_rate(:, 1), omega_rate(:, 1), &
+                             x_rate(:, :, 1))
+            trajectory%q(:, k) = q
+            trajectory%omega(:, k) = omega
+            trajectory%omega_dot(:, k) = omega_rate(:, 1)
+            trajectory%angles(:, :, k) = x(1:3, :)
+            trajectory%rates(:, :, k) = x(4:6, :)
+            trajectory%accelerations(:, :, k) = x_rate(4:6, :, 1)
+            if (k == n) exit
+            do i = 2, 4
+                q_stage = q + h*PART(i)*q_rate(:, i - 1)
+                omega_stage = omega + h*PART(i)*omega_rate(:, i - 1)
+                x_stage = x + h*PART(i)*x_rate(:, :, i - 1)
+                call derivatives(model, state, inertia_tensor, 2*k + LATER(i), q_stage, omega_stage, x_stage, &
+                                 q_rate(:, i), omega_rate(:, i), x_rate(:, :, i))
+            end do
+            q = q + h/6*(q_rate(:, 1) + 2*q_rate(:, 2) + 2*q_rate(:, 3) + q_rate(:, 4))
+            q = q/norm2(q)
+            omega = omega + h/6*(omega_rate(:, 1) + 2*omega_rate(:, 2) + 2*omega_rate(:, 3) + omega_rate(:, 4))
+            x = x + h/6*(x_rate(:, :, 1) + 2*x_rate(:, :, 2) + 2*x_rate(:, :, 3) + x_rate(:, :, 4))
+        end do
+    end subroutine integrate_trajectory
+
+    pure subroutine shape_trajectory(n, p, trajectory)
+        integer, intent(in) :: n, p
+        type(model_trajectory_t), intent(inout) :: trajectory
+
+        if (allocated(trajectory%angles)) then
+            if (all(shape(trajectory%angles) == [3, p, n + 1])) return
+            deallocate (trajectory%q, trajectory%omega, trajectory%omega_dot, trajectory%angles, &
+                        trajectory%rates, trajectory%accelerations)
+        end if
+        allocate (trajectory%q(4, 0:n), trajectory%omega(3, 0:n), trajectory%omega_dot(3, 0:n))
+        allocate (trajectory%angles(3, p, 0:n), trajectory%rates(3, p, 0:n), trajectory%accelerations(3, p, 0:n))
+    end subroutine shape_trajectory
+
+    !> Right-hand sides at a half step, of the rotation and of x = [d zeta/dp; d omega/dp].
+    pure subroutine derivatives(model, state, inertia_tensor, half, q, omega, x, q_rate, omega_rate, x_rate)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(inertia_t), intent(in) :: inertia_tensor
+        integer, intent(in) :: half
+        real(dp), intent(in) :: q(4), omega(3), x(6, size(model%rotational))
+        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(6, size(model%rotational))
+
+        real(dp) :: c(3), jc(3), momentum(3), gradient_torque(3), acting(3)
+        real(dp) :: by_angles(3, 3), by_rate(3, 3)
+        integer :: i
+
+        associate (j => inertia_tensor%j, three_mu => 3*model%rate_squared(half))
+            c = matmul(rotation_matrix(q/norm2(q)), model%upwards(:, half))
+            jc = matmul(j, c)
+            momentum = matmul(j, omega)
+            gradient_torque = three_mu*cross(c, jc)
+            acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
+                                                  cross(model%dipole(:, half), state%value(FIELD_BIAS))) + &
+                     gradient_torque + state%value(TORQUE) + &
+                     (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
+            q_rate = quaternion_rate(q, omega)
+            omega_rate = matmul(inertia_tensor%inverse, acting - cross(omega, momentum))
+            ! c' = c + c x zeta
+            by_angles = three_mu*matmul(inertia_tensor%inverse, &
+                                        matmul(matmul(cross_matrix(c), j) - cross_matrix(jc), cross_matrix(c)))
+            by_rate = -matmul(inertia_tensor%inverse, matmul(cross_matrix(omega), j) - cross_matrix(momentum))
+        end associate
+        do i = 1, size(model%rotational)
+            x_rate(1:3, i) = x(4:6, i) - cross(omega, x(1:3, i))
+            x_rate(4:6, i) = times(by_angles, x(1:3, i)) + times(by_rate, x(4:6, i))
+            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) cycle
+            x_rate(4:6, i) = x_rate(4:6, i) + times(inertia_tensor%inverse, generalised_torque(model%rotational(i)))
+        end do
+
+    contains
+
+        !> What the change of a parameter by 1 adds to the torques.
+        pure function generalised_torque(parameter) result(f)
+            integer, intent(in) :: parameter
+            real(dp) :: f(3)
+
+            real(dp) :: axis(3), dj(3, 3)
+
+            f = 0
+            select case (parameter)
+            case (TORQUE(1):TORQUE(3))
+                f(parameter - TORQUE(1) + 1) = 1
+            case (ROD_GAIN)
+                f = model%magnetic_torque(:, half) - cross(model%dipole(:, half), state%value(FIELD_BIAS))
+            case (FIELD_BIAS(1):FIELD_BIAS(3))
+                axis = 0
+                axis(parameter - FIELD_BIAS(1) + 1) = 1
+                f = -(1 + state%value(ROD_GAIN))*cross(model%dipole(:, half), axis)
+            case (INERTIA(1):INERTIA(6))
+                dj = unit_inertia(parameter - INERTIA(1) + 1)
+                f = 3*model%rate_squared(half)*cross(c, matmul(dj, c)) - matmul(dj, omega_rate) - &
+                    cross(omega, matmul(dj, omega))
+            case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+                f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
+            end select
+        end function generalised_torque
+    end subroutine derivatives
+
+    !> m v; where it stands in inner loops the compiler puts it in line, matmul not always.
+    pure function times(m, v)
+        real(dp), intent(in) :: m(3, 3), v(3)
+        real(dp) :: times(3)
+
+        times = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
+    end function times
+
+    !> What the accelerometer would show at the samples' epochs, and the partials of the estimated
+    !> parameters.
+    pure subroutine predict_accelerations(model, state, trajectory, epoch, predicted, partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory    !! Of this state
+        integer, intent(in) :: epoch(:)                 !! k of each sample
+        real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
+        real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
+
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), t
+        logical :: drag_changes
+        integer :: i, k
+
+        factor = 1 + state%value(SCALE_FACTORS)
+        drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
+        changes = 0
+        drag = 0
+        do i = 1, size(epoch)
+            k = epoch(i)
+            t = k*model%interval
+            matrix = acceleration_matrix(model, trajectory, k)
+            if (drag_changes) then
+                changes = drag_partials(model, state, trajectory, k)
+                drag = matmul(changes(:, :3), state%value([DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE]))
+            end if
+            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
+            predicted(:, i) = factor*unscaled
+            if (present(partials)) &
+                call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
+                                           drag, changes, partials(:, :, i))
+        end do
+    end subroutine predict_accelerations
+
+    !> A~ + G at k h.
+    pure function acceleration_matrix(model, trajectory, k) result(matrix)
+        type(physical_model_t), intent(in) :: model
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: matrix(3, 3)
+
+        matrix = offset_matrix(trajectory%omega(:, k), trajectory%omega_dot(:, k))
+        if (model%rate_squared(2*k) > 0) &
+            matrix = matrix + gravity_gradient_matrix(model%rate_squared(2*k), vertical_at(model, trajectory, k))
+    end function acceleration_matrix
+
+    pure function vertical_at(model, trajectory, k) result(c)
+        type(physical_model_t), intent(in) :: model
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: c(3)            !! Upwards, body axes
+
+        c = matmul(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
+    end function vertical_at
+
+    !> The unscaled acceleration along the airflow that is no straight line by its parameters: curvature,
+    !> sine, cosine, frequency. The curvature's is Legendre's polynomial of degree 2 over the arc.
+    pure function drag_partials(model, state, trajectory, k) result(partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: partials(3, 4)          !! (axis, parameter); the last one in m/s^2/Hz
+
+        real(dp) :: along(3), angle, t, x
+
+        along = airflow_at(model, trajectory%q(:, k), k)
+        t = k*model%interval
+        x = 2*real(k, dp)/model%steps - 1
+        angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
+        partials(:, 1) = along*(3*x**2 - 1)/2
+        partials(:, 2) = along*sin(angle)
+        partials(:, 3) = along*cos(angle)
+        partials(:, 4) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
+    end function drag_partials
+
+    !> The direction of the airflow at k h.
+    pure function airflow_at(model, q, k) result(along)
+        type(physical_model_t), intent(in) :: model
+        real(dp), intent(in) :: q(4)            !! Attitude, inertial to body
+        integer, intent(in) :: k    !! The epoch, in intervals
+        real(dp) :: along(3)                    !! Unit vector, body axes
+
+        along = [1.0_dp, 0.0_dp, 0.0_dp]
+        if (model%airflow_known) along = matmul(rotation_matrix(q), model%airflow(:, k))
+    end function airflow_at
+
+    pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, drag, changes, &
+                                          partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp), intent(in) :: factor(3), matrix(3, 3), unscaled(3)
+        real(dp), intent(in) :: drag(3)             !! That is no straight line
+        real(dp), intent(in) :: changes(3, 4)       !! Of drag_partials
+        real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
+
+        real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
+        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3)
+        integer :: i, axis
+
+        associate (d => state%value(OFFSET), t => k*model%interval)
+            by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
+            by_angles = 0
+            if (model%rate_squared(2*k) > 0) then
+                c = vertical_at(model, trajectory, k)
+                ! G d = mu/r^3 (d - 3 (c.d) c), and c changes by c x zeta
+                cd = dot_product(c, d)*cross_matrix(c) + &
+                     spread(c, 2, 3)*spread(matmul(d, cross_matrix(c)), 1, 3)
+                by_angles = -3*model%rate_squared(2*k)*cd
+            end if
+            if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
+            partials = 0
+            do i = 1, size(model%estimated)
+                associate (p => model%estimated(i), r => model%place(i))
+                    if (r > 0) then
+                        partials(i, :) = factor*(times(by_rate, trajectory%rates(:, r, k)) + &
+                                                 times(by_angles, trajectory%angles(:, r, k)) + &
+                                                 cross(trajectory%accelerations(:, r, k), d))
+                        cycle
+                    end if
+                    axis = mod(p - 1, 3) + 1    ! of the groups of three
+                    select case (p)
+                    case (OFFSET(1):OFFSET(3))
+                        partials(i, :) = factor*matrix(:, axis)
+                    case (DRIFT(1):DRIFT(3))
+                        partials(i, axis) = factor(axis)*t
+                    case (BIAS(1):BIAS(3))
+                        partials(i, axis) = factor(axis)
+                    case (SCALE_FACTORS(1):SCALE_FACTORS(3))
+                        partials(i, axis) = unscaled(axis)
+                    case (DRAG_CURVATURE:WAVE_FREQUENCY)
+                        partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
+                    end select
+                end associate
+            end do
+        end associate
+    end subroutine acceleration_partials
+
+    !> Angles, about the axes of the head that took it, from the computed attitude to a star-camera
+    !> sample, and the partials of the computed attitude. The sample's epoch may lie between the steps:
+    !> from the nearest one the attitude is carried on with omega and d omega/dt.
+    pure subroutine star_angles(model, trajectory, time, head, quaternion, angles, partials)
+        type(physical_model_t), intent(in) :: model
+        type(model_trajectory_t), intent(in) :: trajectory
+        real(dp), intent(in) :: time            !! s
+        integer, intent(in) :: head    !! That took the sample, 1 to HEADS
+        real(dp), intent(in) :: quaternion(4)   !! Sample, inertial to body
+        real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
+        real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
+
+        real(dp) :: computed(4), column(3), tau
+        integer :: k, i
+
+        k = max(0, min(model%steps, nint(time/model%interval)))
+        tau = time - k*model%interval
+        associate (omega => trajectory%omega(:, k), camera => model%camera_from_body(:, :, head))
+            computed = turned_by(tau*omega + tau**2/2*trajectory%omega_dot(:, k), trajectory%q(:, k))
+            angles = matmul(camera, turn_between(computed, quaternion))
+            if (.not. present(partials)) return
+            partials = 0
+            do i = 1, size(model%estimated)
+                associate (r => model%place(i))
+                    if (r == 0) cycle
+                    column = trajectory%angles(:, r, k)
+                    column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
+                             tau**2/2*trajectory%accelerations(:, r, k)
+                    partials(i, :) = times(camera, column)
+                end associate
+            end do
+        end associate
+    end subroutine star_angles
+end module gracecg_estimation_physical_model

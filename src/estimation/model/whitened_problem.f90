@@ -1,0 +1,254 @@
+!> The whitened observations of a calibration as one least-squares problem: accelerometer samples
+!> whitened with their spectrum, star-camera angles at their own epochs in units of their noise, and
+!> a-priori knowledge. Every row has the weight 1, so the inverse normal matrix is the covariance.
+module gracecg_estimation_whitened_problem
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_base_lapack, only: normal_equations
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
+    use gracecg_estimation_physical_model
+    use gracecg_estimation_batch_processor, only: batch_problem_t
+    implicit none
+    private
+    public :: whitened_problem_t, assumed_noise_t, prepare_calibration, set_noise, information_matrix
+    public :: estimated_parameters, with_parameters
+
+    !> The noise that the observations are whitened with.
+    type :: assumed_noise_t
+        real(dp) :: level(3) = 0            !! Accelerometer, (3-2), m^2 s^-4/Hz
+        real(dp) :: corner(3) = 0           !! Hz
+        integer :: sides = 2    !! Of the spectrum that `level` is meant for: 1 or 2
+        real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
+    end type assumed_noise_t
+
+    !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), a priori.
+    type, extends(batch_problem_t) :: whitened_problem_t
+        type(physical_model_t) :: model    !! With the parameters that are estimated
+        type(model_state_t) :: state    !! About which the problem is linearised
+        type(fitting_data_t) :: data    !! The observations, preprocessed
+        type(assumed_noise_t) :: noise    !! That gives the weights
+        type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
+        logical, allocatable :: star_kept(:)            !! (star-camera samples)
+        logical, allocatable :: acceleration_kept(:, :) !! (3, accelerometer samples)
+        real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
+        real(dp), allocatable :: left_over(:, :)        !! Accelerometer, observed minus computed, m/s^2
+        real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
+        integer :: star_rows = 0, acceleration_rows = 0
+        !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
+        type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
+        real(dp), allocatable, private :: star_partials(:, :)
+        integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
+        real(dp), allocatable, private :: known_sigma(:)
+    contains
+        procedure :: linearise => linearise_calibration
+        procedure :: correct => correct_calibration
+    end type whitened_problem_t
+
+contains
+
+    !> The parameters that the settings ask for.
+    pure function estimated_parameters(knowledge) result(estimated)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        integer, allocatable :: estimated(:)
+
+        estimated = ALWAYS_ESTIMATED
+        associate (asked => knowledge%optimal)
+            if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
+            if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
+            if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
+            if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
+        end associate
+    end function estimated_parameters
+
+    !> Sets up the problem from preprocessed data, at the setup's initial guess. Call set_noise next.
+    subroutine prepare_calibration(knowledge, data, estimated, problem)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(inout) :: data     !! Its warnings may grow
+        integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_physical_model
+        type(whitened_problem_t), intent(out) :: problem
+
+        integer :: n
+
+        call prepare_model(knowledge, data, estimated, problem%model)
+        problem%data = data
+        problem%state = initial_state(knowledge)
+        problem%names = PARAMETER_NAMES(estimated)
+        problem%scales = typical_sizes(estimated, knowledge%duration)
+        call take_prior(knowledge, estimated, problem)
+        n = size(estimated)
+        associate (stars => size(data%stars%time), samples => size(data%accelerometer_epoch))
+            problem%star_rows = 3*stars
+            problem%acceleration_rows = 3*samples
+            allocate (problem%star_kept(stars), problem%acceleration_kept(3, samples), source=.true.)
+            allocate (problem%star_angles(3, stars), problem%left_over(3, samples))
+            allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
+        end associate
+        problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
+        problem%noise%sides = knowledge%accelerometer_psd_sides
+        problem%noise%level = knowledge%accelerometer_psd_level
+        problem%noise%corner = knowledge%accelerometer_psd_corner
+        problem%noise%star_camera_sigma = knowledge%star_camera_sigma
+        problem%linear = .false.
+    end subroutine prepare_calibration
+
+    !> The same problem, at the same state, with other parameters. Call set_noise next.
+    subroutine with_parameters(knowledge, problem, estimated, other)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(whitened_problem_t), intent(in) :: problem
+        integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_physical_model
+        type(whitened_problem_t), intent(out) :: other
+
+        type(fitting_data_t) :: data
+
+        data = problem%data
+        call prepare_calibration(knowledge, data, estimated, other)
+        other%data%warnings = problem%data%warnings     ! said already
+        other%model%wave_frequency = problem%model%wave_frequency
+        other%state = problem%state
+        other%noise = problem%noise
+        other%star_kept = problem%star_kept
+        other%acceleration_kept = problem%acceleration_kept
+    end subroutine with_parameters
+
+    !> Sizes of the parameters, for convergence.
+    pure function typical_sizes(estimated, duration) result(sizes)
+        integer, intent(in) :: estimated(:)
+        real(dp), intent(in) :: duration            !! s
+        real(dp) :: sizes(size(estimated))
+
+        real(dp) :: all_sizes(PARAMETERS)
+
+        all_sizes = 1
+        all_sizes(ATTITUDE_ANGLES) = 1e-3_dp        ! rad
+        all_sizes(RATE) = 1e-3_dp                   ! rad/s
+        all_sizes(TORQUE) = 1e-4_dp                 ! N m
+        all_sizes(OFFSET) = 1e-3_dp                 ! m
+        all_sizes(DRIFT) = 1e-6_dp/duration         ! m/s^3
+        all_sizes(BIAS) = 1e-6_dp                   ! m/s^2
+        all_sizes(FIELD_BIAS) = 1e-7_dp             ! T
+        all_sizes(DRAG_CURVATURE) = 1e-8_dp         ! m/s^2
+        all_sizes(WAVE_SINE) = 1e-8_dp
+        all_sizes(WAVE_COSINE) = 1e-8_dp
+        all_sizes(WAVE_FREQUENCY) = 1e-1_dp/duration    ! Hz
+        sizes = all_sizes(estimated)
+    end function typical_sizes
+
+    !> Scale factors, rod gain and magnetometer bias are known beforehand to their sigmas.
+    pure subroutine take_prior(knowledge, estimated, problem)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        integer, intent(in) :: estimated(:)
+        type(whitened_problem_t), intent(inout) :: problem
+
+        real(dp) :: sigma(PARAMETERS)
+        integer :: i
+
+        sigma = 0
+        sigma(SCALE_FACTORS) = knowledge%optimal%sigma_scale_factors
+        sigma(ROD_GAIN) = knowledge%optimal%sigma_rod_gain
+        sigma(FIELD_BIAS) = knowledge%optimal%sigma_magnetometer_bias
+        problem%known = pack([(i, i=1, size(estimated))], sigma(estimated) > 0)
+        problem%known_sigma = sigma(estimated(problem%known))
+    end subroutine take_prior
+
+    !> Prepares the whitening with problem%noise and of the samples kept. Fails when a level is not
+    !> positive.
+    subroutine set_noise(problem, error)
+        type(whitened_problem_t), intent(inout) :: problem
+        type(error_t), allocatable, intent(out) :: error
+
+        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+        type(coloured_noise_t) :: noise
+        integer :: axis
+
+        do axis = 1, 3
+            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
+                                   problem%model%interval, error)
+            if (.not. allocated(error)) &
+                call new_whitener(noise, problem%data%accelerometer_epoch, problem%whiteners(axis), error, &
+                                  problem%acceleration_kept(axis, :))
+            call add_context(error, 'accelerometer, axis '//AXES(axis))
+            if (allocated(error)) return
+        end do
+    end subroutine set_noise
+
+    subroutine linearise_calibration(self, partials, residuals, weights, error)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(out) :: partials(:, :)
+        real(dp), intent(out) :: residuals(:), weights(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, axis, first
+
+        weights = 1
+        partials = 0
+        residuals = 0
+        call integrate_trajectory(self%model, self%state, self%trajectory)
+        call linearise_stars(self, partials, residuals)
+        first = self%star_rows
+        call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
+                                   self%left_over, self%acceleration_partials)
+        self%left_over = self%data%acceleration - self%left_over
+        do axis = 1, 3
+            associate (rows => partials(:, first + axis:first + self%acceleration_rows:3), &
+                       observed => residuals(first + axis:first + self%acceleration_rows:3))
+                rows = self%acceleration_partials(:, axis, :)
+                observed = self%left_over(axis, :)
+                call self%whiteners(axis)%whiten(rows)
+                call self%whiteners(axis)%whiten_series(observed)
+            end associate
+        end do
+        first = first + self%acceleration_rows
+        do i = 1, size(self%known)
+            partials(self%known(i), first + i) = 1/self%known_sigma(i)
+            residuals(first + i) = -self%state%value(self%model%estimated(self%known(i)))/self%known_sigma(i)
+        end do
+    end subroutine linearise_calibration
+
+    subroutine linearise_stars(self, partials, residuals)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), intent(inout) :: partials(:, :), residuals(:)
+
+        integer :: i, axis
+
+        associate (stars => self%data%stars)
+            do i = 1, size(stars%time)
+                call star_angles(self%model, self%trajectory, stars%time(i), stars%head(i), &
+                                 stars%quaternion(:, i), self%star_angles(:, i), self%star_partials)
+                if (.not. self%star_kept(i)) cycle
+                do axis = 1, 3
+                    residuals(3*i - 3 + axis) = self%star_angles(axis, i)/self%noise%star_camera_sigma(axis)
+                    partials(:, 3*i - 3 + axis) = self%star_partials(:, axis)/self%noise%star_camera_sigma(axis)
+                end do
+            end do
+        end associate
+    end subroutine linearise_stars
+
+    subroutine correct_calibration(self, correction)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), intent(inout) :: correction(:)
+
+        call correct_state(self%model, correction, self%state)
+    end subroutine correct_calibration
+
+    !> Fisher information of the problem's parameters at its state, and its right-hand side.
+    subroutine information_matrix(problem, information, rhs, residuals)
+        type(whitened_problem_t), intent(inout) :: problem
+        real(dp), allocatable, intent(out) :: information(:, :), rhs(:)
+        !! (parameters, parameters), and the side: (parameters)
+        real(dp), allocatable, intent(out) :: residuals(:)      !! Whitened
+
+        real(dp), allocatable :: partials(:, :), weights(:)
+        type(error_t), allocatable :: error     ! linearise_calibration gives none
+        integer :: n, m
+
+        n = size(problem%model%estimated)
+        m = problem%observations
+        allocate (partials(n, m), weights(m), residuals(m), information(n, n), rhs(n))
+        call problem%linearise(partials, residuals, weights, error)
+        call normal_equations(partials, residuals, information, rhs)
+    end subroutine information_matrix
+end module gracecg_estimation_whitened_problem

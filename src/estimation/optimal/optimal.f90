@@ -1,0 +1,451 @@
+!> `optimal`: the batch estimate of least variance. Gauss-Newton iteration of the physical model
+!> (gracecg_estimation_physical_model) on whitened observations (gracecg_estimation_whitened_problem), with editing of
+!> outliers and, where the noise is not known, variance components from the data.
+module gracecg_estimation_optimal
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: ARCSECOND
+    use gracecg_base_error, only: error_t, add_context, number_text
+    use gracecg_base_text, only: append, string_t
+    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_physical_model
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
+        set_noise, &
+        information_matrix, estimated_parameters, with_parameters
+    use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
+    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
+    use gracecg_estimation_outlier_editing, only: edit_samples, report_edited
+    use gracecg_estimation_fit_checks, only: refuse_stuck_axis, judge_torque, judge_noise, RODS_OFF
+    use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
+    use gracecg_estimation_fit_record, only: fit_record_t, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
+    implicit none
+    private
+    public :: estimate_optimal
+
+    integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
+    real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
+    real(dp), parameter :: WORTH_LEAVING = 0.95_dp
+    !! A wave is left in only if the squared error so expected is smaller than with it by more than this factor
+    real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
+    real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
+    !> Below what any instrument has: data without noise
+    real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
+
+    !> A fit that has settled.
+    type :: fit_t
+        type(whitened_problem_t) :: problem
+        type(batch_solution_t) :: batch
+        integer :: iterations = 0
+        logical :: converged = .false.
+        logical :: noise_estimated = .false.    !! Some of it
+    end type fit_t
+
+contains
+
+    !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
+    !> costs nothing and is always given.
+    !>
+    !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
+    !> series would have to be left out, and, with the checks, when the satellite did not turn as the
+    !> torque rods should have made it.
+    subroutine estimate_optimal(observations, solution, error, with_checks, record)
+        type(observation_set_t), intent(in) :: observations
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
+
+        type(whitened_problem_t) :: start
+        type(fitting_data_t) :: data
+        type(fit_t) :: fit
+
+        solution%algorithm = 'optimal'
+        call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
+        if (allocated(error)) return
+        call prepare_calibration(observations%knowledge, data, estimated_parameters(observations%knowledge), start)
+        solution%warnings = start%data%warnings
+        call fit_best(observations%knowledge, start, fit, solution, error)
+        if (allocated(error)) then
+            call add_context(error, 'optimal')
+            return
+        end if
+        call report_edited(fit%problem, solution%edited, solution%warnings, error)
+        if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
+        if (.not. allocated(error) .and. with_checks) &
+            call check_fit(observations%knowledge, fit%problem, fit%batch, solution, error, record)
+        if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
+        call add_context(error, 'optimal')
+    end subroutine estimate_optimal
+
+    !> The fit with the parameters that the setup asks for; if its residuals show a density wave, the best
+    !> of this fit and those that estimate the wave, without and with curved drag: a parabola would pull
+    !> the wave's frequency.
+    subroutine fit_best(knowledge, start, fit, solution, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(whitened_problem_t), intent(in) :: start
+        type(fit_t), intent(out) :: fit
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(fit_t) :: candidates(3)
+        type(density_wave_found_t) :: wave
+        type(error_t), allocatable :: not_determined
+        integer :: best, last, i
+
+        candidates(1)%problem = start
+        call settle(knowledge, candidates(1), error)
+        if (allocated(error)) return
+        best = 1
+        last = 1
+        if (knowledge%optimal%density_wave == WAVE_SEARCHED) &
+            wave = search_wave(candidates(1)%problem, candidates(1)%batch)
+        if (wave%found) then
+            do i = 2, 3
+                call widen(knowledge, candidates(i - 1), wave, candidates(i))
+                call settle(knowledge, candidates(i), not_determined)
+                if (allocated(not_determined) .or. .not. candidates(i)%converged) exit
+                last = i
+            end do
+            best = best_fit(candidates(:last))
+            call report_wave(wave, best, last, solution%warnings)
+        end if
+        fit = candidates(best)
+        solution%iterations = sum(candidates(:last)%iterations)
+        solution%converged = fit%converged
+        if (fit%noise_estimated) &
+            call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
+    end subroutine fit_best
+
+    !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
+    subroutine settle(knowledge, fit, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_t), intent(inout) :: fit
+        type(error_t), allocatable, intent(out) :: error
+
+        type(batch_settings_t), parameter :: SETTINGS = batch_settings_t(tolerance=1e-6_dp)
+        logical :: unknown_level(3), unknown_angle(3), changed, edited
+        integer :: round
+
+        call find_unknown(knowledge, fit%problem%noise, unknown_level, unknown_angle)
+        fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
+        do round = 1, MOST_ROUNDS
+            call set_noise(fit%problem, error)
+            if (.not. allocated(error)) call process_batch(fit%problem, SETTINGS, fit%batch, error)
+            if (allocated(error)) return
+            fit%iterations = fit%iterations + fit%batch%iterations
+            call refresh_residuals(fit%batch, fit%problem)
+            changed = .false.
+            if (any(unknown_level)) call update_spectra(fit%problem, unknown_level, changed, error)
+            if (allocated(error)) return
+            if (any(unknown_angle)) call update_angles(fit%problem, fit%batch, unknown_angle, changed)
+            call edit_samples(fit%problem, edited)
+            if (.not. (changed .or. edited)) exit
+        end do
+        fit%converged = fit%batch%converged .and. round <= MOST_ROUNDS
+    end subroutine settle
+
+    !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
+    subroutine widen(knowledge, fit, wave, wider)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fit_t), intent(in) :: fit
+        type(density_wave_found_t), intent(in) :: wave
+        type(fit_t), intent(out) :: wider
+
+        associate (estimated => fit%problem%model%estimated)
+            if (any(estimated == WAVE_SINE)) then
+                call with_parameters(knowledge, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
+            else
+                call with_parameters(knowledge, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
+                                     wider%problem)
+                wider%problem%model%wave_frequency = wave%frequency
+                wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
+            end if
+        end associate
+    end subroutine widen
+
+    !> The fit that promises the smallest error of the offset, of fits with more and more parameters.
+    !>
+    !> Parameters enlarge the covariance, from P to P + D of the last fit; those left out make a bias. The
+    !> difference of the two estimates has the bias as its mean and the covariance D (J. A. Hausman,
+    !> Econometrica 46 (1978) 1251-1271), so the square of its component less that of D is an unbiased
+    !> estimate of the squared bias, and expected squared errors can be compared (the focused criterion of
+    !> G. Claeskens, N. L. Hjort, J. Am. Stat. Assoc. 98 (2003) 900-916), each in units of the variance.
+    !> A wave that costs next to nothing is estimated, so that the residuals are free of it.
+    pure integer function best_fit(fits) result(best)
+        type(fit_t), intent(in) :: fits(:)
+
+        real(dp) :: expected(size(fits)), variance, growth, difference
+        integer :: i, axis, k
+
+        associate (widest => fits(size(fits)))
+            do i = 1, size(fits)
+                expected(i) = 0
+                do axis = 1, 3
+                    k = OFFSET(axis)            ! estimated begins with ALWAYS_ESTIMATED
+                    variance = fits(i)%batch%inverse(k, k)
+                    growth = widest%batch%inverse(k, k) - variance
+                    difference = widest%problem%state%value(k) - fits(i)%problem%state%value(k)
+                    expected(i) = expected(i) + (variance + difference**2 - growth)/widest%batch%inverse(k, k)
+                end do
+            end do
+        end associate
+        best = minloc(expected, 1)
+        if (best > 1 .or. size(fits) == 1) return
+        if (expected(1) > WORTH_LEAVING*minval(expected(2:))) best = 1 + minloc(expected(2:), 1)
+    end function best_fit
+
+    !> Warns of a wave that was found.
+    subroutine report_wave(wave, best, last, warnings)
+        type(density_wave_found_t), intent(in) :: wave
+        integer, intent(in) :: best, last       !! Of the fits of fit_best: the one taken, the last that succeeded
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        character(48), parameter :: CONSEQUENCE(0:3) = [character(48) :: &
+            'it cannot be estimated and is left in', &
+            'it hardly moves the offset and is left in', &
+            'it is estimated, too', &
+            'it is estimated, too, and a parabola of the drag']
+
+        call append(warnings, 'the residuals of the accelerometer show a wave of period '// &
+                    number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
+                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(merge(0, best, last == 1))))
+    end subroutine report_wave
+
+    !> Which levels are to be estimated; something to begin with stands in for them.
+    subroutine find_unknown(knowledge, noise, unknown_level, unknown_angle)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(assumed_noise_t), intent(inout) :: noise
+        logical, intent(out) :: unknown_level(3), unknown_angle(3)
+
+        unknown_level = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_psd_level > 0
+        unknown_angle = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
+        where (.not. noise%level > 0) noise%level = FIRST_LEVEL
+        where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
+    end subroutine find_unknown
+
+    !> The accelerometer's residuals after the last correction; the problem's are from before it.
+    pure subroutine refresh_residuals(batch, problem)
+        type(batch_solution_t), intent(in) :: batch
+        type(whitened_problem_t), intent(inout) :: problem
+
+        integer :: i
+
+        do i = 1, size(problem%left_over, 2)
+            problem%left_over(:, i) = problem%left_over(:, i) - &
+                                      matmul(batch%correction, problem%acceleration_partials(:, :, i))
+        end do
+    end subroutine refresh_residuals
+
+    !> Level and corner frequency of the accelerometer axes whose noise is not known. What the fit
+    !> takes from an axis, as far as it matters: offset, drift, bias and harmonic acceleration.
+    subroutine update_spectra(problem, unknown, changed, error)
+        type(whitened_problem_t), intent(inout) :: problem
+        logical, intent(in) :: unknown(3)
+        logical, intent(inout) :: changed
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: regressors(:, :)
+        real(dp) :: level, corner
+        integer :: axis
+
+        do axis = 1, 3
+            if (.not. unknown(axis)) cycle
+            regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
+            associate (noise => problem%noise)
+                call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
+                                       problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
+                                       regressors, level, corner, error)
+                if (allocated(error)) return
+                level = max(level, SMALLEST_LEVEL)
+                changed = changed .or. abs(level/noise%level(axis) - 1) > SAME_LEVEL .or. &
+                          abs(corner - noise%corner(axis)) > SAME_LEVEL*max(corner, noise%corner(axis))
+                noise%level(axis) = level
+                noise%corner(axis) = corner
+            end associate
+        end do
+    end subroutine update_spectra
+
+    !> Places, among the estimated parameters, of those that an accelerometer axis depends on directly.
+    pure function places_of(problem, axis) result(places)
+        type(whitened_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        integer, allocatable :: places(:)
+
+        integer :: i
+
+        places = pack([(i, i=1, size(problem%model%estimated))], &
+                      [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY] == &
+                            problem%model%estimated(i)), i=1, size(problem%model%estimated))])
+    end function places_of
+
+    !> Noise of the star camera about those axes for which it is not known.
+    subroutine update_angles(problem, batch, unknown, changed)
+        type(whitened_problem_t), intent(inout) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        logical, intent(in) :: unknown(3)
+        logical, intent(inout) :: changed
+
+        integer, allocatable :: rows(:)
+        real(dp) :: factor
+        integer :: axis, i
+
+        do axis = 1, 3
+            if (.not. unknown(axis)) cycle
+            rows = pack([(3*i - 3 + axis, i=1, size(problem%star_kept))], problem%star_kept)
+            factor = estimate_variance(batch%residuals(rows), batch%gain(:, rows), batch%inverse)
+            changed = changed .or. abs(factor - 1) > SAME_LEVEL
+            associate (sigma => problem%noise%star_camera_sigma(axis))
+                sigma = max(sigma*sqrt(factor), SMALLEST_ANGLE)
+            end associate
+        end do
+    end subroutine update_angles
+
+    subroutine store(problem, batch, solution)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(solution_t), intent(inout) :: solution
+
+        integer :: i, axis, redundancy
+
+        associate (state => problem%state, estimated => problem%model%estimated)
+            solution%offset = state%value(OFFSET)
+            solution%drift = state%value(DRIFT)
+            solution%bias = state%value(BIAS)
+            solution%quaternion = state%quaternion
+            solution%angular_velocity = state%value(RATE)
+            solution%covariance = batch%inverse(OFFSET, OFFSET)     ! estimated begins with ALWAYS_ESTIMATED
+            solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(estimated(i)), state%value(estimated(i)), &
+                                                          sqrt(batch%inverse(i, i))), i=1, size(estimated))]
+            solution%parameters = pack(solution%parameters, &
+                                       [(estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i)), &
+                                         i=1, size(estimated))])
+        end associate
+        solution%condition = batch%condition
+        do axis = 1, 3
+            associate (left => pack(problem%left_over(axis, :), problem%acceleration_kept(axis, :)))
+                solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
+            end associate
+        end do
+        solution%noise_level = problem%noise%level
+        solution%noise_corner = problem%noise%corner
+        solution%star_camera_sigma = problem%noise%star_camera_sigma
+        redundancy = 3*count(problem%star_kept) + count(problem%acceleration_kept) + &
+                     (problem%observations - problem%star_rows - problem%acceleration_rows) - &
+                     size(problem%model%estimated)
+        solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
+    end subroutine store
+
+    !> Whether noise and torque are what the setup says: warnings, or an error.
+    subroutine check_fit(knowledge, problem, batch, solution, error, record)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
+
+        type(coloured_noise_t) :: noise
+        real(dp) :: deviation(1), factor, sigma, misfit
+        integer :: axis
+
+        do axis = 1, 3
+            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
+                                   problem%model%interval, error)
+            if (allocated(error)) return
+            deviation = sqrt(noise%autocovariance([0]))
+            call judge_noise(axis, solution%residual_rms(axis), deviation(1), solution%warnings)
+        end do
+        if (.not. any(abs(problem%data%torque) > 0)) then
+            call append(solution%warnings, RODS_OFF)
+            return
+        end if
+        misfit = sqrt(sum(batch%residuals(:problem%star_rows)**2)/max(1, 3*count(problem%star_kept)))
+        call estimate_gain(knowledge, problem, factor, sigma, error)
+        if (allocated(error)) return
+        sigma = sigma*max(1.0_dp, misfit)
+        call judge_torque(factor, sigma, misfit, solution%warnings, error, record)
+    end subroutine check_fit
+
+    !> Puts the fit into a record: the samples kept on all axes, the covariance with the offset first,
+    !> and what of it each group of observations brings.
+    subroutine record_fit(problem, batch, record)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        type(fit_record_t), intent(inout) :: record
+
+        integer, allocatable :: kept(:), order(:)
+        integer :: i, axis, n
+
+        n = size(problem%model%estimated)
+        kept = pack([(i, i=1, size(problem%data%accelerometer_epoch))], all(problem%acceleration_kept, 1))
+        record%interval = problem%model%interval
+        record%epoch = problem%data%accelerometer_epoch(kept)
+        record%residual = problem%left_over(:, kept)
+        allocate (record%partials(3, 3, size(kept)))
+        do i = 1, size(kept)
+            record%partials(:, :, i) = transpose(problem%acceleration_partials(OFFSET, :, kept(i)))
+        end do
+        record%angular_acceleration = problem%trajectory%omega_dot(:, record%epoch)
+        order = [OFFSET, pack([(i, i=1, n)], [(all(OFFSET /= i), i=1, n)])]
+        record%names = problem%names(order)
+        record%covariance = batch%inverse(order, order)
+        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
+            do axis = 1, 3
+                record%covariance_by_source(:, :, axis) = brought_by(stars + axis, last, 3)
+            end do
+            record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = brought_by(1, stars, 1)
+            record%covariance_by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(last + 1, problem%observations, 1)
+        end associate
+
+    contains
+
+        !> What the observations first, first + step, ... bring to the covariance of the offset: they are
+        !> whitened, so their errors have the covariance I, and (H^T H)^-1 H^T takes them to the
+        !> parameters.
+        function brought_by(first, last, step) result(covariance)
+            integer, intent(in) :: first, last, step
+            real(dp) :: covariance(3, 3)            ! m^2
+
+            real(dp), allocatable :: gain(:, :)
+
+            gain = matmul(batch%inverse(OFFSET, :), batch%gain(:, first:last:step))
+            covariance = matmul(gain, transpose(gain))
+        end function brought_by
+    end subroutine record_fit
+
+    !> The factor of the magnetic torque that fits best, without a-priori knowledge, by one linear step.
+    subroutine estimate_gain(knowledge, problem, factor, sigma, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(whitened_problem_t), intent(in) :: problem
+        real(dp), intent(out) :: factor, sigma
+        type(error_t), allocatable, intent(out) :: error
+
+        type(operator_knowledge_t) :: free
+        type(whitened_problem_t) :: trial
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:), step(:), covariance(:, :)
+        real(dp) :: condition
+        integer :: n
+
+        factor = 1
+        sigma = 0
+        free = knowledge
+        free%optimal%sigma_rod_gain = 0         ! no a-priori knowledge
+        associate (estimated => problem%model%estimated)
+            call with_parameters(free, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
+        end associate
+        call set_noise(trial, error)
+        if (allocated(error)) return
+        call information_matrix(trial, information, rhs, residuals)
+        n = size(rhs)
+        allocate (step(n), covariance(n, n))
+        call solve_normal_equations(information, rhs, step, covariance, condition, error, trial%names)
+        if (allocated(error)) return
+        factor = 1 + trial%state%value(ROD_GAIN) + step(n)
+        sigma = sqrt(covariance(n, n))
+    end subroutine estimate_gain
+end module gracecg_estimation_optimal

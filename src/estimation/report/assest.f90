@@ -1,0 +1,135 @@
+!> ASSEST, the Accelerometer and Star camera Separate ESTimation of CSR-TM-00-01 section 4.6.1: first
+!> the initial attitude and angular velocity from the star camera, then the CG offset from the
+!> accelerometer along the rotation so found.
+module gracecg_estimation_assest
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_attitude_fit, only: fitted_rotation_t
+    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_offset_model, only: offset_rate_partials
+    use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset, OFFSET_PARAMETERS, OFFSET_NAMES
+    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
+    use gracecg_estimation_solution, only: solution_t, store_offset
+    use gracecg_estimation_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
+    implicit none
+    private
+    public :: estimate_assest
+
+contains
+
+    !> ASSEST with the angular velocity from Full (FDE) or Reduced Dimension Estimation (RDE).
+    !>
+    !> Fails when the observations are refused or a normal matrix is singular, and, with the
+    !> covariance, when the satellite did not turn as the torque rods should have made it.
+    subroutine estimate_assest(observations, reduced, solution, error, with_covariance, record)
+        type(observation_set_t), intent(in) :: observations
+        logical, intent(in) :: reduced          !! RDE instead of FDE
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in) :: with_covariance
+        !! Compute solution%covariance and check the torque; it costs as much as the estimate itself
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
+
+        type(attitude_problem_t) :: attitude
+        type(offset_problem_t) :: offset
+        type(fitting_data_t) :: data
+        type(fitted_rotation_t) :: rotation
+        type(batch_settings_t) :: settings
+        type(batch_solution_t) :: attitude_batch, offset_batch
+
+        solution%algorithm = merge('assest-rde', 'assest-fde', reduced)
+        call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
+        if (allocated(error)) return
+        solution%warnings = data%warnings
+        call prepare_attitude(observations%knowledge, data, reduced, attitude)
+        call process_batch(attitude, settings, attitude_batch, error)
+        if (allocated(error)) then
+            call add_context(error, 'ASSEST, angular velocity from the star camera')
+            return
+        end if
+        call attitude%fit%fit_rotation(attitude%angular_velocity, rotation)
+        call prepare_offset(observations%knowledge, data, rotation, offset)
+        call process_batch(offset, settings, offset_batch, error)
+        if (allocated(error)) then
+            call add_context(error, 'ASSEST, CG offset from the accelerometer')
+            return
+        end if
+        solution%quaternion = attitude%quaternion
+        solution%angular_velocity = attitude%angular_velocity
+        solution%iterations = attitude_batch%iterations
+        solution%converged = attitude_batch%converged
+        solution%condition = offset_batch%condition
+        call store_offset(offset%state, offset_batch%residuals, solution)
+        if (with_covariance) then
+            call propagate_noise(observations%knowledge, attitude, attitude_batch, offset, offset_batch, &
+                                 solution%covariance, error, record)
+            if (.not. allocated(error)) &
+                call check_accelerations(observations%knowledge, data, offset_batch%residuals, &
+                                         solution%warnings, error)
+            if (.not. allocated(error)) &
+                call check_torque(observations%knowledge, attitude, solution%warnings, error, record)
+            if (present(record)) call record_accelerations(data, rotation, offset_batch%residuals, record)
+        end if
+    end subroutine estimate_assest
+
+    !> Covariance of the offset under the instruments' noise: that of the accelerometer, with its
+    !> spectrum (3-2), and that of the star camera through the error of omega(t0). For the record also
+    !> that of drift, bias and omega(t0).
+    subroutine propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, covariance, error, record)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(attitude_problem_t), intent(in) :: attitude
+        type(batch_solution_t), intent(in) :: attitude_batch
+        type(offset_problem_t), intent(in) :: offset
+        type(batch_solution_t), intent(in) :: offset_batch
+        real(dp), intent(out) :: covariance(3, 3)
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
+
+        real(dp), allocatable :: gain(:, :), rate_gain(:, :), whole(:, :), by_axis(:, :, :), from_rate(:, :)
+        real(dp), allocatable :: rate_to_state(:, :)
+        real(dp) :: rate_covariance(3, 3)
+        integer :: i, k, row, n, parameters
+
+        parameters = merge(OFFSET_PARAMETERS, 3, present(record))
+        gain = matmul(offset_batch%inverse(:parameters, :), offset_batch%gain)
+        allocate (whole(parameters, parameters), by_axis(parameters, parameters, 3))
+        call accelerometer_noise_covariance(knowledge, gain, offset%data%accelerometer_epoch, whole, error, by_axis)
+        if (allocated(error)) return
+
+        allocate (rate_to_state(parameters, 3), source=0.0_dp)
+        associate (rotation => offset%rotation)
+            do i = 1, size(offset%data%accelerometer_epoch)
+                k = offset%data%accelerometer_epoch(i)
+                row = 3*(i - 1)
+                rate_to_state = rate_to_state - matmul(gain(:, row + 1:row + 3), matmul( &
+                                offset_rate_partials(rotation%omega(:, k), &
+                                                     attitude%fit%rate_partials(rotation%omega(:, k)), &
+                                                     offset%state(1:3)), rotation%phi_22(:, :, k)))
+            end do
+        end associate
+        n = attitude%attitude_components()
+        rate_gain = matmul(attitude_batch%inverse(n + 1:n + 3, :), attitude_batch%gain)
+        rate_covariance = star_noise_covariance( &
+                          attitude%quaternion_gain(rate_gain), attitude%data%attitude_source, &
+                          knowledge%star_camera_sigma, knowledge%mounting, attitude%data%stars)
+        from_rate = matmul(rate_to_state, matmul(rate_covariance, transpose(rate_to_state)))
+        whole = whole + from_rate
+        covariance = whole(:3, :3)
+        if (.not. present(record)) return
+        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
+        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_rate(:3, :3)
+        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
+        allocate (record%covariance(parameters + 3, parameters + 3))
+        associate (p => record%covariance, cross => matmul(rate_to_state, rate_covariance))
+            p(:parameters, :parameters) = whole
+            p(:parameters, parameters + 1:) = cross
+            p(parameters + 1:, :parameters) = transpose(cross)
+            p(parameters + 1:, parameters + 1:) = rate_covariance
+        end associate
+    end subroutine propagate_noise
+end module gracecg_estimation_assest

@@ -1,0 +1,175 @@
+!> ASCFEST and ASCREST, the Accelerometer and Star camera Combined Full- and Reduced-dimensioned
+!> ESTimations of CSR-TM-00-01 sections 4.6.2 and 4.6.3: attitude, angular velocity and CG offset from
+!> all observations together.
+module gracecg_estimation_combined
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_offset_model, only: offset_rate_partials
+    use gracecg_estimation_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, &
+        offset_scales
+    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
+    use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
+    use gracecg_estimation_solution, only: solution_t, store_offset
+    use gracecg_estimation_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
+    implicit none
+    private
+    public :: estimate_combined, combined_problem_t, prepare_combined
+
+    !> State [attitude, omega, d, alpha, beta]: 16 parameters (full) or 15 (reduced). The observations
+    !> are those of the attitude, then those of the accelerometer.
+    type, extends(attitude_problem_t) :: combined_problem_t
+        real(dp) :: offset_state(OFFSET_PARAMETERS) = 0     !! d (m), alpha (m/s^3), beta (m/s^2)
+        real(dp) :: accelerometer_weight(3) = 1             !! Of its axes
+        integer :: attitude_observations = 0                !! Scalars of the attitude
+    contains
+        procedure :: linearise => linearise_combined
+        procedure :: correct => correct_combined
+    end type combined_problem_t
+
+contains
+
+    !> ASCFEST (full) or ASCREST (reduced).
+    !>
+    !> Fails when the observations are refused or the normal matrix is singular, and, with the
+    !> covariance, when the satellite did not turn as the torque rods should have made it.
+    subroutine estimate_combined(observations, reduced, solution, error, with_covariance, record)
+        type(observation_set_t), intent(in) :: observations
+        logical, intent(in) :: reduced          !! ASCREST instead of ASCFEST
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in) :: with_covariance  !! Compute solution%covariance and check the torque
+        type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
+
+        type(combined_problem_t) :: problem
+        type(fitting_data_t) :: data
+        type(batch_settings_t) :: settings
+        type(batch_solution_t) :: batch
+
+        solution%algorithm = merge('ascrest', 'ascfest', reduced)
+        call preprocess(observations, data, error)
+        if (.not. allocated(error)) call refuse_stuck_axis(data, error)
+        if (allocated(error)) return
+        solution%warnings = data%warnings
+        call prepare_combined(observations%knowledge, data, reduced, problem)
+        call process_batch(problem, settings, batch, error)
+        if (allocated(error)) then
+            call add_context(error, merge('ASCREST', 'ASCFEST', reduced))
+            return
+        end if
+        solution%quaternion = problem%quaternion
+        solution%angular_velocity = problem%angular_velocity
+        solution%iterations = batch%iterations
+        solution%converged = batch%converged
+        solution%condition = batch%condition
+        call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
+        if (with_covariance) then
+            call propagate_noise(observations%knowledge, problem, batch, solution%covariance, error, record)
+            if (.not. allocated(error)) &
+                call check_accelerations(observations%knowledge, data, &
+                    batch%residuals(problem%attitude_observations + 1:), &
+                                         solution%warnings, error)
+            if (.not. allocated(error)) &
+                call check_torque(observations%knowledge, problem, solution%warnings, error, record)
+            if (present(record)) &
+                call record_accelerations(data, problem%rotation, &
+                                          batch%residuals(problem%attitude_observations + 1:), record)
+        end if
+    end subroutine estimate_combined
+
+    !> Sets up the problem from preprocessed observations.
+    subroutine prepare_combined(knowledge, data, reduced, problem)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in) :: data
+        logical, intent(in) :: reduced  !! ASCREST instead of ASCFEST
+        type(combined_problem_t), intent(inout) :: problem
+
+        call prepare_attitude(knowledge, data, reduced, problem)
+        problem%names = [problem%names, OFFSET_NAMES]
+        problem%scales = [problem%scales, offset_scales(knowledge%duration)]
+        problem%attitude_observations = problem%observations
+        problem%observations = problem%attitude_observations + 3*size(data%accelerometer_epoch)
+        problem%attitude_weight = knowledge%combined_star_camera_weight
+        problem%accelerometer_weight = knowledge%accelerometer_weight
+        problem%offset_state(1:3) = knowledge%guess_offset
+    end subroutine prepare_combined
+
+    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).
+    subroutine linearise_combined(self, partials, residuals, weights, error)
+        class(combined_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(out) :: partials(:, :) !! Parameters x observations
+        real(dp), intent(out) :: residuals(:), weights(:)   !! Observed minus computed; weights
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: first_offset, last_attitude, n, i, k, column, axis
+
+        n = self%attitude_components()
+        first_offset = self%attitude_parameters() + 1
+        last_attitude = self%attitude_observations
+        partials = 0
+        call self%linearise_attitude(partials(:first_offset - 1, :last_attitude), residuals(:last_attitude))
+        weights(:last_attitude) = self%attitude_weight
+        call linearise_accelerations(self%data, self%rotation, self%offset_state, &
+                                     partials(first_offset:, last_attitude + 1:), &
+                                     residuals(last_attitude + 1:))
+        do axis = 1, 3
+            weights(last_attitude + axis::3) = self%accelerometer_weight(axis)
+        end do
+        associate (rotation => self%rotation)
+            do i = 1, size(self%data%accelerometer_epoch)
+                k = self%data%accelerometer_epoch(i)
+                column = last_attitude + 3*(i - 1)
+                partials(n + 1:n + 3, column + 1:column + 3) = transpose(matmul( &
+                    offset_rate_partials(rotation%omega(:, k), self%fit%rate_partials(rotation%omega(:, k)), &
+                                         self%offset_state(1:3)), rotation%phi_22(:, :, k)))
+            end do
+        end associate
+    end subroutine linearise_combined
+
+    subroutine correct_combined(self, correction)
+        class(combined_problem_t), intent(inout) :: self
+        real(dp), intent(inout) :: correction(:)
+
+        call self%correct_attitude(correction)
+        self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)
+    end subroutine correct_combined
+
+    !> Covariance of the offset under the noise of accelerometer and star camera; for the record also
+    !> that of drift, bias and omega(t0).
+    subroutine propagate_noise(knowledge, problem, batch, covariance, error, record)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(combined_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        real(dp), intent(out) :: covariance(3, 3)
+        type(error_t), allocatable, intent(out) :: error
+        type(fit_record_t), intent(inout), optional :: record
+
+        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :)
+        integer, allocatable :: rows(:)
+        integer :: n, m, i
+
+        n = problem%attitude_components()
+        m = problem%attitude_parameters()
+        rows = [(m + i, i=1, 3)]
+        if (present(record)) rows = [(m + i, i=1, OFFSET_PARAMETERS), (n + i, i=1, 3)]
+        gain = matmul(batch%inverse(rows, :), batch%gain)
+        allocate (whole(size(rows), size(rows)), by_axis(size(rows), size(rows), 3))
+        call accelerometer_noise_covariance(knowledge, gain(:, problem%attitude_observations + 1:), &
+                                            problem%data%accelerometer_epoch, whole, error, by_axis)
+        if (allocated(error)) return
+        from_stars = star_noise_covariance( &
+                     problem%quaternion_gain(gain(:, :problem%attitude_observations)), &
+                     problem%data%attitude_source, knowledge%star_camera_sigma, knowledge%mounting, &
+                     problem%data%stars)
+        whole = whole + from_stars
+        covariance = whole(:3, :3)
+        if (.not. present(record)) return
+        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
+        record%covariance = whole
+        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
+        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
+    end subroutine propagate_noise
+end module gracecg_estimation_combined

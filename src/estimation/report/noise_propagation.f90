@@ -1,0 +1,100 @@
+!> How the instruments' true noise passes through a weighted least-squares fit whose weights are not
+!> the noise's: covariance of x = N^-1 G e is N^-1 G E{e e^T} G^T N^-1 (the "sandwich").
+module gracecg_estimation_noise_propagation
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_quaternion, only: rotation_matrix
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
+    use gracecg_estimation_attitude_fit, only: kinematic_partials
+    use gracecg_estimation_interpolation, only: interpolation_t
+    use gracecg_estimation_star_attitude, only: star_attitude_t
+    implicit none
+    private
+    public :: stationary_noise_covariance, accelerometer_noise_covariance, star_noise_covariance
+
+contains
+
+    !> Covariance by the accelerometer's noise, each axis with its spectrum (3-2).
+    subroutine accelerometer_noise_covariance(knowledge, gain, epoch, covariance, error, by_axis)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x (3 times samples)
+        integer, intent(in) :: epoch(:)                 !! Increasing index of each sample
+        real(dp), intent(out) :: covariance(:, :)       !! Parameters x parameters
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(out), optional :: by_axis(:, :, :) !! The part of each axis: n x n x 3
+
+        type(coloured_noise_t) :: noise
+        real(dp) :: part(size(covariance, 1), size(covariance, 2))
+        integer :: axis, lag
+
+        covariance = 0
+        do axis = 1, 3
+            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
+                knowledge%accelerometer_psd_corner(axis), &
+                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            if (allocated(error)) return
+            part = stationary_noise_covariance( &
+                   gain(:, axis::3), epoch, &
+                   noise%autocovariance([(lag, lag=0, epoch(size(epoch)) - epoch(1))]))
+            covariance = covariance + part
+            if (present(by_axis)) by_axis(:, :, axis) = part
+        end do
+    end subroutine accelerometer_noise_covariance
+
+    !> sum over pairs of epochs of g_i r(|k_i - k_j|) g_j^T for one accelerometer axis.
+    pure function stationary_noise_covariance(gain, epoch, autocovariance) result(covariance)
+        real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x samples
+        integer, intent(in) :: epoch(:)                 !! Increasing index k of each sample
+        real(dp), intent(in) :: autocovariance(0:)      !! r(lag), at least to the longest lag
+        real(dp) :: covariance(size(gain, 1), size(gain, 1))
+
+        real(dp) :: passed(size(gain, 1))
+        integer :: i, j, p
+
+        covariance = 0
+        do j = 1, size(epoch)
+            passed = gain(:, j)*autocovariance(0)/2     ! the other half comes with the transpose
+            do i = 1, j - 1
+                passed = passed + gain(:, i)*autocovariance(epoch(j) - epoch(i))
+            end do
+            do p = 1, size(passed)
+                covariance(:, p) = covariance(:, p) + passed*gain(p, j)
+            end do
+        end do
+        covariance = covariance + transpose(covariance)
+    end function stationary_noise_covariance
+
+    !> The same for white star-camera noise that reaches the estimator through linearly interpolated
+    !> quaternions (CSR-TM-00-01 section 4.5): neighbouring pseudo-observations share samples.
+    pure function star_noise_covariance(gain, source, sigma, mounting, stars) result(covariance)
+        real(dp), intent(in) :: gain(:, :, :)           !! N^-1 W H: parameters x 4 x pseudo-observations
+        type(interpolation_t), intent(in) :: source(:)  !! Origin of each pseudo-observation
+        real(dp), intent(in) :: sigma(3)                !! About the axes of either camera, rad
+        real(dp), intent(in) :: mounting(4, HEADS)      !! Quaternions body to camera
+        type(star_attitude_t), intent(in) :: stars
+        real(dp) :: covariance(size(gain, 1), size(gain, 1))
+
+        real(dp) :: sample_gain(size(gain, 1), 4, size(stars%quaternion, 2))
+        real(dp) :: to_body_sigma(3, 3, HEADS), spread_gain(size(gain, 1), 3)
+        integer :: i, s, head
+
+        sample_gain = 0
+        do i = 1, size(source)
+            s = source(i)%first
+            sample_gain(:, :, s) = sample_gain(:, :, s) + (1 - source(i)%fraction)*gain(:, :, i)
+            sample_gain(:, :, s + 1) = sample_gain(:, :, s + 1) + source(i)%fraction*gain(:, :, i)
+        end do
+        ! a small turn theta in body axes changes q by kinematic_partials(q) theta; theta in body
+        ! axes is the transposed mounting times theta in camera axes
+        do head = 1, HEADS
+            to_body_sigma(:, :, head) = transpose(rotation_matrix(mounting(:, head)))*spread(sigma, 1, 3)
+        end do
+        covariance = 0
+        do s = 1, size(stars%quaternion, 2)
+            spread_gain = matmul(sample_gain(:, :, s), matmul(kinematic_partials(stars%quaternion(:, s)), &
+                                                              to_body_sigma(:, :, stars%head(s))))
+            covariance = covariance + matmul(spread_gain, transpose(spread_gain))
+        end do
+    end function star_noise_covariance
+end module gracecg_estimation_noise_propagation

@@ -1,0 +1,37 @@
+!> The accelerometer's observation model of CSR-TM-00-01 section 4.4:
+!> A_out = A~(omega, d omega/dt) d + alpha t + beta.
+module gracecg_estimation_offset_model
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_vectors, only: cross_matrix, identity
+    implicit none
+    private
+    public :: offset_matrix, offset_rate_partials
+
+contains
+
+    !> A~ of (4-17): the acceleration of a point at d, per unit of d, in a rotating frame:
+    !> A~ d = d omega/dt x d + omega x (omega x d).
+    pure function offset_matrix(omega, omega_dot) result(a)
+        real(dp), intent(in) :: omega(3)        !! rad/s
+        real(dp), intent(in) :: omega_dot(3)    !! rad/s^2
+        real(dp) :: a(3, 3)                     !! 1/s^2
+
+        real(dp) :: w(3, 3)
+
+        w = cross_matrix(omega)
+        a = cross_matrix(omega_dot) + matmul(w, w)
+    end function offset_matrix
+
+    !> d(A~ d)/d omega of (4-21), (4-27)-(4-32), where d omega/dt depends on omega through Lambda.
+    !>
+    !> d omega x (omega x d) = omega (omega.d) - d omega^2, hence the first three terms.
+    pure function offset_rate_partials(omega, lambda, d) result(h)
+        real(dp), intent(in) :: omega(3)        !! rad/s
+        real(dp), intent(in) :: lambda(3, 3)    !! d(d omega/dt)/d omega, 1/s
+        real(dp), intent(in) :: d(3)            !! m
+        real(dp) :: h(3, 3)                     !! (m/s^2)/(rad/s)
+
+        h = spread(omega, 2, 3)*spread(d, 1, 3) - 2*spread(d, 2, 3)*spread(omega, 1, 3) + &
+            dot_product(omega, d)*identity(3) - matmul(cross_matrix(d), lambda)
+    end function offset_rate_partials
+end module gracecg_estimation_offset_model

@@ -1,0 +1,252 @@
+!> Which Gauss-Markov processes the non-gravitational acceleration of an axis needs beside its straight
+!> line, as the likelihood of the innovations tells.
+!>
+!> The likelihood is that of the observations with all constants integrated out (restricted maximum
+!> likelihood: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545-554; by a filter: A. C. Harvey,
+!> Forecasting, Structural Time Series Models and the Kalman Filter (1989) sections 3.4 and 4.2):
+!>
+!>     -2 ln L = sum ln s + sum e^2 + ln det R_y^T R_y,
+!>
+!> s the innovations' variances given the constants, e the residuals. A search begins only where the
+!> spectrum of the whitened residuals has a line that noise would hardly make, so that where the drag
+!> is a straight line nothing is lost; and a process must raise 2 ln L by a given amount to be taken.
+module gracecg_estimation_disturbance_search
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_spectrum, only: strongest_line
+    use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
+    use gracecg_estimation_square_root_filter, only: constants_t
+    use gracecg_estimation_process_whitening, only: whiten_by_process
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, gather, gather_axis
+    implicit none
+    private
+    public :: disturbance_t, search_disturbance, with_disturbance
+
+    integer, parameter :: MOST_DISTURBANCES = 2         !! Processes of an axis
+
+    !> A second-order Gauss-Markov process, for messages in the units of the search.
+    type :: disturbance_t
+        real(dp) :: sigma = 0           !! Standard deviation, in units of the white noise of a sample
+        real(dp) :: frequency = 0       !! Of its undamped oscillation, Hz
+        real(dp) :: damping = 0         !! Damping ratio
+    end type disturbance_t
+
+    real(dp), parameter :: SPECTRUM_LINES_PER_BIN = 4   !! Frequencies tried, in units of 1/arc
+    real(dp), parameter :: HIGHEST_FREQUENCY = 0.5_dp   !! Of a disturbance, Hz
+    real(dp), parameter :: LINE_LIKELY_NOISE = 20
+    !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, exceeds 20
+    !! with the probability exp(-10), and some 30 frequencies in each of 3 axes are independent
+    real(dp), parameter :: DAMPINGS(4) = [1e-5_dp, 0.003_dp, 0.05_dp, 1.0_dp]
+    !! Where the search begins: a pure tone, oscillations that wander more and more, a smooth wander
+    real(dp), parameter :: COARSE = 2.5_dp, FINER = 1.5_dp  !! Steps of the search
+    integer, parameter :: MOST_STEPS = 5
+    integer, parameter :: SIZE_OF = 1, DAMPING = 2
+
+contains
+
+    !> The process with a disturbance added.
+    function with_disturbance(process, disturbance, interval) result(sum_of_both)
+        type(gauss_markov_t), intent(in) :: process
+        type(disturbance_t), intent(in) :: disturbance
+        real(dp), intent(in) :: interval            !! s
+        type(gauss_markov_t) :: sum_of_both
+
+        sum_of_both = superposed(process, second_order_process(disturbance%sigma, TWO_PI*disturbance%frequency, &
+                                                               disturbance%damping, interval))
+    end function with_disturbance
+
+    !> Finds the disturbances of one axis and adds them to its process.
+    subroutine search_disturbance(problem, axis, needed_gain, remainder, found)
+        type(filter_problem_t), intent(inout) :: problem
+        integer, intent(in) :: axis    !! 1, 2, 3
+        real(dp), intent(in) :: needed_gain             !! Of 2 ln L
+        real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
+        type(disturbance_t), allocatable, intent(out) :: found(:)
+
+        type(constants_t) :: others
+        type(disturbance_t) :: best
+        real(dp) :: current, value, line, frequency, amplitude
+        real(dp), allocatable :: trial(:, :)
+
+        allocate (found(0))
+        allocate (trial, mold=remainder(:, :, axis))
+        call gather(problem, remainder, others, without=axis)
+        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current)
+        do while (size(found) < MOST_DISTURBANCES)
+            call line_of_residuals(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
+            if (line < LINE_LIKELY_NOISE) exit
+            call best_disturbance(problem, axis, others, frequency, amplitude, trial, best, value)
+            if (.not. current - value > needed_gain) exit
+            problem%process(axis) = with_disturbance(problem%process(axis), best, problem%interval)
+            found = [found, best]
+            call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), &
+                                          current)
+        end do
+    end subroutine search_disturbance
+
+    !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
+    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, value)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        type(gauss_markov_t), intent(in) :: process
+        type(constants_t), intent(in) :: others         !! From all but this axis
+        real(dp), intent(out) :: remainder(:, :)        !! Of this axis
+        real(dp), intent(out) :: value
+
+        type(constants_t) :: constants
+        real(dp) :: log_variance
+
+        call whiten_by_process(process, problem%epoch, problem%kept(:, axis), problem%acceleration(:, :, axis), &
+                               remainder, log_variance)
+        constants = others
+        call gather_axis(problem, axis, remainder, constants)
+        value = log_variance + constants%squares + constants%log_determinant()
+    end subroutine minus_two_log_likelihood
+
+    !> The strongest line in the spectrum of an axis' whitened residuals.
+    subroutine line_of_residuals(problem, axis, others, remainder, line, frequency, amplitude)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        type(constants_t), intent(in) :: others
+        real(dp), intent(in) :: remainder(:, :)
+        real(dp), intent(out) :: line                   !! A chi-square with two degrees of freedom
+        real(dp), intent(out) :: frequency              !! Hz
+        real(dp), intent(out) :: amplitude              !! Of the whitened residuals
+
+        type(constants_t) :: constants
+        real(dp) :: residual(size(remainder, 2)), y(problem%m), spacing
+        integer :: i, m, kept
+
+        m = problem%m
+        constants = others
+        call gather_axis(problem, axis, remainder, constants)
+        y = constants%solution()
+        do i = 1, size(residual)
+            residual(i) = remainder(m + 1, i) - dot_product(remainder(:m, i), y)
+        end do
+        spacing = 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval)
+        kept = count(problem%kept(:, axis))
+        call strongest_line(problem%epoch, residual, kept, problem%interval, spacing, &
+                            nint(SPECTRUM_LINES_PER_BIN)/2, &
+                            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%interval)/spacing), line, frequency)
+        amplitude = sqrt(2*line/kept)
+    end subroutine line_of_residuals
+
+    !> The disturbance near a line of the spectrum that makes the observations most likely: for each of
+    !> a few dampings the size, then the frequency of the best of them.
+    subroutine best_disturbance(problem, axis, others, frequency, amplitude, remainder, best, value)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        type(constants_t), intent(in) :: others
+        real(dp), intent(in) :: frequency, amplitude    !! Of the line
+        real(dp), intent(out) :: remainder(:, :)        !! Workspace
+        type(disturbance_t), intent(out) :: best
+        real(dp), intent(out) :: value                  !! -2 ln L
+
+        type(disturbance_t) :: trial
+        real(dp) :: trial_value, shift
+        integer :: i
+
+        value = huge(1.0_dp)
+        best = disturbance_t(amplitude, frequency, 1.0_dp)
+        do i = 1, size(DAMPINGS)
+            trial = disturbance_t(amplitude, frequency, DAMPINGS(i))
+            call evaluate(trial, trial_value)
+            call improve(SIZE_OF, COARSE, trial, trial_value)
+            if (trial_value < value) then
+                value = trial_value
+                best = trial
+            end if
+        end do
+        shift = max(best%damping*frequency, 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval))
+        call improve_frequency(best, value, shift)
+        call improve_frequency(best, value, shift/4)
+        call improve_frequency(best, value, shift/16)
+        ! a tone whose frequency was not yet right may have lost against a wander
+        trial = best
+        trial%damping = DAMPINGS(1)
+        call evaluate(trial, trial_value)
+        call improve_frequency(trial, trial_value, shift/4)
+        if (trial_value < value) then
+            value = trial_value
+            best = trial
+        end if
+        call improve(DAMPING, FINER*FINER, best, value)
+        call improve(SIZE_OF, FINER, best, value)
+
+    contains
+
+        subroutine evaluate(disturbance, result)
+            type(disturbance_t), intent(in) :: disturbance
+            real(dp), intent(out) :: result
+
+            call minus_two_log_likelihood(problem, axis, &
+                                          with_disturbance(problem%process(axis), disturbance, problem%interval), &
+                                          others, remainder, result)
+        end subroutine evaluate
+
+        !> Size or damping larger by factors as long as that helps; else smaller.
+        subroutine improve(which, factor, disturbance, lowest)
+            integer, intent(in) :: which                !! SIZE_OF or DAMPING
+            real(dp), intent(in) :: factor
+            type(disturbance_t), intent(inout) :: disturbance
+            real(dp), intent(inout) :: lowest           !! Of this disturbance on entry
+
+            type(disturbance_t) :: changed
+            real(dp) :: result, step
+            integer :: n
+
+            step = factor
+            do n = 1, MOST_STEPS
+                changed = disturbance
+                if (which == SIZE_OF) then
+                    changed%sigma = disturbance%sigma*step
+                else
+                    changed%damping = min(1.0_dp, disturbance%damping*step)
+                end if
+                call evaluate(changed, result)
+                if (result < lowest) then
+                    lowest = result
+                    disturbance = changed
+                else if (n == 1) then
+                    step = 1/factor
+                else
+                    exit
+                end if
+            end do
+        end subroutine improve
+
+        !> To the vertex of the parabola through the likelihoods at three frequencies.
+        subroutine improve_frequency(disturbance, lowest, change)
+            type(disturbance_t), intent(inout) :: disturbance
+            real(dp), intent(inout) :: lowest           !! Of this disturbance on entry
+            real(dp), intent(in) :: change              !! Hz
+
+            type(disturbance_t) :: left, right, vertex
+            real(dp) :: at_left, at_right, at_vertex, curvature
+
+            left = disturbance
+            right = disturbance
+            vertex = disturbance
+            left%frequency = disturbance%frequency - min(change, disturbance%frequency/2)
+            right%frequency = disturbance%frequency + (disturbance%frequency - left%frequency)
+            call evaluate(left, at_left)
+            call evaluate(right, at_right)
+            curvature = at_left - 2*lowest + at_right
+            if (curvature > 0) then
+                vertex%frequency = disturbance%frequency + (right%frequency - disturbance%frequency)* &
+                                   max(-1.0_dp, min(1.0_dp, (at_left - at_right)/(2*curvature)))
+                call evaluate(vertex, at_vertex)
+                if (at_vertex < min(lowest, at_left, at_right)) then
+                    lowest = at_vertex
+                    disturbance = vertex
+                    return
+                end if
+            end if
+            if (min(at_left, at_right) < lowest) then
+                disturbance = merge(left, right, at_left < at_right)
+                lowest = min(at_left, at_right)
+            end if
+        end subroutine improve_frequency
+    end subroutine best_disturbance
+end module gracecg_estimation_disturbance_search

@@ -1,0 +1,290 @@
+!> The calibration as a filter sees it: linearised samples of accelerometer and star camera in the
+!> order of time, the disturbances of each accelerometer axis as Gauss-Markov processes.
+!>
+!> The constants are the parameters of the physical model at the epoch (attitude angles, angular
+!> velocity, torque, drift, bias) and, last, the CG offset. Every axis has a process of its own (the
+!> flicker noise of the instrument, and what the non-gravitational acceleration does beside its
+!> straight line); given the constants, the axes are independent, so each is filtered by itself and
+!> the remainders meet in the array of the constants (gracecg_estimation_square_root_filter).
+module gracecg_estimation_linearised_samples
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
+    use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
+    use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t, process_smoother_t, &
+        new_constants, new_process_filter, start_smoother
+    use gracecg_estimation_running_estimate, only: running_estimate_t
+    implicit none
+    private
+    public :: filter_problem_t
+    public :: flicker_process, filter_axis, gather, gather_axis, run_through_time, smooth_axis, smooth_star_camera
+
+    !> A calibration, linearised about a nominal trajectory.
+    type :: filter_problem_t
+        integer :: m = 0                            !! Number of constants; the offset is the last three
+        integer :: steps = 0                        !! Intervals of the arc
+        real(dp) :: interval = 0                    !! Of the accelerometer, s
+        real(dp), allocatable :: prior(:, :)        !! [g, r] of the a-priori knowledge: (m + 1, m)
+        integer, allocatable :: epoch(:)            !! Of the accelerometer's samples, in intervals
+        real(dp), allocatable :: acceleration(:, :, :)
+        !! [g, r] in units of the white noise: (m + 1, samples, axis)
+        logical, allocatable :: kept(:, :)          !! (samples, axis)
+        real(dp), allocatable :: star_time(:)       !! Increasing, s
+        real(dp), allocatable :: star(:, :, :)      !! [g, r] in units of the noise: (m + 1, 3, samples)
+        logical, allocatable :: star_kept(:)        !! (samples)
+        type(gauss_markov_t) :: process(3)          !! By axis, in units of the white noise
+    end type filter_problem_t
+
+    !> A pole whose correlation time is longer than so many arcs cannot be told from a bias
+    real(dp), parameter :: LONG_COMPARED_TO_ARC = 10
+
+contains
+
+    !> The flicker part of an accelerometer axis, in units of its white part.
+    function flicker_process(noise, steps) result(process)
+        type(coloured_noise_t), intent(in) :: noise
+        integer, intent(in) :: steps                !! Of the arc
+        type(gauss_markov_t) :: process
+
+        real(dp) :: white_variance, correlation(N_POLES), variance(N_POLES)
+        integer :: i
+
+        call noise%markov_form(white_variance, correlation, variance)
+        process = no_process()
+        do i = 1, N_POLES
+            if (.not. variance(i) > 0) cycle
+            if (-log(correlation(i))*steps*LONG_COMPARED_TO_ARC < 1) cycle
+            process = superposed(process, first_order_process(sqrt(variance(i)/white_variance), correlation(i)))
+        end do
+    end function flicker_process
+
+    !> Filters one axis: what its samples say of the constants. Samples that are not kept leave zeros.
+    !>
+    !> Fails when the process has no positive definite covariance.
+    subroutine filter_axis(problem, axis, process, for_smoother, filter, remainder, error)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis    !! 1, 2, 3
+        type(gauss_markov_t), intent(in) :: process
+        logical, intent(in) :: for_smoother             !! Keep what the smoother needs
+        type(process_filter_t), intent(out) :: filter
+        real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, k, first, n
+
+        n = size(problem%epoch)
+        first = problem%epoch(1)
+        call new_process_filter(process, problem%m, merge(problem%epoch(n) - first, 0, for_smoother), filter, &
+                                error)
+        if (allocated(error)) return
+        remainder = 0
+        do i = 1, n
+            do k = first + filter%step + 1, problem%epoch(i)
+                call filter%advance()
+            end do
+            if (problem%kept(i, axis)) &
+                call filter%observe(process%output, problem%acceleration(:, i, axis), remainder(:, i))
+        end do
+    end subroutine filter_axis
+
+    !> The constants from what is known a priori, the star camera and the axes' remainders, but for one
+    !> axis if `without` names it.
+    pure subroutine gather(problem, remainder, constants, without)
+        type(filter_problem_t), intent(in) :: problem
+        real(dp), intent(in) :: remainder(:, :, :)      !! (m + 1, samples, axis)
+        type(constants_t), intent(out) :: constants
+        integer, intent(in), optional :: without    !! The axis to leave out, 1, 2 or 3
+
+        integer :: i, axis
+
+        call gather_prior(problem, constants)
+        do i = 1, size(problem%star_time)
+            call gather_star(problem, i, constants)
+        end do
+        do axis = 1, 3
+            if (present(without)) then
+                if (axis == without) cycle
+            end if
+            call gather_axis(problem, axis, remainder(:, :, axis), constants)
+        end do
+    end subroutine gather
+
+    !> Adds to the constants what one axis says of them.
+    pure subroutine gather_axis(problem, axis, remainder, constants)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis    !! 1, 2, 3
+        real(dp), intent(in) :: remainder(:, :)         !! (m + 1, samples)
+        type(constants_t), intent(inout) :: constants
+
+        integer :: i
+
+        do i = 1, size(problem%epoch)
+            if (problem%kept(i, axis)) call constants%fold_in(remainder(:, i))
+        end do
+    end subroutine gather_axis
+
+    pure subroutine gather_prior(problem, constants)
+        type(filter_problem_t), intent(in) :: problem
+        type(constants_t), intent(out) :: constants
+
+        integer :: i
+
+        constants = new_constants(problem%m)
+        do i = 1, problem%m
+            call constants%fold_in(problem%prior(:, i))
+        end do
+        constants%squares = 0           ! of the observations alone
+    end subroutine gather_prior
+
+    pure subroutine gather_star(problem, i, constants)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: i
+        type(constants_t), intent(inout) :: constants
+
+        integer :: component
+
+        if (.not. problem%star_kept(i)) return
+        do component = 1, 3
+            call constants%fold_in(problem%star(:, component, i))
+        end do
+    end subroutine gather_star
+
+    !> The same in the order of time, with the estimate of the offset as it stands at every step.
+    pure subroutine run_through_time(problem, remainder, nominal_offset, constants, running)
+        type(filter_problem_t), intent(in) :: problem
+        real(dp), intent(in) :: remainder(:, :, :)      !! (m + 1, samples, axis)
+        real(dp), intent(in) :: nominal_offset(3)       !! About which the problem is linearised, m
+        type(constants_t), intent(out) :: constants
+        type(running_estimate_t), intent(out) :: running
+
+        real(dp) :: covariance(3, 3), t
+        integer :: k, i, star, axis, edited, edited_stars
+
+        allocate (running%time(0:problem%steps), running%offset(3, 0:problem%steps), &
+                  running%sigma(3, 0:problem%steps), running%edited_accelerometer(0:problem%steps), &
+                  running%edited_star_camera(0:problem%steps))
+        call gather_prior(problem, constants)
+        i = 1
+        star = 1
+        edited = 0
+        edited_stars = 0
+        do k = 0, problem%steps
+            t = k*problem%interval
+            do while (star <= size(problem%star_time))
+                if (problem%star_time(star) > t + problem%interval/2 .and. k < problem%steps) exit
+                call gather_star(problem, star, constants)
+                if (.not. problem%star_kept(star)) edited_stars = edited_stars + 1
+                star = star + 1
+            end do
+            do while (i <= size(problem%epoch))
+                if (problem%epoch(i) > k) exit
+                do axis = 1, 3
+                    if (problem%kept(i, axis)) call constants%fold_in(remainder(:, i, axis))
+                    if (.not. problem%kept(i, axis)) edited = edited + 1
+                end do
+                i = i + 1
+            end do
+            running%time(k) = t
+            call constants%last_covariance(running%offset(:, k), covariance)
+            running%offset(:, k) = running%offset(:, k) + nominal_offset
+            running%sigma(:, k) = [(sqrt(covariance(axis, axis)), axis=1, 3)]
+            running%edited_accelerometer(k) = edited
+            running%edited_star_camera(k) = edited_stars
+        end do
+    end subroutine run_through_time
+
+    !> What smoothing tells of one axis: the process at every sample, and how far the sample is from what
+    !> all others predict, as a chi-square with one degree of freedom ("deletion residual": P. de Jong,
+    !> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). With e the smoothed residual of a kept sample
+    !> and v the variance of the smoothed prediction, in units of the white noise, that is e^2/(1 - v);
+    !> for a sample that is not kept, e^2/(1 + v).
+    subroutine smooth_axis(problem, axis, filter, constants, signal, disturbance, residual, chi_square)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis    !! 1, 2, 3
+        type(process_filter_t), intent(in) :: filter    !! At the last sample, with its history
+        type(constants_t), intent(in) :: constants      !! After all observations
+        real(dp), intent(in) :: signal(:)               !! Of the process' states those wanted: h, or a part of it
+        real(dp), intent(out) :: disturbance(:)         !! signal^T p at the samples, white noise = 1
+        real(dp), intent(out) :: residual(:)            !! Smoothed residuals e
+        real(dp), intent(out) :: chi_square(:)          !! (samples)
+
+        type(process_smoother_t) :: smoother
+        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), p(filter%n), v, spread_g
+        integer :: i, k, j
+
+        y = constants%solution()
+        root = constants%inverse_root()
+        call start_smoother(filter, smoother)
+        do i = size(problem%epoch), 1, -1
+            do k = smoother%step + problem%epoch(1), problem%epoch(i) + 1, -1
+                call smoother%step_back(filter)
+            end do
+            associate (h => filter%process%output, row => problem%acceleration(:, i, axis))
+                g = row(:problem%m) + matmul(smoother%gain, h)
+                v = dot_product(h, matmul(smoother%covariance, h))
+                do j = 1, problem%m
+                    spread_g = dot_product(g(:j), root(:j, j))
+                    v = v + spread_g**2
+                end do
+                p = smoother%mean + matmul(y, smoother%gain)
+                disturbance(i) = dot_product(signal, p)
+                residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
+                if (problem%kept(i, axis)) then
+                    chi_square(i) = residual(i)**2/max(1 - v, epsilon(v))
+                else
+                    chi_square(i) = residual(i)**2/(1 + v)
+                end if
+            end associate
+        end do
+    end subroutine smooth_axis
+
+    !> The same of the star camera: a chi-square with three degrees of freedom of every sample against
+    !> all others, e^T (I - V)^-1 e, or e^T (I + V)^-1 e of one that is not kept.
+    pure subroutine smooth_star_camera(problem, constants, chi_square)
+        type(filter_problem_t), intent(in) :: problem
+        type(constants_t), intent(in) :: constants
+        real(dp), intent(out) :: chi_square(:)          !! (samples)
+
+        real(dp) :: y(problem%m), root(problem%m, problem%m), left(3, problem%m), v(3, 3), e(3)
+        integer :: i, j
+
+        y = constants%solution()
+        root = constants%inverse_root()
+        do i = 1, size(problem%star_time)
+            associate (rows => problem%star(:, :, i))
+                e = rows(problem%m + 1, :) - matmul(y, rows(:problem%m, :))
+                left = matmul(transpose(rows(:problem%m, :)), root)
+            end associate
+            v = matmul(left, transpose(left))
+            if (problem%star_kept(i)) v = -v
+            do j = 1, 3
+                v(j, j) = v(j, j) + 1
+            end do
+            chi_square(i) = weighted_square(v, e)
+        end do
+    end subroutine smooth_star_camera
+
+    !> e^T V^-1 e by Cholesky's factors; infinite where V is not positive definite.
+    pure real(dp) function weighted_square(v, e) result(value)
+        real(dp), intent(in) :: v(3, 3), e(3)
+
+        real(dp) :: l(3, 3), u(3)
+        integer :: i, j
+
+        value = 0
+        l = 0
+        do j = 1, 3
+            l(j, j) = v(j, j) - sum(l(j, :j - 1)**2)
+            if (.not. l(j, j) > epsilon(1.0_dp)) then
+                value = huge(1.0_dp)
+                return
+            end if
+            l(j, j) = sqrt(l(j, j))
+            do i = j + 1, 3
+                l(i, j) = (v(i, j) - dot_product(l(i, :j - 1), l(j, :j - 1)))/l(j, j)
+            end do
+            u(j) = (e(j) - dot_product(l(j, :j - 1), u(:j - 1)))/l(j, j)
+            value = value + u(j)**2
+        end do
+    end function weighted_square
+end module gracecg_estimation_linearised_samples

@@ -1,0 +1,469 @@
+!> Files and folders: reading a text whole, making folders, and writing files that appear under
+!> their name only when they are complete.
+!>
+!> The streams are those of the C library: they may be used from several threads, also on the same
+!> file, and report a full disk when they are closed.
+module gracecg_files_file
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, &
+        c_ptr, c_size_t
+    use gracecg_base_kinds, only: i8
+    use gracecg_base_error, only: error_t, fail, fail_in_file
+    use gracecg_base_text, only: integer_text
+    implicit none
+    private
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable
+    public :: text_file_t, read_text_file, text_file_of, output_file_t
+
+    type :: text_file_t
+        !! A text and where its lines begin and end
+        character(:), allocatable :: name   !! Path as the user gave it
+        character(:), allocatable :: text   !! The whole content
+        integer, allocatable :: first(:)    !! Line i is text(first(i):last(i)), without its end
+        integer, allocatable :: last(:)     !! See `first`
+    contains
+        procedure :: line_count                 !! How many lines there are
+        procedure :: line => line_of_text       !! One line without its end
+        procedure :: fail_at => fail_at_line    !! A failure at a line
+    end type text_file_t
+
+    type :: output_file_t
+        !! A text file being written under a temporary name in the folder of the final one.
+        !! `commit` gives it its name; without that, nothing is left.
+        private
+        character(:), allocatable :: path
+        character(:), allocatable :: temporary  !! The name until commit; that of a device itself
+        type(c_ptr) :: stream = c_null_ptr
+        logical :: incomplete = .false.         !! A write failed
+    contains
+        procedure :: open => open_output        !! Begins the file
+        procedure :: line => write_line         !! Writes a line
+        procedure :: commit => commit_output    !! Ends the file and gives it its name
+        procedure :: discard => discard_output  !! Leaves nothing behind
+        final :: finalise_output
+    end type output_file_t
+
+    interface
+        function c_fopen(path, mode) bind(c, name='fopen') result(stream)
+            import :: c_char, c_ptr
+            character(kind=c_char), intent(in) :: path(*), mode(*)
+            type(c_ptr) :: stream
+        end function c_fopen
+
+        integer(c_size_t) function c_fread(buffer, size, count, stream) bind(c, name='fread')
+            import :: c_char, c_ptr, c_size_t
+            character(kind=c_char), intent(out) :: buffer(*)
+            integer(c_size_t), value :: size, count
+            type(c_ptr), value :: stream
+        end function c_fread
+
+        integer(c_size_t) function c_fwrite(buffer, size, count, stream) bind(c, name='fwrite')
+            import :: c_char, c_ptr, c_size_t
+            character(kind=c_char), intent(in) :: buffer(*)
+            integer(c_size_t), value :: size, count
+            type(c_ptr), value :: stream
+        end function c_fwrite
+
+        integer(c_int) function c_ferror(stream) bind(c, name='ferror')
+            import :: c_int, c_ptr
+            type(c_ptr), value :: stream
+        end function c_ferror
+
+        integer(c_int) function c_fclose(stream) bind(c, name='fclose')
+            import :: c_int, c_ptr
+            type(c_ptr), value :: stream
+        end function c_fclose
+
+        integer(c_int) function c_rename(old, new) bind(c, name='rename')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: old(*), new(*)
+        end function c_rename
+
+        integer(c_int) function c_remove(path) bind(c, name='remove')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+        end function c_remove
+
+        integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int), value :: mode
+        end function c_mkdir
+    end interface
+
+    integer(c_int), parameter :: ALL_PERMISSIONS = int(o'777', c_int)
+    integer(c_size_t), parameter :: ONE_BYTE = 1
+    character(1), parameter :: LF = achar(10), CR = achar(13)
+    character(3), parameter :: BYTE_ORDER_MARK = char(239)//char(187)//char(191)
+
+contains
+
+    !> True for anything that is not a folder.
+    logical function file_exists(path)
+        character(*), intent(in) :: path    !! Of file or folder
+
+        inquire (file=trim(path), exist=file_exists)
+        if (file_exists) file_exists = .not. directory_exists(path)
+    end function file_exists
+
+    !> True for a folder.
+    logical function directory_exists(path)
+        character(*), intent(in) :: path    !! With or without a slash at the end
+
+        inquire (file=trim(path)//'/.', exist=directory_exists)
+    end function directory_exists
+
+    !> Removes a file or an empty folder; nothing happens when it is not there.
+    subroutine remove_file(path)
+        character(*), intent(in) :: path    !! Of the file or empty folder
+
+        integer(c_int) :: status
+
+        status = c_remove(trim(path)//c_null_char)
+    end subroutine remove_file
+
+    !> Makes a folder, and the folders above it as needed. One that exists is left as it is.
+    recursive subroutine make_directory(path, error)
+        character(*), intent(in) :: path    !! Of the folder
+        type(error_t), allocatable, intent(out) :: error
+
+        integer(c_int) :: status
+
+        if (path == '') then
+            call fail(error, 'the name of the folder is empty')
+            return
+        end if
+        if (directory_exists(path)) return
+        if (file_exists(without_slashes(path))) then
+            call fail(error, trim(path)// &
+                      ': cannot make this folder: a file of that name is in the way')
+            return
+        end if
+        call make_directory(parent_of(path), error)
+        if (allocated(error)) return
+        status = c_mkdir(trim(path)//c_null_char, ALL_PERMISSIONS)
+        if (directory_exists(path)) return
+        call fail(error, trim(path)//': cannot make this folder; check the permissions and the '// &
+                  'free space of '//parent_of(path))
+    end subroutine make_directory
+
+    !> Where the last character stands that is no slash; 1 if there is none.
+    pure integer function length_without_slashes(path) result(length)
+        character(*), intent(in) :: path
+
+        length = max(1, verify(trim(path), '/', back=.true.))
+    end function length_without_slashes
+
+    !> The path without slashes at its end, but / itself.
+    pure function without_slashes(path) result(shorter)
+        character(*), intent(in) :: path
+        character(length_without_slashes(path)) :: shorter
+
+        shorter = path
+    end function without_slashes
+
+    !> What parent_of gives, with blanks behind it.
+    pure function parent_field(path) result(parent)
+        character(*), intent(in) :: path
+        character(len(path) + 1) :: parent
+
+        integer :: last
+
+        parent = without_slashes(path)
+        last = index(parent, '/', back=.true.)
+        if (last == 0) then
+            parent = '.'
+        else
+            parent = without_slashes(parent(:last))
+        end if
+    end function parent_field
+
+    !> The folder in which a file or folder stands.
+    pure function parent_of(path) result(parent)
+        character(*), intent(in) :: path
+        character(len_trim(parent_field(path))) :: parent
+
+        parent = parent_field(path)
+    end function parent_of
+
+    !> Reads a whole text and finds its lines; fails when the file is missing, is a folder, or
+    !> cannot be read.
+    subroutine read_text_file(path, file, error)
+        character(*), intent(in) :: path    !! Of the file
+        type(text_file_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: content
+        type(c_ptr) :: stream
+        integer(c_int) :: status
+        logical :: failed
+
+        if (path == '') then
+            call fail(error, 'the name of the file is empty')
+        else if (directory_exists(path)) then
+            call fail(error, trim(path)//': is a folder, not a file')
+        else if (.not. file_exists(path)) then
+            call fail(error, trim(path)//': no such file')
+        end if
+        if (allocated(error)) return
+        stream = c_fopen(trim(path)//c_null_char, 'rb'//c_null_char)
+        if (.not. c_associated(stream)) then
+            call fail(error, trim(path)//': cannot be opened; check that you may read it')
+            return
+        end if
+        call read_stream(stream, size_of(path), content, failed)
+        status = c_fclose(stream)
+        if (failed) then
+            call fail(error, trim(path)//': cannot be read as a text file')
+            return
+        end if
+        file = text_file_of(content, trim(path))
+    end subroutine read_text_file
+
+    !> Bytes of a file; 0 where that has no meaning.
+    integer(i8) function size_of(path)
+        character(*), intent(in) :: path
+
+        inquire (file=trim(path), size=size_of)
+        size_of = max(0_i8, size_of)
+    end function size_of
+
+    !> Reads to the end of a stream, whatever its length (a pipe has none beforehand).
+    subroutine read_stream(stream, expected, content, failed)
+        type(c_ptr), intent(in) :: stream
+        integer(i8), intent(in) :: expected                     !! Bytes, if known
+        character(:), allocatable, intent(out) :: content
+        logical, intent(out) :: failed                          !! Also for more than 2 GB, and no memory
+
+        integer(i8), parameter :: LARGEST = huge(0) - 1_i8, SMALLEST = 65536
+        character(:), allocatable :: larger
+        integer(i8) :: used, got
+        integer :: memory
+
+        failed = .true.
+        allocate (character(min(LARGEST, max(SMALLEST, expected + 1))) :: content, stat=memory)
+        if (memory /= 0) return
+        used = 0
+        do
+            got = c_fread(content(used + 1:), ONE_BYTE, len(content, c_size_t) - used, stream)
+            used = used + got
+            if (used < len(content, i8)) exit
+            if (used == LARGEST) exit
+            allocate (character(min(LARGEST, 2*used)) :: larger, stat=memory)
+            if (memory /= 0) return
+            larger(:used) = content
+            call move_alloc(larger, content)
+        end do
+        failed = c_ferror(stream) /= 0 .or. used == LARGEST
+        content = content(:used)
+    end subroutine read_stream
+
+    !> A text in memory as a text file: lines end with LF or CR LF, the last one with or without; a
+    !> byte order mark of UTF-8 is dropped.
+    function text_file_of(text, name) result(file)
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
+        type(text_file_t) :: file
+
+        integer :: i, n, begin
+
+        file%name = name
+        file%text = text
+        if (len(text) >= 3) then
+            if (text(:3) == BYTE_ORDER_MARK) file%text = text(4:)
+        end if
+        n = 0
+        do i = 1, len(file%text)
+            if (file%text(i:i) == LF) n = n + 1
+        end do
+        if (len(file%text) > 0) then
+            if (file%text(len(file%text):) /= LF) n = n + 1
+        end if
+        allocate (file%first(n), file%last(n))
+        begin = 1
+        do i = 1, n
+            file%first(i) = begin
+            begin = next_line(file%text, begin)
+            file%last(i) = end_of_line(file%text, file%first(i), begin - 1)
+        end do
+    end function text_file_of
+
+    !> Where the line after the one that begins at `begin` begins.
+    pure integer function next_line(text, begin) result(next)
+        character(*), intent(in) :: text
+        integer, intent(in) :: begin
+
+        do next = begin, len(text)
+            if (text(next:next) == LF) exit
+        end do
+        next = min(next, len(text)) + 1
+    end function next_line
+
+    !> The last character of text(first:last), never empty, without LF and CR.
+    pure integer function end_of_line(text, first, last) result(end)
+        character(*), intent(in) :: text
+        integer, intent(in) :: first, last
+
+        end = last
+        if (text(end:end) == LF) end = end - 1
+        if (end < first) return
+        if (text(end:end) == CR) end = end - 1
+    end function end_of_line
+
+    pure integer function line_count(self)
+        class(text_file_t), intent(in) :: self
+
+        line_count = size(self%first)
+    end function line_count
+
+    !> The length of a line; 0 for a number that no line has.
+    pure integer function line_length(self, number) result(length)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number
+
+        length = 0
+        if (number >= 1 .and. number <= self%line_count()) &
+            length = max(0, self%last(number) - self%first(number) + 1)
+    end function line_length
+
+    !> Line `number` without its end; empty for a number that no line has.
+    pure function line_of_text(self, number) result(line)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number       !! Counted from 1
+        character(line_length(self, number)) :: line
+
+        if (len(line) > 0) line = self%text(self%first(number):self%last(number))
+    end function line_of_text
+
+    !> A failure at a line of the text; shows the line if there is one of that number.
+    subroutine fail_at_line(self, number, message, error)
+        class(text_file_t), intent(in) :: self
+        integer, intent(in) :: number       !! Counted from 1
+        character(*), intent(in) :: message !! What is wrong there
+        type(error_t), allocatable, intent(out) :: error
+
+        if (number >= 1 .and. number <= self%line_count()) then
+            call fail_in_file(error, self%name, number, message, self%line(number))
+        else
+            call fail_in_file(error, self%name, number, message)
+        end if
+    end subroutine fail_at_line
+
+    !> Fails when a file of that name could not be written: to be asked before long work. An empty name
+    !> stands for no file.
+    subroutine check_writable(path, error)
+        character(*), intent(in) :: path    !! Of the file that will be written
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+
+        if (path == '') return
+        call file%open(path, error)
+        call file%discard()
+    end subroutine check_writable
+
+    !> Begins a file. Fails when it cannot be written in its folder. A path below /dev is written
+    !> directly: a device must not be replaced by a file.
+    subroutine open_output(self, path, error)
+        class(output_file_t), intent(inout) :: self
+        character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%discard()
+        self%incomplete = .false.
+        self%path = trim(path)
+        if (path == '') then
+            call fail(error, 'the name of the output file is empty')
+        else if (directory_exists(path)) then
+            call fail(error, self%path//': is a folder; name a file')
+        else if (.not. directory_exists(parent_of(path))) then
+            call fail(error, self%path//': cannot be written: there is no folder '//parent_of(path))
+        else if (is_device(path)) then
+            self%temporary = self%path
+            self%stream = c_fopen(self%path//c_null_char, 'wb'//c_null_char)
+        else
+            call open_temporary(self)
+        end if
+        if (allocated(error)) return
+        if (.not. c_associated(self%stream)) &
+            call fail(error, self%path//': cannot be written; check the permissions of '// &
+                      parent_of(path))
+    end subroutine open_output
+
+    !> Opens the first free one of PATH.part1, PATH.part2, ...: never a file that exists.
+    subroutine open_temporary(self)
+        class(output_file_t), intent(inout) :: self
+
+        integer, parameter :: ATTEMPTS = 1000
+        integer :: i
+
+        do i = 1, ATTEMPTS
+            self%temporary = self%path//'.part'//integer_text(i)
+            if (file_exists(self%temporary)) cycle
+            self%stream = c_fopen(self%temporary//c_null_char, 'wbx'//c_null_char)
+            if (c_associated(self%stream)) return
+            if (.not. file_exists(self%temporary)) return   ! something else than the name
+        end do
+    end subroutine open_temporary
+
+    !> A path below /dev, except its folder for shared memory, where ordinary files stand.
+    pure logical function is_device(path)
+        character(*), intent(in) :: path
+
+        is_device = index(path, '/dev/') == 1 .and. index(path, '/dev/shm/') /= 1
+    end function is_device
+
+    !> Writes a line. A failure is remembered and reported by `commit`.
+    subroutine write_line(self, text)
+        class(output_file_t), intent(inout) :: self
+        character(*), intent(in) :: text    !! Without the end of the line; may hold several lines
+
+        integer(c_size_t) :: length
+
+        self%incomplete = self%incomplete .or. .not. c_associated(self%stream)
+        if (self%incomplete) return
+        length = len(text, c_size_t)
+        if (c_fwrite(text, ONE_BYTE, length, self%stream) /= length) self%incomplete = .true.
+        if (c_fwrite(LF, ONE_BYTE, ONE_BYTE, self%stream) /= ONE_BYTE) self%incomplete = .true.
+    end subroutine write_line
+
+    !> Completes the file and gives it its name, in place of an older file of that name. After a
+    !> failure (disk full, no permission) an older file is still there, unharmed.
+    subroutine commit_output(self, error)
+        class(output_file_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. c_associated(self%stream)) then
+            call fail(error, 'the output file was not opened, or is closed already')
+            return
+        end if
+        if (c_fclose(self%stream) /= 0) self%incomplete = .true.
+        self%stream = c_null_ptr
+        if (self%incomplete) then
+            call fail(error, self%path// &
+                      ': could not be written completely; check the free space of the disk')
+        else if (.not. is_device(self%path)) then
+            if (c_rename(self%temporary//c_null_char, self%path//c_null_char) /= 0) &
+                call fail(error, self%path// &
+                          ': the finished file could not be given its name; check '// &
+                          'the permissions of '//parent_of(self%path))
+        end if
+        if (allocated(error) .and. .not. is_device(self%path)) call remove_file(self%temporary)
+    end subroutine commit_output
+
+    !> Gives the file up: nothing of it is left. Does nothing when none is open.
+    subroutine discard_output(self)
+        class(output_file_t), intent(inout) :: self
+
+        integer(c_int) :: status
+
+        if (.not. c_associated(self%stream)) return
+        status = c_fclose(self%stream)
+        self%stream = c_null_ptr
+        if (.not. is_device(self%path)) call remove_file(self%temporary)
+    end subroutine discard_output
+
+    subroutine finalise_output(self)
+        type(output_file_t), intent(inout) :: self
+
+        call self%discard()
+    end subroutine finalise_output
+end module gracecg_files_file

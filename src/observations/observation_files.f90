@@ -1,0 +1,452 @@
+!> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv,
+!> orbit.csv, and setup.nml with what the operator knows. A series without samples has no file; the
+!> orbit may be missing, and with an orbit the magnetometer.
+module gracecg_observations_observation_files
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, fail_in_file, add_context
+    use gracecg_base_text, only: string_t, join, real_text, integer_text
+    use gracecg_files_file, only: directory_exists, file_exists, make_directory, remove_file, &
+        text_file_t, read_text_file
+    use gracecg_files_csv, only: read_csv, csv_writer_t
+    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
+    use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
+    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t, check_observations, &
+        describe_manoeuvre, describe_instruments, describe_estimation, has_orbit, HEADS, &
+        SAMPLE_TOLERANCE
+    implicit none
+    private
+    public :: write_observations, read_observations, OBSERVATION_FILES
+    public :: read_setup, setup_from_text, setup_text
+
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
+    integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    !> The files of an observation set, in its folder
+    character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
+
+    character(6), parameter :: ACCELEROMETER_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'ax', 'ay', 'az']
+    character(6), parameter :: STAR_CAMERA_COLUMNS(6) = &
+        [character(6) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
+    character(6), parameter :: MAGNETOMETER_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'bx', 'by', 'bz']
+    character(6), parameter :: ORBIT_COLUMNS(4) = &
+        [character(6) :: 'time_s', 'rx', 'ry', 'rz']
+
+    !> The rows of a file, and where they stand in it.
+    type :: series_t
+        character(:), allocatable :: path
+        integer :: header_line = 0
+        real(dp), allocatable :: table(:, :)    !! (row, column)
+    end type series_t
+
+contains
+
+    !> Writes an observation set into a folder, which is made if it is not there. After a failure
+    !> (the folder cannot be made, the disk is full, a value is not finite) none of the files stands,
+    !> or those of before still do.
+    subroutine write_observations(folder, observations, comments, error)
+        character(*), intent(in) :: folder          !! Is made if it is not there
+        type(observation_set_t), intent(in) :: observations
+        character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: tables(TABLE_COUNT)
+        integer :: i
+
+        call make_directory(folder, error)
+        if (allocated(error)) return
+        call open_tables(folder, comments, tables, error)
+        if (.not. allocated(error)) then
+            call write_rows(observations, tables)
+            call commit_all(folder, observations, comments, tables, error)
+        end if
+        do i = 1, size(tables)
+            call tables(i)%discard()
+        end do
+    end subroutine write_observations
+
+    subroutine open_tables(folder, comments, tables, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
+        type(error_t), allocatable, intent(out) :: error
+
+        call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), &
+                                        join(ACCELEROMETER_COLUMNS, ','), comments, error)
+        if (allocated(error)) return
+        call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), &
+                                      join(STAR_CAMERA_COLUMNS, ','), comments, error)
+        if (allocated(error)) return
+        call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), &
+                                       join(MAGNETOMETER_COLUMNS, ','), comments, error)
+        if (allocated(error)) return
+        call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), comments, error)
+    end subroutine open_tables
+
+    subroutine write_rows(observations, tables)
+        type(observation_set_t), intent(in) :: observations
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
+
+        integer :: i
+
+        do i = 1, size(observations%accelerometer_time)
+            call tables(ACCELEROMETER)%row([observations%accelerometer_time(i), &
+                                            observations%acceleration(:, i)])
+        end do
+        do i = 1, size(observations%star_camera_time)
+            call tables(STAR_CAMERA)%row([observations%star_camera_time(i), &
+                                          real(observations%star_camera_head(i), dp), &
+                                          observations%quaternion(:, i)])
+        end do
+        do i = 1, size(observations%magnetometer_time)
+            call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
+                                           observations%field(:, i)])
+        end do
+        if (.not. has_orbit(observations)) return
+        do i = 1, size(observations%orbit_time)
+            call tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
+        end do
+    end subroutine write_rows
+
+    !> Gives the files their names. When one fails, those that have theirs are removed again. Of a
+    !> series without samples no file stands, not even an older one.
+    subroutine commit_all(folder, observations, comments, tables, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(observation_set_t), intent(in) :: observations
+        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
+        type(error_t), allocatable, intent(out) :: error
+
+        logical :: filled(TABLE_COUNT)
+        integer :: i, committed
+
+        filled = [size(observations%accelerometer_time), size(observations%star_camera_time), &
+                  size(observations%magnetometer_time), 0] > 0
+        filled(ORBIT) = has_orbit(observations)
+        committed = 0
+        do i = 1, size(tables)
+            if (filled(i)) call tables(i)%commit(error)
+            if (allocated(error)) exit
+            committed = i
+        end do
+        if (.not. allocated(error)) call write_setup(folder, observations%knowledge, comments, error)
+        do i = 1, committed
+            if (allocated(error) .or. .not. filled(i)) call remove_file(path_of(folder, i))
+        end do
+    end subroutine commit_all
+
+    subroutine write_setup(folder, knowledge, comments, error)
+        character(*), intent(in) :: folder, comments(:)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_writer_t) :: writer
+        type(operator_knowledge_t) :: copy
+        integer :: i
+
+        do i = 1, size(comments)
+            call writer%file%comment(trim(comments(i)))
+        end do
+        copy = knowledge
+        call describe_setup(writer, copy)
+        call writer%file%save(path_of(folder, SETUP_NAMELIST), error)
+    end subroutine write_setup
+
+    !> All that setup.nml holds.
+    subroutine describe_setup(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        call describe_manoeuvre(settings, knowledge)
+        call describe_instruments(settings, knowledge)
+        call describe_estimation(settings, knowledge)
+    end subroutine describe_setup
+
+    !> Reads an observation set from its folder.
+    !>
+    !> Fails, naming file and line, when a file is missing or cuts off in mid-line, a header
+    !> differs, a value is not a finite number, times go back or two samples of one time differ, a
+    !> camera is none, a quaternion is not of unit length, or the setup is refused; and when a series
+    !> does not reach from the beginning to the end of the arc. With an orbit the magnetometer need
+    !> not: a model stands in.
+    subroutine read_observations(folder, observations, error)
+        character(*), intent(in) :: folder  !! Where the files are
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. directory_exists(folder)) then
+            call fail(error, trim(folder)// &
+                      ': no such folder; name the folder of an observation set')
+            return
+        end if
+        call read_setup(path_of(folder, SETUP_NAMELIST), observations%knowledge, error)
+        if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
+        if (.not. allocated(error)) call read_orbit(folder, observations, error)
+        if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
+        if (.not. allocated(error)) call read_star_camera(folder, observations, error)
+        if (allocated(error)) return
+        call check_observations(observations, error)
+        call add_context(error, trim(folder))
+    end subroutine read_observations
+
+    subroutine read_accelerometer(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (.not. allocated(error)) &
+            call check_coverage(series, observations%knowledge%accelerometer_interval, &
+                                observations%knowledge%duration, error)
+        if (allocated(error)) return
+        observations%accelerometer_time = series%table(:, 1)
+        observations%acceleration = transpose(series%table(:, 2:4))
+    end subroutine read_accelerometer
+
+    subroutine read_orbit(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        if (.not. file_exists(path_of(folder, ORBIT))) return
+        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (allocated(error)) return
+        observations%orbit_time = series%table(:, 1)
+        observations%orbit_position = transpose(series%table(:, 2:4))
+    end subroutine read_orbit
+
+    subroutine read_magnetometer(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        if (has_orbit(observations) .and. .not. file_exists(path_of(folder, MAGNETOMETER))) then
+            allocate (observations%magnetometer_time(0), observations%field(3, 0))
+            return
+        end if
+        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (.not. allocated(error) .and. .not. has_orbit(observations)) then
+            call check_coverage(series, observations%knowledge%magnetometer_interval, &
+                                observations%knowledge%duration, error)
+            if (allocated(error)) error%message = error%message// &
+                '. If the magnetometer failed, add '//trim(OBSERVATION_FILES(ORBIT))// &
+                ': a field model then stands in'
+        end if
+        if (allocated(error)) return
+        observations%magnetometer_time = series%table(:, 1)
+        observations%field = transpose(series%table(:, 2:4))
+    end subroutine read_magnetometer
+
+    subroutine read_star_camera(folder, observations, error)
+        character(*), intent(in) :: folder
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+
+        call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
+        if (.not. allocated(error)) call check_star_camera(series, error)
+        if (.not. allocated(error)) &
+            call check_coverage(series, observations%knowledge%star_camera_interval, &
+                                observations%knowledge%duration, error)
+        if (allocated(error)) return
+        observations%star_camera_time = series%table(:, 1)
+        observations%star_camera_head = nint(series%table(:, 2))
+        observations%quaternion = transpose(series%table(:, 3:6))
+    end subroutine read_star_camera
+
+    !> Reads a setup.nml. Fails, with file, line and key, for a key that is not known, a value that is
+    !> missing or not allowed, and for mass properties that no body has.
+    subroutine read_setup(path, knowledge, error)
+        character(*), intent(in) :: path    !! Of the file
+        type(operator_knowledge_t), intent(out) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open(path, error)
+        if (.not. allocated(error)) call take_setup(reader, path, knowledge, error)
+    end subroutine read_setup
+
+    !> A setup from the text of a setup.nml; `name` stands for the file in messages. Fails as
+    !> `read_setup`.
+    subroutine setup_from_text(text, name, knowledge, error)
+        character(*), intent(in) :: text, name  !! Content; what stands for the file in messages
+        type(operator_knowledge_t), intent(out) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_reader_t) :: reader
+
+        call reader%open_text(text, name, error)
+        if (.not. allocated(error)) call take_setup(reader, name, knowledge, error)
+    end subroutine setup_from_text
+
+    subroutine take_setup(reader, name, knowledge, error)
+        type(settings_reader_t), intent(inout) :: reader
+        character(*), intent(in) :: name
+        type(operator_knowledge_t), intent(inout) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        call describe_setup(reader, knowledge)
+        call reader%finish(error)
+        if (allocated(error)) return
+        call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia, &
+                                                        [0.0_dp, 0.0_dp, 0.0_dp]), error)
+        call add_context(error, name)
+    end subroutine take_setup
+
+    !> The text of a setup.nml: what `read_setup` reads. Fails when a setting is not finite.
+    subroutine setup_text(knowledge, text, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_writer_t) :: writer
+        type(operator_knowledge_t) :: copy
+
+        copy = knowledge
+        call describe_setup(writer, copy)
+        call writer%file%to_text(text, error)
+    end subroutine setup_text
+
+    !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
+    !> number may have lost digits.
+    subroutine read_series(path, columns, series, error)
+        character(*), intent(in) :: path, columns(:)
+        type(series_t), intent(out) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: comments(:)
+        type(text_file_t) :: file
+
+        call read_csv(path, columns, series%table, error, comments)
+        if (allocated(error)) return
+        series%path = path
+        series%header_line = size(comments) + 1
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        if (file%text(len(file%text):) /= new_line('a')) then
+            call fail_in_file(error, path, file%line_count(), &
+                              'the last line has no line end: the file seems to be truncated', &
+                              file%line(file%line_count()))
+        end if
+    end subroutine read_series
+
+    !> Times must increase; a row that is given twice, alike, may pass.
+    subroutine check_times(series, error)
+        type(series_t), intent(in) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        do i = 2, size(series%table, 1)
+            if (series%table(i, 1) > series%table(i - 1, 1)) cycle
+            if (same_rows(series, i, i - 1)) cycle
+            call fail_not_increasing(series, i, series%table(i - 1, 1), error)
+            return
+        end do
+    end subroutine check_times
+
+    pure logical function same_rows(series, i, k)
+        type(series_t), intent(in) :: series
+        integer, intent(in) :: i, k
+
+        same_rows = all(abs(series%table(i, :) - series%table(k, :)) <= 0)
+    end function same_rows
+
+    !> Camera numbers, unit quaternions, and times that increase for each camera; a row that is given
+    !> twice, alike, may pass.
+    subroutine check_star_camera(series, error)
+        type(series_t), intent(in) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: length
+        integer :: previous(HEADS)      ! row of each head; 0: none yet
+        integer :: i, head
+
+        previous = 0
+        do i = 1, size(series%table, 1)
+            associate (time => series%table(i, 1), camera => series%table(i, 2))
+                head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
+                if (head == 0) then
+                    call fail_in_file(error, series%path, series%header_line + i, &
+                                      'column camera: '//real_text(camera)// &
+                                      ' is not the number of a camera head: 1 or '// &
+                                      integer_text(HEADS))
+                    return
+                end if
+                if (previous(head) > 0) then
+                    if (time <= series%table(previous(head), 1) .and. &
+                        .not. same_rows(series, i, previous(head))) then
+                        call fail_not_increasing(series, i, series%table(previous(head), 1), error)
+                        return
+                    end if
+                end if
+                previous(head) = i
+            end associate
+            length = norm2(series%table(i, 3:6))
+            if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle
+            call fail_in_file(error, series%path, series%header_line + i, &
+                              'columns q1 to q4: not a unit quaternion: its length is '// &
+                              real_text(length)//'; allowed is 1 within '// &
+                              real_text(SAMPLE_TOLERANCE))
+            return
+        end do
+    end subroutine check_star_camera
+
+    subroutine fail_not_increasing(series, i, previous, error)
+        type(series_t), intent(in) :: series
+        integer, intent(in) :: i
+        real(dp), intent(in) :: previous
+        type(error_t), allocatable, intent(out) :: error
+
+        call fail_in_file(error, series%path, series%header_line + i, &
+                          'column time_s: times must increase, but '// &
+                          real_text(series%table(i, 1))//' follows '//real_text(previous))
+    end subroutine fail_not_increasing
+
+    !> A series must begin within its first interval and end within the last one of the arc: else
+    !> the file has lost rows.
+    subroutine check_coverage(series, interval, duration, error)
+        type(series_t), intent(in) :: series
+        real(dp), intent(in) :: interval, duration      !! s
+        type(error_t), allocatable, intent(out) :: error
+
+        ! of an interval, for the rounding of time tags
+        real(dp), parameter :: SLACK = 0.01_dp
+        integer :: last
+
+        last = size(series%table, 1)
+        associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
+            if (first_time > (1 + SLACK)*interval) then
+                call fail_in_file(error, series%path, series%header_line + 1, &
+                                  'the first sample, at '//real_text(first_time)// &
+                                  ' s, comes later than one sampling interval ('// &
+                                  real_text(interval)//' s) after the epoch: rows are missing')
+            else if (last_time < duration - (1 - SLACK)*interval) then
+                call fail_in_file(error, series%path, series%header_line + last, &
+                                  'the last sample, at '//real_text(last_time)// &
+                                  ' s, comes too early for the duration of '// &
+                                  real_text(duration)// &
+                                  ' s in setup.nml: the file seems to be truncated; else give '// &
+                                  'the shorter duration')
+            end if
+        end associate
+    end subroutine check_coverage
+
+    pure function path_of(folder, number) result(path)
+        character(*), intent(in) :: folder
+        integer, intent(in) :: number       !! Of OBSERVATION_FILES
+        character(len_trim(folder) + 1 + len_trim(OBSERVATION_FILES(number))) :: path
+
+        path = trim(folder)//'/'//trim(OBSERVATION_FILES(number))
+    end function path_of
+end module gracecg_observations_observation_files

@@ -1,0 +1,460 @@
+!> The observation set of one calibration: the only thing that simulation and estimation share.
+!>
+!> It holds what the instruments delivered and what an operator knows. It never holds the truth.
+module gracecg_observations_observation_set
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_text, only: integer_text
+    use gracecg_files_settings, only: settings_t, FULL_RANGE
+    use gracecg_environment_time, only: utc_t, parse_utc, utc_text
+    use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
+        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
+    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
+    implicit none
+    private
+    public :: observation_set_t, operator_knowledge_t, check_observations, has_orbit
+    public :: HEADS, SAMPLE_TOLERANCE, NO_FIELD_MODEL
+    public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
+
+    integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
+    !> What stands for no field model
+    character(*), parameter :: NO_FIELD_MODEL = 'none'
+
+    !> What an operator knows of the satellite, the manoeuvre and the instruments.
+    type :: operator_knowledge_t
+        character(64) :: name = 'calibration'           !! For output
+        type(utc_t) :: epoch                            !! Time 0 of all time tags
+        real(dp) :: duration = 0                        !! Length of the arc, s
+        real(dp) :: mass = 0                            !! kg
+        real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
+        type(torque_rods_t) :: rods                     !! The manoeuvre
+        real(dp) :: rate_limit = 0.1_dp*DEGREE
+        !! Greatest angular velocity about any axis, rad/s: what the star cameras bear, CSR-TM-00-01 4.1
+        real(dp) :: pointing_limit = DEGREE
+        !! Greatest turn away from the attitude that is held without a manoeuvre, rad
+        real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
+        real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
+        real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
+        real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
+        integer :: camera = 1                           !! The head whose quaternions are used
+        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
+        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
+        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
+        real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
+        character(16) :: field_model = NO_FIELD_MODEL
+        !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
+        real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
+        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
+        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
+        real(dp) :: guess_offset(3) = 0                 !! d*, m
+        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
+        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
+        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
+        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
+        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
+    end type operator_knowledge_t
+
+    !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
+    !> in for a lost magnetometer. Times are seconds from the epoch.
+    type :: observation_set_t
+        type(operator_knowledge_t) :: knowledge              !! What else the operator knows
+        real(dp), allocatable :: accelerometer_time(:)  !! (n)
+        real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
+        real(dp), allocatable :: star_camera_time(:)    !! (p)
+        integer, allocatable :: star_camera_head(:)     !! (p), 1..HEADS
+        real(dp), allocatable :: quaternion(:, :)       !! (4, p), inertial to camera, scalar last
+        real(dp), allocatable :: magnetometer_time(:)   !! (r)
+        real(dp), allocatable :: field(:, :)            !! (3, r), body axes, T
+        real(dp), allocatable :: orbit_time(:)          !! (s); not allocated or empty: no orbit known
+        real(dp), allocatable :: orbit_position(:, :)   !! (3, s), inertial J2000, m
+    end type observation_set_t
+
+    real(dp), parameter :: MOST_EPOCHS = 1e6_dp             !! Of an arc: a day at ten samples a second
+    real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
+    real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
+    real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
+    real(dp), parameter :: LARGEST_FIELD = 1e-3_dp          !! Fifteen times the Earth's, T
+
+contains
+
+    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rod and
+    !> limits.
+    subroutine describe_manoeuvre(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        character(40) :: epoch
+        real(dp) :: moments(3), products(3)
+        type(error_t), allocatable :: problem
+
+        epoch = utc_text(knowledge%epoch)
+        call settings%group('calibration', 'The calibration: arc and time')
+        call settings%text_value('name', knowledge%name, 'of the calibration')
+        call settings%text_value('epoch', epoch, 'UTC, ISO 8601: time 0 of all time tags', required=.true.)
+        call parse_utc(trim(epoch), knowledge%epoch, problem)
+        if (allocated(problem)) call settings%reject('epoch', problem%message)
+        call settings%real_value('duration', knowledge%duration, 1.0_dp, 86400.0_dp, 's, length of the arc', &
+                                 unit='s')
+        call settings%end_group()
+
+        moments = [knowledge%inertia(1, 1), knowledge%inertia(2, 2), knowledge%inertia(3, 3)]
+        products = [knowledge%inertia(1, 2), knowledge%inertia(2, 3), knowledge%inertia(1, 3)]
+        call settings%group('mass_properties', 'Mass, and inertia about the proof-mass centre')
+        call settings%real_value('mass', knowledge%mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.true.)
+        call settings%real_values('moments_of_inertia', moments, 1e-6_dp, 1e9_dp, &
+                                  'Ixx, Iyy, Izz in kg m^2', unit='kg m^2', required=.true.)
+        call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &
+                                  'Ixy, Iyz, Izx in kg m^2, with the sign of Ixy = -integral of x y dm', &
+                                  unit='kg m^2')
+        call settings%end_group()
+        knowledge%inertia = reshape([moments(1), products(1), products(3), &
+                                 products(1), moments(2), products(2), &
+                                 products(3), products(2), moments(3)], [3, 3])
+        call describe_rods(settings, knowledge%rods)
+        call settings%group('limits', 'What the manoeuvre may do to the satellite')
+        call settings%real_value('rate_deg_s', knowledge%rate_limit, 1e-6_dp, 1e3_dp, &
+                                 'deg/s, angular velocity about any axis (star cameras)', DEGREE, 'deg/s')
+        call settings%real_value('pointing_deg', knowledge%pointing_limit, 1e-6_dp, 180.0_dp, &
+                                 'deg, turn away from the attitude held without a manoeuvre', DEGREE, 'deg')
+        call settings%end_group()
+    end subroutine describe_manoeuvre
+
+    !> The manoeuvre: one group `rod` for each activation of a torque rod.
+    subroutine describe_rods(settings, rods)
+        class(settings_t), intent(inout) :: settings
+        type(torque_rods_t), intent(inout) :: rods
+
+        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
+        type(error_t), allocatable :: problem
+        character(len(WAVEFORM_NAMES)) :: waveform
+        integer :: n, i
+
+        n = rods%count
+        activations = rods%activations
+        call settings%count('rod', n)
+        if (n > MAX_ACTIVATIONS) then
+            call settings%group('rod', '', MAX_ACTIVATIONS + 1)
+            call settings%reject('axis', 'at most 16 groups &rod are allowed')
+            return
+        end if
+        do i = 1, n
+            call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
+            call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
+            call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
+                                     'A m^2', unit='A m^2', required=.true.)
+            call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
+                                     unit='Hz', required=.true.)
+            call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
+                                     DEGREE, 'deg')
+            call settings%real_value('start', activations(i)%start, 0.0_dp, 86400.0_dp, 's', unit='s')
+            call settings%real_value('stop', activations(i)%stop, 0.0_dp, 86400.0_dp, 's', unit='s', &
+                                     required=.true.)
+            waveform = WAVEFORM_NAMES(activations(i)%waveform)
+            call settings%text_value('waveform', waveform, 'w', WAVEFORM_NAMES)
+            activations(i)%waveform = max(1, findloc(WAVEFORM_NAMES, waveform, 1))
+            call settings%real_value('taper', activations(i)%taper, 0.0_dp, 86400.0_dp, &
+                                     's, of a smooth start and stop; 0: abrupt', unit='s')
+            call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
+                                     's, of each edge of a square wave', unit='s')
+            if (allocated(settings%failure)) return
+            call new_torque_rods(rods, activations(:i), problem)
+            if (allocated(problem)) call settings%reject('amplitude', problem%message)
+            call settings%end_group()
+        end do
+        if (n == 0) rods%count = 0
+    end subroutine describe_rods
+
+    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
+    !> geomagnetic_field.
+    subroutine describe_instruments(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        integer :: head
+
+        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
+        call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
+        call settings%real_values('noise_level', knowledge%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
+                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
+        call settings%real_values('noise_corner', knowledge%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
+                                  unit='Hz')
+        call settings%integer_value('noise_sides', knowledge%accelerometer_psd_sides, 1, 2, &
+                                    'the spectrum is one- (1) or two-sided (2)')
+        call settings%end_group()
+        call settings%group('star_camera', 'Star camera: mounting and noise')
+        call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%integer_value('head', knowledge%camera, 1, HEADS, 'whose quaternions are used')
+        call settings%real_values('noise_about_axes', knowledge%star_camera_sigma, 0.0_dp, 1.0_dp, &
+                                  'rad, about camera x, y and boresight', unit='rad')
+        do head = 1, HEADS
+            call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
+                                      knowledge%mounting(:, head), -1.0_dp, 1.0_dp, &
+                                      'quaternion body to camera, scalar last', required=.true.)
+            call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
+                                  knowledge%mounting(:, head))
+        end do
+        call settings%end_group()
+        call settings%group('magnetometer', 'Magnetometer')
+        call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%end_group()
+        call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
+        call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
+                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
+        call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
+                                 'deg, of Greenwich at the epoch', DEGREE, 'deg')
+        call settings%end_group()
+    end subroutine describe_instruments
+
+    !> Initial guesses and weights: groups estimation, optimal and sequential.
+    subroutine describe_estimation(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        call settings%group('estimation', 'Initial guesses and weights of the estimators')
+        call settings%real_values('guess_quaternion', knowledge%guess_quaternion, -1.0_dp, 1.0_dp, &
+                                  'inertial to body, scalar last; normalised before use', required=.true.)
+        if (.not. norm2(knowledge%guess_quaternion) > 0.5_dp) then
+            call settings%reject('guess_quaternion', 'is too far from unit length')
+        end if
+        call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
+                                  'rad/s', unit='rad/s', required=.true.)
+        call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
+                                  1e-3_dp, 'mm')
+        call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
+                                  FULL_RANGE, 'of the axes')
+        call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
+                                 'of every attitude component, ASSEST')
+        call settings%real_value('combined_star_camera_weight', knowledge%combined_star_camera_weight, &
+                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
+        call settings%end_group()
+        call describe_optimal(settings, knowledge%optimal)
+        call describe_sequential(settings, knowledge%sequential)
+    end subroutine describe_estimation
+
+    !> Refuses a quaternion that is not of unit length.
+    subroutine check_quaternion(settings, key, quaternion)
+        class(settings_t), intent(inout) :: settings
+        character(*), intent(in) :: key         !! Name of the key, for the message
+        real(dp), intent(in) :: quaternion(4)   !! Scalar last
+
+        if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
+            call settings%reject(key, 'is not a unit quaternion: its length is '// &
+                                 number_text(norm2(quaternion))//'; allowed is 1 within 1e-6')
+        end if
+    end subroutine check_quaternion
+
+    !> True when the set has an orbit.
+    pure logical function has_orbit(observations)
+        type(observation_set_t), intent(in) :: observations
+
+        has_orbit = allocated(observations%orbit_time)
+        if (has_orbit) has_orbit = size(observations%orbit_time) > 0
+    end function has_orbit
+
+    !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
+    !> two different samples of one time, values of another unit, quaternions that are not unit, an
+    !> impossible inertia tensor.
+    !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit.
+    subroutine check_observations(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        call check_sizes(observations, error)
+        if (.not. allocated(error)) call check_setup(observations%knowledge, error)
+        if (.not. allocated(error)) call check_accelerometer(observations, error)
+        if (.not. allocated(error)) call check_magnetometer(observations, error)
+        if (.not. allocated(error)) call check_star_camera(observations, error)
+        if (.not. allocated(error) .and. has_orbit(observations)) call check_orbit(observations, error)
+    end subroutine check_observations
+
+    !> Fails unless every time tag has its sample.
+    subroutine check_sizes(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. (allocated(observations%accelerometer_time) .and. &
+                   allocated(observations%acceleration) .and. &
+                   allocated(observations%magnetometer_time) .and. allocated(observations%field) .and. &
+                   allocated(observations%star_camera_time) .and. &
+                   allocated(observations%star_camera_head) .and. &
+                   allocated(observations%quaternion)) .or. &
+            (allocated(observations%orbit_time) .neqv. allocated(observations%orbit_position))) then
+            call fail(error, 'the samples of an instrument are missing altogether')
+            return
+        end if
+        call compare('accelerometer', size(observations%accelerometer_time), &
+                     size(observations%acceleration, 2))
+        call compare('magnetometer', size(observations%magnetometer_time), size(observations%field, 2))
+        call compare('star camera', size(observations%star_camera_time), size(observations%quaternion, 2))
+        call compare('star camera, heads', size(observations%star_camera_time), &
+                     size(observations%star_camera_head))
+        if (allocated(observations%orbit_time)) &
+            call compare('orbit', size(observations%orbit_time), size(observations%orbit_position, 2))
+
+    contains
+
+        subroutine compare(name, times, samples)
+            character(*), intent(in) :: name
+            integer, intent(in) :: times, samples
+
+            if (allocated(error) .or. times == samples) return
+            call fail(error, name//': '//integer_text(times)//' time tags, but '// &
+                      integer_text(samples)//' samples')
+        end subroutine compare
+    end subroutine check_sizes
+
+    subroutine check_setup(knowledge, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. knowledge%duration > 0) then
+            call fail(error, 'duration = '//number_text(knowledge%duration)//' s must be positive')
+        else if (.not. min(knowledge%accelerometer_interval, knowledge%star_camera_interval, &
+                           knowledge%magnetometer_interval) > 0) then
+            call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
+                      'magnetometer must be positive')
+        else if (.not. knowledge%duration <= MOST_EPOCHS*knowledge%accelerometer_interval) then
+            call fail(error, 'duration = '//number_text(knowledge%duration)//' s is more than '// &
+                      number_text(MOST_EPOCHS)//' sampling intervals of the accelerometer')
+        else if (knowledge%camera < 1 .or. knowledge%camera > HEADS) then
+            call fail(error, 'star camera: head '//integer_text(knowledge%camera)//' does not exist')
+        else
+            call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia), error)
+            if (.not. allocated(error)) &
+                call check_rod_sampling(knowledge%rods, knowledge%accelerometer_interval, error)
+        end if
+    end subroutine check_setup
+
+    subroutine check_accelerometer(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (size(observations%accelerometer_time) < 2) then
+            call fail(error, 'accelerometer: fewer than two samples')
+            return
+        end if
+        call check_series('accelerometer', observations%accelerometer_time, &
+                          observations%acceleration, error)
+        if (.not. allocated(error)) &
+            call check_magnitude('accelerometer', observations%accelerometer_time, &
+                                 observations%acceleration, LARGEST_ACCELERATION, 'm/s^2', error)
+    end subroutine check_accelerometer
+
+    subroutine check_magnetometer(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        if (size(observations%magnetometer_time) < 2 .and. .not. has_orbit(observations)) then
+            call fail(error, 'magnetometer: fewer than two samples, and no orbit along which a '// &
+                      'field model could stand in')
+            return
+        end if
+        call check_series('magnetometer', observations%magnetometer_time, observations%field, error)
+        if (.not. allocated(error)) &
+            call check_magnitude('magnetometer', observations%magnetometer_time, observations%field, &
+                                 LARGEST_FIELD, 'T', error)
+    end subroutine check_magnetometer
+
+    !> Refuses a sample that is too large for any satellite: it was written in another unit.
+    subroutine check_magnitude(name, times, values, largest, unit, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: times(:), values(:, :)
+        real(dp), intent(in) :: largest         !! Allowed absolute value of a component
+        character(*), intent(in) :: unit
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k
+
+        do k = 1, size(times)
+            if (all(abs(values(:, k)) <= largest)) cycle
+            call fail(error, name//': the sample at '//number_text(times(k))//' s has a component of '// &
+                      number_text(maxval(abs(values(:, k))))//' '//unit//', more than '// &
+                      number_text(largest)//' '//unit//'; samples have to be in '//unit)
+            return
+        end do
+    end subroutine check_magnitude
+
+    !> Each head is a series of its own. One head may be lost altogether.
+    subroutine check_star_camera(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: head, i
+
+        associate (times => observations%star_camera_time, heads_of => observations%star_camera_head)
+            if (size(times) < 2) then
+                call fail(error, 'star camera: fewer than two samples')
+                return
+            else if (any(heads_of < 1 .or. heads_of > HEADS)) then
+                call fail(error, 'star camera: a sample of a head that does not exist; there are '// &
+                          integer_text(HEADS))
+                return
+            end if
+            do head = 1, HEADS
+                associate (own => pack([(i, i=1, size(times))], heads_of == head))
+                    call check_series('star camera '//integer_text(head), times(own), &
+                                      observations%quaternion(:, own), error)
+                end associate
+                if (allocated(error)) return
+            end do
+        end associate
+        if (any(abs(norm2(observations%quaternion, 1) - 1) > SAMPLE_TOLERANCE)) then
+            call fail(error, 'star camera: a quaternion is not of unit length')
+        end if
+    end subroutine check_star_camera
+
+    subroutine check_orbit(observations, error)
+        type(observation_set_t), intent(in) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: FEWEST = 4        ! of the interpolation
+        integer :: lowest
+
+        associate (times => observations%orbit_time, position => observations%orbit_position)
+            if (size(times) < FEWEST) then
+                call fail(error, 'orbit: '//integer_text(size(times))//' positions, at least '// &
+                          integer_text(FEWEST)//' are needed')
+                return
+            end if
+            call check_series('orbit', times, position, error)
+            if (allocated(error)) return
+            lowest = minloc(norm2(position, 1), 1)
+            if (norm2(position(:, lowest)) > EARTH_RADIUS_IGRF) return
+            call fail(error, 'orbit: the position at '//number_text(times(lowest))//' s is '// &
+                      number_text(norm2(position(:, lowest)))//' m from the centre of the Earth, '// &
+                      'inside it; positions have to be in metres')
+        end associate
+    end subroutine check_orbit
+
+    subroutine check_series(name, times, values, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: times(:), values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k
+
+        do k = 1, size(times)
+            if (.not. abs(times(k)) <= huge(1.0_dp)) then
+                call fail(error, name//': time tag '//integer_text(k)//' is NaN or infinite')
+                return
+            else if (.not. all(abs(values(:, k)) <= huge(1.0_dp))) then
+                call fail(error, name//': the sample at '//number_text(times(k))// &
+                          ' s is NaN or infinite; leave it out')
+                return
+            end if
+        end do
+        do k = 2, size(times)
+            if (times(k) > times(k - 1)) cycle
+            if (times(k) >= times(k - 1)) then
+                if (all(abs(values(:, k) - values(:, k - 1)) <= 0)) cycle   ! given twice
+            end if
+            call fail(error, name//': time tags must increase, but '//number_text(times(k))// &
+                      ' s follows '//number_text(times(k - 1))//' s')
+            if (times(k) >= times(k - 1)) error%message = error%message//' with another value'
+            return
+        end do
+    end subroutine check_series
+end module gracecg_observations_observation_set

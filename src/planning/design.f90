@@ -1,0 +1,660 @@
+!> The planner: the manoeuvre whose worst axis is best, at one place of the orbit or at several, under the
+!> limits of rods, rate and pointing.
+!>
+!> Which manoeuvres are good is known beforehand: rods that share neither frequency nor phase, so
+!> that the angular acceleration does not keep one direction, and whole cycles, which do not disturb
+!> each other. So all small whole numbers of cycles are tried, with quarter-period phases where rods
+!> share a frequency, in every waveform; the best are refined in frequency and phase by the simplex
+!> method of J. A. Nelder and R. Mead (Computer Journal 7 (1965) 308-313). Nothing is random: the
+!> result does not depend on threads.
+module gracecg_planning_design
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI, TWO_PI
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
+        SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_simulation_dynamics, only: RATE => OMEGA
+    use gracecg_simulation_limits, only: exceeds_limits, check_motion
+    use gracecg_planning_site, only: accelerometer_view_t, manoeuvre_site_t, manoeuvre_quality_t, &
+        evaluate_manoeuvre, new_accelerometer_view, new_manoeuvre_site
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
+    implicit none
+    private
+    public :: design_settings_t, manoeuvre_design_t, check_design_settings
+    public :: design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+
+    !> What the search may do.
+    type :: design_settings_t
+        logical :: rod_used(3) = .true.             !! Rods along body x, y, z
+        real(dp) :: amplitude = MAX_DIPOLE          !! Of a rod, A m^2
+        real(dp) :: lowest_frequency = 0.05_dp      !! Hz
+        real(dp) :: highest_frequency = 0.2_dp      !! Hz
+        logical :: waveform_used(4) = [.true., .false., .true., .true.]
+        !! Sine, cosine (a sine with another phase), tapered, square
+        real(dp) :: taper = 5                       !! Of tapered waveforms, s
+        real(dp) :: rise_time = 1                   !! Of square waves, s
+        integer :: refinement_steps = 120           !! Of the simplex method, for each of the best
+        integer :: threads = 1                      !! Of the search
+    end type design_settings_t
+
+    !> A manoeuvre in the numbers that the search changes.
+    type :: candidate_t
+        integer :: waveform = SINE
+        real(dp) :: cycles(3) = 0                   !! During the arc, of each rod
+        real(dp) :: phase(3) = 0                    !! rad
+        real(dp) :: amplitude = 0                   !! A m^2
+    end type candidate_t
+
+    !> A judged manoeuvre.
+    type :: manoeuvre_design_t
+        type(torque_rods_t) :: rods                 !! Times count from the start of the calibration
+        real(dp) :: sigma(3) = huge(1.0_dp)         !! Limit of every axis, the worst of the places, m
+        real(dp) :: wave(3) = 0                     !! Error by the density wave likewise, m
+        real(dp) :: force(3) = 0                    !! Error by curved drag and radiation likewise, m
+        real(dp) :: rate = 0                        !! Greatest angular velocity, rad/s
+        real(dp) :: excursion = 0                   !! Greatest turn from the nominal attitude, rad
+        real(dp) :: worst = huge(1.0_dp)
+        !! Greatest sqrt(sigma^2 + wave^2 + force^2) of axes and places, m
+        logical :: allowed = .false.                !! Within the limits at all places
+        integer :: evaluations = 0                  !! Of a manoeuvre at a place, for the whole search
+    end type manoeuvre_design_t
+
+    integer, parameter :: WIDEST = 4        !! Difference of two rods' cycles in the structured search
+    integer, parameter :: FINAL_COUNT = 24    !! Judged at all places
+    integer, parameter :: REFINED_COUNT = 6       !! Refined
+    integer, parameter :: SEARCH_PLACES = 6 !! Of the structured search, spread over all places
+    integer, parameter :: REFINE_PLACES = 12
+    integer, parameter :: SCALINGS = 3      !! Attempts to bring a manoeuvre into its limits
+
+contains
+
+    !> Fails for settings that allow no manoeuvre.
+    subroutine check_design_settings(view, settings, error)
+        type(accelerometer_view_t), intent(in) :: view
+        type(design_settings_t), intent(in) :: settings
+        type(error_t), allocatable, intent(out) :: error
+
+        type(torque_rods_t) :: rods
+        type(rod_activation_t) :: rod
+        real(dp) :: duration
+        integer :: waveform
+
+        duration = view%samples*view%interval
+        if (.not. any(settings%rod_used)) then
+            call fail(error, 'all torque rods are off: at least one has to be used')
+        else if (.not. settings%amplitude > 0) then
+            call fail(error, 'all torque rods are off: the amplitude is '//number_text(settings%amplitude)// &
+                      ' A m^2, it has to be more than 0')
+        else if (.not. any(settings%waveform_used)) then
+            call fail(error, 'no waveform is allowed')
+        else if (.not. settings%lowest_frequency > 0 .or. &
+                 .not. settings%highest_frequency >= settings%lowest_frequency) then
+            call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
+                      number_text(settings%highest_frequency)//' Hz: the first has to be positive and at '// &
+                      'most the second')
+        else if (most_cycles(settings, duration) < fewest_cycles(settings, duration)) then
+            call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
+                      number_text(settings%highest_frequency)//' Hz leave no whole number of cycles in '// &
+                      number_text(duration)//' s')
+        end if
+        do waveform = 1, size(WAVEFORM_NAMES)
+            if (allocated(error)) return
+            if (.not. settings%waveform_used(waveform)) cycle
+            rod = rod_activation_t(axis=1, amplitude=settings%amplitude, &
+                                   frequency=settings%highest_frequency, stop=duration, waveform=waveform, &
+                                   taper=merge(settings%taper, 0.0_dp, waveform == TAPERED), &
+                                   rise_time=settings%rise_time)
+            call new_torque_rods(rods, [rod], error)
+            if (.not. allocated(error)) call check_rod_sampling(rods, view%interval, error)
+        end do
+    end subroutine check_design_settings
+
+    pure integer function fewest_cycles(settings, duration) result(cycles)
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: duration
+
+        cycles = max(1, ceiling(settings%lowest_frequency*duration - 1e-9_dp))
+    end function fewest_cycles
+
+    pure integer function most_cycles(settings, duration) result(cycles)
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: duration
+
+        cycles = floor(settings%highest_frequency*duration + 1e-9_dp)
+    end function most_cycles
+
+    !> The best manoeuvre for the worst axis at all given places. It is at least as good as that with
+    !> 5, 6 and 7 cycles on the three rods, in the limit of the worst axis as well as with the errors
+    !> by drag and radiation, when that is allowed.
+    !>
+    !> Fails as check_design_settings does, and when no manoeuvre stays within the limits.
+    subroutine design_manoeuvre(view, sites, settings, design, error)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(manoeuvre_design_t), intent(out) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        type(candidate_t), allocatable :: candidates(:), finalists(:)
+        type(manoeuvre_design_t), allocatable :: judged(:)
+        type(manoeuvre_design_t) :: pattern, refined(REFINED_COUNT)
+        type(candidate_t) :: improved
+        integer, allocatable :: order(:)
+        integer :: i, spent, spent_refining(REFINED_COUNT)
+
+        call check_design_settings(view, settings, error)
+        if (allocated(error)) return
+        candidates = structured_candidates(view, settings)
+        call judge_all(view, sites, settings, candidates, SEARCH_PLACES, judged)
+        spent = sum(judged%evaluations)
+        order = best_first(judged, FINAL_COUNT)
+        finalists = candidates(order)
+        call judge_all(view, sites, settings, finalists, size(sites), judged)
+        spent = spent + sum(judged%evaluations)
+        order = best_first(judged, REFINED_COUNT)
+        finalists = finalists(order)
+        design = judged(order(1))
+
+        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(improved)
+        do i = 1, size(finalists)
+            improved = finalists(i)
+            call refine(view, sites, settings, improved, spent_refining(i))
+            call judge(view, sites, settings, improved, size(sites), refined(i))
+        end do
+        !$omp end parallel do
+        call judge_pattern_567(view, sites, settings, pattern)
+        spent = spent + sum(refined(:size(finalists))%evaluations) + sum(spent_refining(:size(finalists))) + &
+                pattern%evaluations
+        do i = 1, size(finalists)
+            if (better(refined(i), design)) design = refined(i)
+        end do
+        ! at least as good as 5, 6, 7 cycles, also in the noise alone
+        if (pattern%allowed .and. maxval(design%sigma) > maxval(pattern%sigma)) then
+            design = pattern
+            do i = 1, size(judged)
+                if (maxval(judged(i)%sigma) <= maxval(pattern%sigma) .and. better(judged(i), design)) &
+                    design = judged(i)
+            end do
+            do i = 1, size(finalists)
+                if (maxval(refined(i)%sigma) <= maxval(pattern%sigma) .and. better(refined(i), design)) &
+                    design = refined(i)
+            end do
+        end if
+        design%evaluations = spent
+        if (design%allowed) return
+        call refuse(view, sites, design, error)
+    end subroutine design_manoeuvre
+
+    !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst
+    !> axis to a target. Sigma falls with the square root of the duration, so that the longest arc tells where to
+    !> begin; from there on upwards, step by step, since the density wave favours some durations.
+    !>
+    !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
+    subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, view, design, error)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: longest, step       !! s
+        real(dp), intent(in) :: target              !! m
+        type(accelerometer_view_t), intent(out) :: view     !! Of the shortest arc
+        type(manoeuvre_design_t), intent(out) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
+        type(accelerometer_view_t) :: trial_view
+        type(manoeuvre_design_t) :: trial
+        type(error_t), allocatable :: failure
+        real(dp) :: least
+        integer :: most, steps, spent
+
+        most = floor(longest/step + 1e-9_dp)
+        call try(most, view, design, error)
+        if (allocated(error)) return
+        spent = design%evaluations
+        least = design%worst
+        do steps = max(1, floor(CAUTION*most*min(1.0_dp, maxval(design%sigma)/target)**2)), most - 1
+            call try(steps, trial_view, trial, failure)
+            if (allocated(failure)) cycle
+            spent = spent + trial%evaluations
+            least = min(least, trial%worst)
+            if (trial%worst > target) cycle
+            view = trial_view
+            design = trial
+            exit
+        end do
+        design%evaluations = spent
+        if (design%worst <= target) return
+        call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least*1e3_dp)// &
+                  ' mm on its worst axis')
+
+    contains
+
+        subroutine try(steps, view, design, failure)
+            integer, intent(in) :: steps
+            type(accelerometer_view_t), intent(out) :: view
+            type(manoeuvre_design_t), intent(out) :: design
+            type(error_t), allocatable, intent(out) :: failure
+
+            type(case_t) :: shorter
+            type(manoeuvre_site_t) :: site(1)
+
+            shorter = case
+            shorter%knowledge%duration = steps*step
+            call new_accelerometer_view(shorter, view, failure)
+            if (.not. allocated(failure)) call new_manoeuvre_site(view, orbit, time, site(1), failure)
+            if (.not. allocated(failure)) call design_manoeuvre(view, site, settings, design, failure)
+        end subroutine try
+    end subroutine shortest_manoeuvre
+
+    !> Says which limit no manoeuvre keeps.
+    subroutine refuse(view, sites, design, error)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(manoeuvre_design_t), intent(in) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_quality_t) :: quality
+        integer :: i
+
+        do i = 1, size(sites)
+            call evaluate_manoeuvre(view, sites(i), design%rods, quality)
+            call check_motion(view%knowledge, quality%motion, error)
+            if (.not. allocated(error)) cycle
+            error%message = 'no manoeuvre stays within the limits, not even a weaker one. The best: '// &
+                error%message
+            return
+        end do
+        call fail(error, 'no manoeuvre shows all components of the offset: more rods, other frequencies or '// &
+                  'a longer arc are needed')
+    end subroutine refuse
+
+    !> Does `a` come before `b`: allowed before not allowed, then the better worst axis?
+    pure logical function better(a, b)
+        type(manoeuvre_design_t), intent(in) :: a, b
+
+        better = (a%allowed .and. .not. b%allowed) .or. ((a%allowed .eqv. b%allowed) .and. a%worst < b%worst)
+    end function better
+
+    !> Numbers of the best designs, at most `most`, best first; of equals the first.
+    pure function best_first(designs, most) result(order)
+        type(manoeuvre_design_t), intent(in) :: designs(:)
+        integer, intent(in) :: most
+        integer, allocatable :: order(:)
+
+        logical :: taken(size(designs))
+        integer :: i, k, best
+
+        allocate (order(min(most, size(designs))))
+        taken = .false.
+        do k = 1, size(order)
+            best = 0
+            do i = 1, size(designs)
+                if (taken(i)) cycle
+                if (best == 0) then
+                    best = i
+                else if (better(designs(i), designs(best))) then
+                    best = i
+                end if
+            end do
+            order(k) = best
+            taken(best) = .true.
+        end do
+    end function best_first
+
+    !> All whole numbers of cycles that differ by at most WIDEST, in every waveform, all rods starting
+    !> as a sine or all as a cosine; where rods share a frequency, in all quarters of the period.
+    function structured_candidates(view, settings) result(candidates)
+        type(accelerometer_view_t), intent(in) :: view
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t), allocatable :: candidates(:)
+
+        type(candidate_t) :: candidate
+        integer :: pass, n, waveform, x, y, z, start, y_later, z_later, low, high
+
+        low = fewest_cycles(settings, view%samples*view%interval)
+        high = most_cycles(settings, view%samples*view%interval)
+        do pass = 1, 2      ! count, then store
+            n = 0
+            do waveform = 1, size(settings%waveform_used)
+                if (.not. settings%waveform_used(waveform)) cycle
+                do x = low, merge(high, low, settings%rod_used(1))
+                    do y = low, merge(high, low, settings%rod_used(2))
+                        do z = low, merge(high, low, settings%rod_used(3))
+                            if (too_wide(x, y, z)) cycle
+                            do start = 0, 1
+                                do y_later = 0, merge(3, 0, settings%rod_used(2) .and. shares(y, [x], [1]))
+                                    do z_later = 0, merge(3, 0, settings%rod_used(3) .and. &
+                                                          shares(z, [x, y], [1, 2]))
+                                        n = n + 1
+                                        if (pass == 1) cycle
+                                        candidate%waveform = waveform
+                                        candidate%cycles = [x, y, z]
+                                        candidate%phase = PI/2*modulo(start + [0, y_later, z_later], 4)
+                                        candidate%amplitude = settings%amplitude
+                                        candidates(n) = candidate
+                                    end do
+                                end do
+                            end do
+                        end do
+                    end do
+                end do
+            end do
+            if (pass == 1) allocate (candidates(n))
+        end do
+
+    contains
+
+        !> Does a rod of these cycles share its frequency with one of the others in use?
+        pure logical function shares(cycles, others, rods)
+            integer, intent(in) :: cycles, others(:), rods(:)
+
+            shares = any(others == cycles .and. settings%rod_used(rods))
+        end function shares
+
+        pure logical function too_wide(x, y, z)
+            integer, intent(in) :: x, y, z
+
+            integer :: used(3)
+
+            used = [x, y, z]
+            too_wide = maxval(used, mask=settings%rod_used) - minval(used, mask=settings%rod_used) > WIDEST
+        end function too_wide
+    end function structured_candidates
+
+    !> The manoeuvre of a candidate for an arc that starts at 0.
+    pure function rods_of(settings, duration, candidate) result(rods)
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: duration
+        type(candidate_t), intent(in) :: candidate
+        type(torque_rods_t) :: rods
+
+        integer :: axis
+
+        do axis = 1, 3
+            if (.not. settings%rod_used(axis)) cycle
+            rods%count = rods%count + 1
+            associate (rod => rods%activations(rods%count))
+                rod%axis = axis
+                rod%amplitude = candidate%amplitude
+                rod%frequency = candidate%cycles(axis)/duration
+                rod%phase = candidate%phase(axis)
+                rod%stop = duration
+                rod%waveform = candidate%waveform
+                if (candidate%waveform == TAPERED) rod%taper = settings%taper
+                rod%rise_time = settings%rise_time
+            end associate
+        end do
+    end function rods_of
+
+    subroutine judge_all(view, sites, settings, candidates, most_places, judged)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t), intent(in) :: candidates(:)
+        integer, intent(in) :: most_places
+        type(manoeuvre_design_t), allocatable, intent(out) :: judged(:)
+
+        type(candidate_t) :: candidate
+        integer :: i
+
+        allocate (judged(size(candidates)))
+        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(candidate)
+        do i = 1, size(candidates)
+            candidate = candidates(i)
+            call judge(view, sites, settings, candidate, most_places, judged(i))
+        end do
+        !$omp end parallel do
+    end subroutine judge_all
+
+    !> Judges a candidate at no more than `most_places` places, spread over all. Where it goes beyond
+    !> the limits, its amplitude is lowered.
+    pure subroutine judge(view, sites, settings, candidate, most_places, design)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t), intent(inout) :: candidate
+        integer, intent(in) :: most_places
+        type(manoeuvre_design_t), intent(out) :: design
+
+        integer :: attempt, spent, i
+        real(dp) :: nominal, factor
+
+        spent = 0
+        do attempt = 0, SCALINGS
+            call judge_manoeuvre(view, sites, rods_of(settings, view%samples*view%interval, candidate), &
+                                 most_places, design)
+            spent = spent + design%evaluations
+            if (design%allowed) exit
+            ! what the manoeuvre adds to rate and turn is proportional to its amplitude
+            nominal = maxval([(norm2(sites(i)%state(RATE)), i=1, size(sites))])
+            factor = 1
+            if (design%rate > view%knowledge%rate_limit) then
+                if (nominal >= view%knowledge%rate_limit) exit
+                factor = (view%knowledge%rate_limit - nominal)/(design%rate - nominal)
+            end if
+            if (design%excursion > view%knowledge%pointing_limit) &
+                factor = min(factor, view%knowledge%pointing_limit/design%excursion)
+            candidate%amplitude = 0.98_dp*factor*candidate%amplitude
+        end do
+        design%evaluations = spent
+    end subroutine judge
+
+    !> Judges a manoeuvre at no more than `most_places` places, spread over all: the worst of them.
+    pure subroutine judge_manoeuvre(view, sites, rods, most_places, design)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(torque_rods_t), intent(in) :: rods
+        integer, intent(in) :: most_places    !! At most so many of the places are tried
+        type(manoeuvre_design_t), intent(out) :: design
+
+        type(manoeuvre_quality_t) :: quality
+        integer :: i, k, places
+
+        places = min(most_places, size(sites))
+        design%rods = rods
+        design%sigma = 0
+        design%worst = 0
+        design%allowed = .true.
+        design%evaluations = places
+        do k = 1, places
+            i = 1 + ((k - 1)*size(sites))/places
+            call evaluate_manoeuvre(view, sites(i), rods, quality)
+            design%sigma = max(design%sigma, quality%sigma)
+            design%wave = max(design%wave, quality%wave)
+            design%force = max(design%force, quality%force)
+            design%rate = max(design%rate, quality%motion%rate)
+            design%excursion = max(design%excursion, quality%motion%excursion)
+            if (all(quality%sigma < huge(1.0_dp))) then
+                design%worst = max(design%worst, maxval(hypot(hypot(quality%sigma, quality%wave), &
+                                                              quality%force)))
+            else
+                design%worst = huge(1.0_dp)
+                design%allowed = .false.
+            end if
+            if (exceeds_limits(view%knowledge, quality%motion)) design%allowed = .false.
+        end do
+    end subroutine judge_manoeuvre
+
+    !> Three rods at 5, 6 and 7 cycles in the arc, with the first allowed waveform.
+    pure function pattern_567(settings, duration) result(rods)
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: duration        !! s
+        type(torque_rods_t) :: rods
+
+        rods = rods_of(settings, duration, candidate_567(settings))
+    end function pattern_567
+
+    pure function candidate_567(settings) result(candidate)
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t) :: candidate
+
+        candidate%waveform = findloc(settings%waveform_used, .true., 1)
+        candidate%cycles = [5, 6, 7]
+        candidate%amplitude = settings%amplitude
+    end function candidate_567
+
+    !> The pattern of 5, 6 and 7 cycles; not allowed when its frequencies or rods are not.
+    subroutine judge_pattern_567(view, sites, settings, design)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(manoeuvre_design_t), intent(out) :: design
+
+        type(candidate_t) :: candidate
+
+        candidate = candidate_567(settings)
+        call judge(view, sites, settings, candidate, size(sites), design)
+        associate (duration => view%samples*view%interval)
+            design%allowed = design%allowed .and. all(settings%rod_used) .and. &
+                             5 >= fewest_cycles(settings, duration) .and. 7 <= most_cycles(settings, duration)
+        end associate
+    end subroutine judge_pattern_567
+
+    !> The simplex method over cycles and phases of the rods in use, from a candidate. The phase of the
+    !> first rod is changed too: what a rod does at the start and the end of the arc depends on it.
+    subroutine refine(view, sites, settings, candidate, evaluations)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t), intent(inout) :: candidate
+        integer, intent(out) :: evaluations
+
+        integer, parameter :: N = 6
+        real(dp), parameter :: CYCLE_STEP = 0.2_dp, PHASE_STEP = 0.4_dp
+        real(dp) :: vertex(N, 0:N), value(0:N), centre(N), trial(N), trial_value, further(N), further_value
+        type(candidate_t) :: start
+        integer :: i, step, worst, best
+
+        evaluations = 0
+        start = candidate
+        vertex(:, 0) = [candidate%cycles, candidate%phase]
+        do i = 1, N
+            vertex(:, i) = vertex(:, 0)
+            vertex(i, i) = vertex(i, i) + merge(CYCLE_STEP, PHASE_STEP, i <= 3)
+        end do
+        do i = 0, N
+            value(i) = objective(vertex(:, i))
+        end do
+        do step = 1, settings%refinement_steps
+            worst = maxloc(value, 1) - 1
+            best = minloc(value, 1) - 1
+            centre = (sum(vertex, 2) - vertex(:, worst))/N
+            trial = 2*centre - vertex(:, worst)
+            trial_value = objective(trial)
+            if (trial_value < value(best)) then
+                further = 3*centre - 2*vertex(:, worst)
+                further_value = objective(further)
+                if (further_value < trial_value) then
+                    trial = further
+                    trial_value = further_value
+                end if
+            else if (trial_value >= second_worst()) then
+                if (trial_value < value(worst)) then
+                    further = (centre + trial)/2
+                else
+                    further = (centre + vertex(:, worst))/2
+                end if
+                further_value = objective(further)
+                if (further_value < min(trial_value, value(worst))) then
+                    trial = further
+                    trial_value = further_value
+                else if (trial_value >= value(worst)) then
+                    do i = 0, N
+                        if (i == best) cycle
+                        vertex(:, i) = (vertex(:, i) + vertex(:, best))/2
+                        value(i) = objective(vertex(:, i))
+                    end do
+                    cycle
+                end if
+            end if
+            vertex(:, worst) = trial
+            value(worst) = trial_value
+        end do
+        best = minloc(value, 1) - 1
+        candidate = candidate_at(vertex(:, best))
+
+    contains
+
+        real(dp) function second_worst()
+            real(dp) :: others(0:N)
+
+            others = value
+            others(worst) = -huge(1.0_dp)
+            second_worst = maxval(others)
+        end function second_worst
+
+        function candidate_at(x) result(at)
+            real(dp), intent(in) :: x(N)
+            type(candidate_t) :: at
+
+            at = start
+            at%cycles = x(1:3)
+            at%phase = modulo(x(4:6), TWO_PI)
+        end function candidate_at
+
+        !> The worst axis; huge outside of the frequencies allowed and beyond the limits.
+        real(dp) function objective(x)
+            real(dp), intent(in) :: x(N)
+
+            type(manoeuvre_design_t) :: design
+            real(dp) :: frequency(3)
+
+            objective = huge(1.0_dp)
+            frequency = x(1:3)/(view%samples*view%interval)
+            if (any(settings%rod_used .and. (frequency < settings%lowest_frequency .or. &
+                                             frequency > settings%highest_frequency))) return
+            call judge_manoeuvre(view, sites, rods_of(settings, view%samples*view%interval, candidate_at(x)), &
+                                 REFINE_PLACES, design)
+            evaluations = evaluations + design%evaluations
+            if (design%allowed) objective = design%worst
+        end function objective
+    end subroutine refine
+
+    !> The place where a calibration can be best: that with the least worst axis under the best of the
+    !> few manoeuvres whose rods have different cycles or share them in all combinations of signs.
+    subroutine choose_place(view, sites, settings, best, error)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        integer, intent(out) :: best                !! In sites
+        type(error_t), allocatable, intent(out) :: error
+
+        type(candidate_t), allocatable :: candidates(:), chosen(:)
+        type(manoeuvre_design_t), allocatable :: judged(:)
+        type(manoeuvre_design_t) :: at_place(size(sites)), trial
+        type(candidate_t) :: candidate
+        integer, allocatable :: order(:)
+        integer :: i, k
+
+        best = 1
+        call check_design_settings(view, settings, error)
+        if (allocated(error)) return
+        ! what is good at a few places one by one is good at others too
+        candidates = structured_candidates(view, settings)
+        allocate (chosen(0))
+        do k = 1, SEARCH_PLACES
+            i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
+            call judge_all(view, sites(i:i), settings, candidates, 1, judged)
+            order = best_first(judged, 3)
+            chosen = [chosen, candidates(order)]
+        end do
+        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(k, candidate, trial)
+        do i = 1, size(sites)
+            do k = 1, size(chosen)
+                candidate = chosen(k)
+                call judge(view, sites(i:i), settings, candidate, 1, trial)
+                if (k == 1) then
+                    at_place(i) = trial
+                else if (better(trial, at_place(i))) then
+                    at_place(i) = trial
+                end if
+            end do
+        end do
+        !$omp end parallel do
+        order = best_first(at_place, 1)
+        best = order(1)
+    end subroutine choose_place
+end module gracecg_planning_design

@@ -1,0 +1,70 @@
+!> The least variance with which the CG offset can be estimated, and what is added to it by parameters
+!> that are known only within limits.
+!>
+!> With N_xx the Fisher information of the estimated parameters x, the covariance of any unbiased
+!> estimate is at least N_xx^-1 (C. R. Rao, Bull. Calcutta Math. Soc. 37 (1945) 81-91; H. Cramer,
+!> Mathematical Methods of Statistics (1946) section 32.3). An estimate that leaves parameters c of
+!> a-priori covariance C at their nominal values has the consider covariance (S. F. Schmidt, Advances in
+!> Control Systems 3 (1966) 293-340; B. D. Tapley, B. E. Schutz, G. H. Born, Statistical Orbit
+!> Determination (2004) section 6.5)
+!>
+!>     N_xx^-1 + S C S^T,   S = -N_xx^-1 N_xc.
+module gracecg_planning_offset_bound
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
+    implicit none
+    private
+    public :: offset_bound_t, bound_offset
+
+    !> Bound and consider covariance of the CG offset.
+    type :: offset_bound_t
+        real(dp) :: covariance(3, 3) = 0        !! Of d at best, m^2
+        real(dp) :: sigma(3) = 0                !! Of its components, m
+        real(dp) :: principal_sigma(3) = 0      !! Semi-axes of the error ellipsoid, ascending, m
+        real(dp) :: direction(3, 3) = 0
+        !! Their directions as columns, body axes, largest component positive; the last is the worst
+        real(dp), allocatable :: considered(:, :)
+        !! Error of d by one sigma of each considered parameter, (3, parameters), m
+        real(dp) :: consider_sigma(3) = 0       !! Of d with all of them, m
+    end type offset_bound_t
+
+contains
+
+    !> Bound and consider covariance. The estimated parameters stand first in the information matrix.
+    !>
+    !> Fails when the observations do not determine the parameters.
+    subroutine bound_offset(information, names, offset, consider_sigma, bound, error)
+        real(dp), intent(in) :: information(:, :)   !! Of estimated and considered parameters
+        character(*), intent(in) :: names(:)        !! Of the estimated ones
+        integer, intent(in) :: offset(3)            !! Places of d
+        real(dp), intent(in) :: consider_sigma(:)   !! A priori, of the considered ones
+        type(offset_bound_t), intent(out) :: bound
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), dimension(size(names), size(names)) :: covariance
+        real(dp), dimension(size(names)) :: zero, unused
+        real(dp) :: values(3), condition
+        integer :: n, i
+
+        n = size(names)
+        zero = 0
+        call solve_normal_equations(information(:n, :n), zero, unused, covariance, condition, error, names)
+        if (allocated(error)) return
+        bound%covariance = covariance(offset, offset)
+        bound%sigma = [(sqrt(bound%covariance(i, i)), i=1, 3)]
+        call symmetric_eigen(bound%covariance, values, bound%direction, error)
+        if (allocated(error)) return
+        bound%principal_sigma = sqrt(max(0.0_dp, values))
+        do i = 1, 3
+            associate (column => bound%direction(:, i))
+                if (column(maxloc(abs(column), 1)) < 0) column = -column
+            end associate
+        end do
+        allocate (bound%considered(3, size(consider_sigma)))
+        do i = 1, size(consider_sigma)
+            bound%considered(:, i) = -matmul(covariance(offset, :), information(:n, n + i))*consider_sigma(i)
+        end do
+        bound%consider_sigma = sqrt(bound%sigma**2 + sum(bound%considered**2, 2))
+    end subroutine bound_offset
+end module gracecg_planning_offset_bound

@@ -1,0 +1,202 @@
+!> When to calibrate: Figures 6.1 and 6.4 of CSR-TM-00-01. At places along the nominal orbit, the
+!> angular acceleration that the report's manoeuvre would give, and how well a calibration that
+!> starts there would determine the CG offset.
+module gracecg_planning_scan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, report_pattern
+    use gracecg_base_runge_kutta, only: rkf78_step
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
+    use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset
+    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_models, only: operator_setup
+    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
+    implicit none
+    private
+    public :: orbit_place_t, scan_orbit, x_is_weakest
+
+    !> A calibration that starts at one place of the orbit.
+    type :: orbit_place_t
+        integer :: time = 0                 !! Of its start, s from the epoch of the orbit
+        real(dp) :: latitude = 0            !! Geodetic, rad
+        real(dp) :: longitude = 0           !! Positive east, rad
+        real(dp) :: field(3) = 0            !! At the start, body axes, T
+        integer :: pattern(3) = 0           !! Signs of the rods: report_pattern of this field
+        real(dp) :: acceleration(3) = 0     !! Amplitude of the angular acceleration, rad/s^2
+        real(dp) :: sigma(3) = 0            !! Predicted standard deviation of the CG offset, m
+    end type orbit_place_t
+
+contains
+
+    !> Looks at the places where the orbit is at the given times, on `threads` threads.
+    !>
+    !> Fails when a time lies outside of the revolution, or when the offset cannot be determined.
+    subroutine scan_orbit(case, orbit, times, threads, places, error)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit      !! Of this case
+        integer, intent(in) :: times(:)                 !! Within one revolution, s
+        integer, intent(in) :: threads                  !! How many to use
+        type(orbit_place_t), allocatable, intent(out) :: places(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(operator_knowledge_t) :: knowledge
+        type(error_t), allocatable :: failure
+        integer :: i, first_failed
+
+        if (any(times < 0 .or. times > orbit%revolution)) then
+            call fail(error, 'times of calibrations: from 0 to '//integer_text(int(orbit%revolution))// &
+                      ' s, one revolution, is allowed')
+            return
+        end if
+        knowledge = operator_setup(case)
+        allocate (places(size(times)))
+        first_failed = size(times) + 1
+        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(failure)
+        do i = 1, size(times)
+            call look_at_place(case, knowledge, orbit, times(i), places(i), failure)
+            if (allocated(failure)) then
+                !$omp critical (gracecg_orbit_scan_failure)
+                if (i < first_failed) then
+                    first_failed = i
+                    error = failure
+                end if
+                !$omp end critical (gracecg_orbit_scan_failure)
+            end if
+        end do
+        !$omp end parallel do
+        if (allocated(error)) then
+            call add_context(error, 'calibration at '//integer_text(times(first_failed))//' s')
+        end if
+    end subroutine scan_orbit
+
+    !> Is the angular acceleration about x smaller than about y and z? There the report expects the
+    !> best estimate of the x component (section 6.2).
+    elemental logical function x_is_weakest(place)
+        type(orbit_place_t), intent(in) :: place
+
+        x_is_weakest = place%acceleration(1) < minval(place%acceleration(2:3))
+    end function x_is_weakest
+
+    subroutine look_at_place(case, knowledge, orbit, time, place, error)
+        type(case_t), intent(in) :: case
+        type(operator_knowledge_t), intent(in) :: knowledge  !! What the operator knows of the case
+        type(nominal_orbit_t), intent(in) :: orbit
+        integer, intent(in) :: time                     !! s
+        type(orbit_place_t), intent(out) :: place
+        type(error_t), allocatable, intent(out) :: error
+
+        type(loads_t) :: acting
+        type(torque_rods_t) :: rods
+        integer :: k
+
+        k = nint(time/ORBIT_INTERVAL)
+        place%time = time
+        call orbit%geodetic_place(k, place%latitude, place%longitude)
+        call orbit%dynamics%loads(real(time, dp), orbit%state(:, k), acting)
+        place%field = acting%field
+        place%pattern = report_pattern(place%field)
+        place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
+                                        cross(ROD_AMPLITUDE*place%pattern, place%field)))
+        call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+                                    real(time, dp), time + knowledge%duration, error)
+        if (allocated(error)) return
+        call predict_sigma(knowledge, case%angular_velocity, &
+                           magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &
+                           place%sigma, error)
+    end subroutine look_at_place
+
+    !> The field that the magnetometer shows, without noise, during a calibration that starts at
+    !> sample k of the orbit. The manoeuvre turns the satellite by 0.1 deg, which over the poles, as the
+    !> magnetometer's bias does, changes the weak B_y by several per cent.
+    function measured_field(case, orbit, rods, k) result(field)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        type(torque_rods_t), intent(in) :: rods
+        integer, intent(in) :: k
+        real(dp), allocatable :: field(:, :)    !! (3, 0:n), every magnetometer_interval, body axes, T
+
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        real(dp) :: state(STATE_SIZE), next(STATE_SIZE), t
+        integer :: i, n
+
+        dynamics = orbit%dynamics
+        dynamics%rods = rods
+        state = orbit%state(:, k)
+        associate (interval => case%knowledge%magnetometer_interval)
+            n = ceiling(case%knowledge%duration/interval)
+            allocate (field(3, 0:n))
+            do i = 0, n
+                t = k*ORBIT_INTERVAL + i*interval
+                call dynamics%loads(t, state, acting)
+                field(:, i) = acting%field + case%magnetometer%bias
+                call rkf78_step(dynamics, t, state, interval, next)
+                state = next
+            end do
+        end associate
+    end function measured_field
+
+    !> m x B at every half of the accelerometer's interval, the field linearly between its samples as
+    !> in preprocessing: (3, 2n + 1), body axes, N m.
+    pure function magnetic_torque(knowledge, rods, start, field) result(torque)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(torque_rods_t), intent(in) :: rods
+        integer, intent(in) :: start                !! Of the calibration, s
+        real(dp), intent(in) :: field(:, 0:)        !! Every magnetometer_interval, T
+        real(dp), allocatable :: torque(:, :)
+
+        real(dp) :: t, fraction
+        integer :: j, n, i
+
+        n = nint(knowledge%duration/knowledge%accelerometer_interval)
+        allocate (torque(3, 2*n + 1))
+        do j = 0, 2*n
+            t = j*knowledge%accelerometer_interval/2
+            i = min(int(t/knowledge%magnetometer_interval), ubound(field, 2) - 1)
+            fraction = t/knowledge%magnetometer_interval - i
+            torque(:, j + 1) = cross(dipole_moment(rods, start + t), &
+                                     (1 - fraction)*field(:, i) + fraction*field(:, i + 1))
+        end do
+    end function magnetic_torque
+
+    !> Standard deviation of the CG offset by ASSEST under the accelerometer's true noise, along the
+    !> rotation that the estimators' own dynamics give. The star camera's noise, which acts through
+    !> the initial angular velocity, adds less than 1e-5 of it and is left out.
+    subroutine predict_sigma(knowledge, angular_velocity, torque, sigma, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: angular_velocity(3)     !! At the start, rad/s
+        real(dp), intent(in) :: torque(:, :)            !! (3, 2n + 1), N m
+        real(dp), intent(out) :: sigma(3)               !! m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(attitude_fit_t) :: fit
+        type(fitted_rotation_t) :: rotation
+        type(fitting_data_t) :: data
+        type(offset_problem_t) :: problem
+        type(batch_solution_t) :: batch
+        real(dp) :: covariance(3, 3)
+        integer :: i
+
+        fit = new_attitude_fit(knowledge%inertia, knowledge%accelerometer_interval, torque)
+        call fit%fit_rotation(angular_velocity, rotation)
+        data%steps = fit%steps
+        data%interval = fit%interval
+        data%accelerometer_epoch = [(i, i=1, fit%steps)]
+        allocate (data%acceleration(3, fit%steps), source=0.0_dp)   ! the covariance needs no values
+        call prepare_offset(knowledge, data, rotation, problem)
+        call process_batch(problem, batch_settings_t(), batch, error)
+        if (allocated(error)) return
+        call accelerometer_noise_covariance(knowledge, matmul(batch%inverse(1:3, :), batch%gain), &
+                                            data%accelerometer_epoch, covariance, error)
+        if (allocated(error)) return
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+    end subroutine predict_sigma
+end module gracecg_planning_scan

@@ -1,0 +1,343 @@
+!> A calibration that starts at one place of the nominal orbit, and what a manoeuvre achieves there: the
+!> theoretical limit of the CG offset's standard deviation, the errors that drag and radiation add where
+!> they are not a straight line in time, and the motion of the attitude.
+!>
+!> Nothing is simulated: field, gravity gradient and forces along the nominal flight are tabulated once for
+!> a place; a manoeuvre then costs one integration of the rotation and one pass of the whitening filter.
+module gracecg_planning_site
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_vectors, only: cross, inverse_3x3, determinant_3x3, rotation_z
+    use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
+    use gracecg_base_lapack, only: symmetric_eigen
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
+    use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
+    use gracecg_simulation_dynamics, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
+    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_estimation_offset_model, only: offset_matrix
+    use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
+    use gracecg_estimation_offset_information, only: offset_information
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case_models, only: operator_setup
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
+    use gracecg_simulation_limits, only: attitude_motion_t
+    implicit none
+    private
+    public :: accelerometer_view_t, new_accelerometer_view
+    public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
+    public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
+
+    real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
+    integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
+
+    !> What the accelerometer makes of an arc: its noise, and the disturbance by the density wave.
+    type :: accelerometer_view_t
+        type(operator_knowledge_t) :: knowledge          !! What the operator knows
+        integer :: samples = 0                      !! n, at k h for k = 1..n
+        real(dp) :: interval = 0                    !! h, s
+        type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
+        real(dp) :: wave_amplitude = 0              !! Of the density wave, relative to the drag
+        real(dp), allocatable :: weighed_wave(:, :, :)
+        !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
+        !! drift: (2, n, axis), s^4/m^2
+    end type accelerometer_view_t
+
+    !> One place of the nominal orbit.
+    type :: manoeuvre_site_t
+        real(dp) :: time = 0                        !! s from the epoch of the orbit
+        real(dp) :: latitude = 0                    !! Geodetic, rad
+        real(dp) :: longitude = 0                   !! Positive east, rad
+        real(dp) :: state(STATE_SIZE) = 0           !! At the start
+        real(dp) :: torque(3) = 0                   !! Of the gravity gradient at the start, body axes, N m
+        real(dp) :: drag(3) = 0                     !! At the start, body axes, m/s^2
+        real(dp), allocatable :: field(:, :)
+        !! At every half sampling interval, nominal body axes, (3, 0:2n), T
+        real(dp) :: force_slope(3, 3, 2) = 0
+        !! Change of the non-gravitational acceleration by a turn about each axis (second index), by a
+        !! positive and a negative one (third), body axes, m/s^2 per rad
+        real(dp), allocatable :: weighed_force(:, :)
+        !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
+    end type manoeuvre_site_t
+
+    !> How good a manoeuvre is at a place.
+    type :: manoeuvre_quality_t
+        real(dp) :: covariance(3, 3) = 0            !! The limit: inverse of the information, m^2
+        real(dp) :: sigma(3) = 0                    !! Its standard deviations, body axes, m
+        real(dp) :: wave(3) = 0                     !! RMS error by the density wave, m
+        real(dp) :: force(3) = 0
+        !! Error by drag and radiation that are not a straight line in time, m: along the nominal flight, and
+        !! because the manoeuvre turns the surface in the flow
+        type(attitude_motion_t) :: motion           !! Of the manoeuvre
+    end type manoeuvre_quality_t
+
+contains
+
+    !> The view of a case's accelerometer on an arc of its duration. Fails when the noise cannot be
+    !> whitened (level 0), or when the arc has too few samples.
+    subroutine new_accelerometer_view(case, view, error)
+        type(case_t), intent(in) :: case
+        type(accelerometer_view_t), intent(out) :: view
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: angle
+        integer :: k, axis
+
+        view%knowledge = operator_setup(case)
+        view%interval = view%knowledge%accelerometer_interval
+        view%samples = nint(view%knowledge%duration/view%interval)
+        call accelerometer_whiteners(view%knowledge, [(k, k=1, view%samples)], view%whiteners, error)
+        if (allocated(error)) return
+        allocate (view%weighed_wave(2, view%samples, 3))
+        view%weighed_wave = 0
+        if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
+        if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
+            .not. case%density_wave%period > 0) return
+        view%wave_amplitude = case%density_wave%amplitude/case%density_scale
+        if (.not. view%wave_amplitude > 0) return
+        do axis = 1, 3
+            do k = 1, view%samples
+                angle = TWO_PI*k*view%interval/case%density_wave%period
+                view%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
+            end do
+            call weigh_series(view%whiteners(axis), view%weighed_wave(1, :, axis))
+            call weigh_series(view%whiteners(axis), view%weighed_wave(2, :, axis))
+        end do
+    end subroutine new_accelerometer_view
+
+    !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
+    subroutine new_manoeuvre_site(view, orbit, time, site, error)
+        type(accelerometer_view_t), intent(in) :: view
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
+        type(manoeuvre_site_t), intent(out) :: site
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: states(:, :), field(:, :), force(:, :), series(:)
+        type(loads_t) :: acting
+        real(dp) :: height, step, fine_step, place, fraction
+        integer :: i, j, axis, steps, fine_steps
+
+        if (.not. (time >= 0 .and. time <= last_time(orbit))) then
+            call fail(error, 'time of the calibration = '//number_text(time)//' s: from 0 to '// &
+                      number_text(last_time(orbit))//' s after the epoch of the orbit is allowed')
+            return
+        end if
+        site%time = time
+        associate (duration => view%samples*view%interval)
+            steps = max(1, ceiling(duration/ORBIT_STEP))
+            step = duration/steps
+        end associate
+        fine_steps = LOADS_PER_STEP*steps
+        fine_step = step/LOADS_PER_STEP
+        allocate (states(STATE_SIZE, 0:steps), field(3, 0:fine_steps), force(3, 0:fine_steps))
+        states(:, :) = states_from(orbit, time, step, steps)
+        site%state = states(:, 0)
+        call earth_fixed_to_geodetic(matmul(rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*time), &
+                                            site%state(POSITION)), site%latitude, site%longitude, height)
+        do j = 0, fine_steps
+            i = min(j/LOADS_PER_STEP, steps - 1)
+            call orbit%dynamics%loads(time + j*fine_step, &
+                                      state_between(states(:, i), states(:, i + 1), step, &
+                                                    (j - i*LOADS_PER_STEP)/real(LOADS_PER_STEP, dp)), acting)
+            field(:, j) = acting%field
+            force(:, j) = acting%drag + acting%srp + acting%erp
+            if (j > 0) cycle
+            site%drag = acting%drag
+            site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
+                                                  view%knowledge%inertia)
+        end do
+        call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
+        allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
+        do j = 0, 2*view%samples
+            place = j*view%interval/(2*fine_step)
+            i = min(int(place), fine_steps - 1)
+            fraction = place - i
+            site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
+            if (j > 0 .and. modulo(j, 2) == 0) &
+                site%weighed_force(:, j/2) = (1 - fraction)*force(:, i) + fraction*force(:, i + 1)
+        end do
+        do axis = 1, 3
+            series = site%weighed_force(axis, :)
+            call weigh_series(view%whiteners(axis), series)
+            site%weighed_force(axis, :) = series
+        end do
+    end subroutine new_manoeuvre_site
+
+    !> How the non-gravitational acceleration changes when the satellite is turned a little. The plates of
+    !> one side come into the flow by a positive turn, those of the other by a negative one.
+    subroutine find_force_slopes(orbit, time, state, force, slope)
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: time
+        real(dp), intent(in) :: state(:), force(3)  !! At that time; m/s^2
+        real(dp), intent(out) :: slope(3, 3, 2)
+
+        real(dp), parameter :: TURN = 2e-4_dp       ! rad, as a manoeuvre turns the satellite
+        type(loads_t) :: acting
+        real(dp) :: turned(size(state)), axis(3), angle
+        integer :: i, side
+
+        do side = 1, 2
+            angle = merge(TURN, -TURN, side == 1)
+            do i = 1, 3
+                axis = 0
+                axis(i) = 1
+                turned = state
+                turned(ATTITUDE) = quaternion_product(quaternion_from_axis_angle(axis, angle), state(ATTITUDE))
+                call orbit%dynamics%loads(time, turned, acting)
+                slope(:, i, side) = (acting%drag + acting%srp + acting%erp - force)/angle
+            end do
+        end do
+    end subroutine find_force_slopes
+
+    !> The state between two states `step` seconds apart: the orbit by the cubic that has both positions and
+    !> velocities, the attitude turned on from the first.
+    pure function state_between(first, second, step, fraction) result(state)
+        real(dp), intent(in) :: first(STATE_SIZE), second(STATE_SIZE)
+        real(dp), intent(in) :: step                !! s
+        real(dp), intent(in) :: fraction            !! Of the step, from 0 to 1
+        real(dp) :: state(STATE_SIZE)
+
+        state = first
+        associate (u => fraction, v => 1 - fraction, speed => norm2(first(RATE)))
+            state(POSITION) = v**2*(1 + 2*u)*first(POSITION) + u**2*(1 + 2*v)*second(POSITION) + &
+                              step*u*v*(v*first(VELOCITY) - u*second(VELOCITY))
+            state(VELOCITY) = 6*u*v*(second(POSITION) - first(POSITION))/step + &
+                              v*(1 - 3*u)*first(VELOCITY) + u*(1 - 3*v)*second(VELOCITY)
+            state(ATTITUDE) = quaternion_product(quaternion_from_axis_angle(first(RATE)/speed, &
+                                                                            speed*u*step), first(ATTITUDE))
+        end associate
+    end function state_between
+
+    !> The rotation under a manoeuvre: rigid body with magnetic and gravity-gradient torque, (2-16), and
+    !> small angles theta from the nominal to the true body axes,
+    !>
+    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal,
+    !>
+    !> by the classical Runge-Kutta method with one step a sampling interval. The rods' time counts
+    !> from the start of the calibration.
+    pure subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, theta, motion)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: site
+        type(torque_rods_t), intent(in) :: rods
+        real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
+        real(dp), intent(out) :: omega_dot(:, :)    !! (3, n), rad/s^2
+        real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
+        type(attitude_motion_t), intent(out) :: motion
+
+        real(dp) :: inertia(3, 3), inverse(3, 3), nominal(3), y(6), slope(6, 4)
+        real(dp) :: moment(3), middle_moment(3), next_moment(3)
+        integer :: k
+
+        inertia = view%knowledge%inertia
+        inverse = inverse_3x3(inertia)
+        nominal = site%state(RATE)
+        y = [nominal, 0.0_dp, 0.0_dp, 0.0_dp]
+        motion%rate = norm2(nominal)
+        moment = dipole_moment(rods, 0.0_dp)
+        associate (h => view%interval)
+            slope(:, 1) = derivative(moment, 0, y)
+            do k = 1, view%samples
+                middle_moment = dipole_moment(rods, (k - 0.5_dp)*h)
+                next_moment = dipole_moment(rods, k*h)
+                slope(:, 2) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 1))
+                slope(:, 3) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 2))
+                slope(:, 4) = derivative(next_moment, 2*k, y + h*slope(:, 3))
+                y = y + h/6*(slope(:, 1) + 2*slope(:, 2) + 2*slope(:, 3) + slope(:, 4))
+                slope(:, 1) = derivative(next_moment, 2*k, y)
+                omega(:, k) = y(1:3)
+                omega_dot(:, k) = slope(1:3, 1)
+                theta(:, k) = y(4:6)
+                if (.not. norm2(y(1:3)) <= motion%rate) then
+                    motion%rate = norm2(y(1:3))
+                    motion%rate_time = k*h
+                end if
+                if (.not. norm2(y(4:6)) <= motion%excursion) then
+                    motion%excursion = norm2(y(4:6))
+                    motion%excursion_time = k*h
+                end if
+            end do
+        end associate
+
+    contains
+
+        pure function derivative(m, half, at) result(change)
+            real(dp), intent(in) :: m(3)            ! A m^2
+            integer, intent(in) :: half             ! time in half intervals
+            real(dp), intent(in) :: at(6)
+            real(dp) :: change(6)
+
+            real(dp) :: b(3)
+
+            b = site%field(:, half)
+            b = b - cross(at(4:6), b)
+            change(1:3) = matmul(inverse, cross(m, b) + site%torque - cross(at(1:3), matmul(inertia, at(1:3))))
+            change(4:6) = at(1:3) - nominal - cross(nominal, at(4:6))
+        end function derivative
+    end subroutine fly_manoeuvre
+
+    !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
+    !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
+    pure subroutine evaluate_manoeuvre(view, site, rods, quality)
+        type(accelerometer_view_t), intent(in) :: view
+        type(manoeuvre_site_t), intent(in) :: site
+        type(torque_rods_t), intent(in) :: rods
+        type(manoeuvre_quality_t), intent(out) :: quality
+
+        real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
+        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples), theta(3, view%samples)
+        real(dp) :: turned(view%samples, 3)
+        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
+        integer :: i, axis
+
+        call fly_manoeuvre(view, site, rods, omega, omega_dot, theta, quality%motion)
+        information = offset_information(omega, omega_dot, view%whiteners)
+        product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
+        quality%sigma = huge(1.0_dp)
+        quality%wave = huge(1.0_dp)
+        quality%force = huge(1.0_dp)
+        if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
+        quality%covariance = inverse_3x3(information)
+        quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
+        do i = 1, view%samples
+            turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
+                           matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
+        end do
+        do axis = 1, 3
+            call weigh_series(view%whiteners(axis), turned(:, axis))
+        end do
+        on_wave = 0
+        on_force = 0
+        do i = 1, view%samples
+            a = offset_matrix(omega(:, i), omega_dot(:, i))
+            on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
+            do axis = 1, 3
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
+            end do
+        end do
+        quality%force = abs(matmul(quality%covariance, on_force))
+        ! a wave of random phase: the mean of the squares of sine and cosine
+        quality%wave = view%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
+    end subroutine evaluate_manoeuvre
+
+    !> The direction in which the offset is least known, and its standard deviation.
+    subroutine worst_direction(quality, sigma, direction, error)
+        type(manoeuvre_quality_t), intent(in) :: quality
+        real(dp), intent(out) :: sigma              !! m
+        real(dp), intent(out) :: direction(3)       !! Unit vector, body axes, largest component positive
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: values(3), vectors(3, 3)
+
+        sigma = huge(1.0_dp)
+        direction = 0
+        if (.not. all(quality%sigma < huge(1.0_dp))) return
+        call symmetric_eigen(quality%covariance, values, vectors, error)
+        if (allocated(error)) return
+        sigma = sqrt(max(0.0_dp, values(3)))
+        direction = vectors(:, 3)
+        direction = direction*sign(1.0_dp, direction(maxloc(abs(direction), 1)))
+    end subroutine worst_direction
+end module gracecg_planning_site

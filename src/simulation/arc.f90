@@ -1,0 +1,126 @@
+!> A propagated arc: the true orbit and attitude at equal intervals, with everything that acts.
+module gracecg_simulation_arc
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_spacecraft_torque_rods, only: shortest_rod_period
+    use gracecg_base_runge_kutta, only: rkf78_step, rkf78_integrate
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
+    implicit none
+    private
+    public :: truth_arc_t, propagate_arc, check_state, MAX_STEPS
+
+    integer, parameter :: MAX_STEPS = 1000000
+    !! Of an arc: a day at ten epochs a second; some 0.5 GB
+
+    !> The propagated truth: states and loads at equal intervals from the epoch.
+    type :: truth_arc_t
+        integer :: steps = 0                        !! n; epochs are k = 0..n
+        real(dp) :: interval = 0                    !! s
+        real(dp), allocatable :: state(:, :)        !! (13, 0:n), see gracecg_simulation_dynamics
+        real(dp), allocatable :: omega_dot(:, :)    !! (3, 0:n), body axes, rad/s^2
+        type(loads_t), allocatable :: loads(:)      !! (0:n)
+    end type truth_arc_t
+
+    !> Scale of each state component for the error control: position, velocity, rate, quaternion.
+    real(dp), parameter :: SCALES(STATE_SIZE) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp, &
+                                                 1e-3_dp, 1e-3_dp, 1e-3_dp, 1.0_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+
+contains
+
+    !> Integrates from t = 0 over `steps` intervals, with one Runge-Kutta step an interval, or, when
+    !> `tolerance` is given, with step-size control between the epochs.
+    !>
+    !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
+    !> or a number is not finite.
+    subroutine propagate_arc(dynamics, initial_state, interval, steps, arc, error, tolerance)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: initial_state(:)    !! 13
+        real(dp), intent(in) :: interval            !! s
+        integer, intent(in) :: steps                !! Number of the intervals
+        type(truth_arc_t), intent(out) :: arc
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: tolerance !! Local error per step relative to SCALES
+
+        real(dp) :: t
+        integer :: k, taken
+
+        call make_room(interval, steps, arc, error)
+        if (allocated(error)) return
+        arc%state(:, 0) = initial_state
+        do k = 0, steps
+            if (k > 0) then
+                if (present(tolerance)) then
+                    arc%state(:, k) = arc%state(:, k - 1)
+                    t = (k - 1)*interval
+                    call rkf78_integrate(dynamics, t, arc%state(:, k), k*interval, tolerance, SCALES, &
+                                         taken, error, largest_step(dynamics))
+                    if (allocated(error)) return
+                else
+                    call rkf78_step(dynamics, (k - 1)*interval, arc%state(:, k - 1), interval, &
+                                    arc%state(:, k))
+                end if
+            end if
+            call check_state(dynamics, k*interval, arc%state(:, k), error)
+            if (allocated(error)) return
+            call dynamics%loads(k*interval, arc%state(:, k), arc%loads(k))
+            arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
+        end do
+    end subroutine propagate_arc
+
+    !> An arc without values yet.
+    subroutine make_room(interval, steps, arc, error)
+        real(dp), intent(in) :: interval            !! s
+        integer, intent(in) :: steps
+        type(truth_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: status
+
+        if (.not. (interval > 0 .and. interval <= huge(interval))) then
+            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
+        else if (steps < 0 .or. steps > MAX_STEPS) then
+            call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
+        end if
+        if (allocated(error)) return
+        arc%steps = steps
+        arc%interval = interval
+        allocate (arc%state(STATE_SIZE, 0:steps), arc%omega_dot(3, 0:steps), arc%loads(0:steps), stat=status)
+        if (status /= 0) call fail(error, 'no memory for an arc of '//number_text(real(steps, dp))//' steps')
+    end subroutine make_room
+
+    !> A tenth of the shortest period of the rods, whose torque the error estimate does not see; s.
+    pure real(dp) function largest_step(dynamics)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+
+        largest_step = huge(1.0_dp)
+        if (dynamics%with_rods) largest_step = 0.1_dp*shortest_rod_period(dynamics%rods)
+    end function largest_step
+
+    !> Fails when a state is not finite, or lies below the ground or below the air's model.
+    subroutine check_state(dynamics, t, state, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: t           !! s, for the message
+        real(dp), intent(in) :: state(:)    !! 13
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: latitude, longitude, height, lowest
+
+        if (.not. all(abs(state) <= huge(1.0_dp))) then
+            call fail(error, 'the propagated state is not finite at t = '//number_text(t)//' s')
+            return
+        end if
+        call earth_fixed_to_geodetic(state(POSITION), latitude, longitude, height)  ! any longitude does
+        lowest = 0
+        if (allocated(dynamics%atmosphere) .and. dynamics%with_drag) then
+            lowest = dynamics%atmosphere%lowest_height()
+        end if
+        if (height < 0) then
+            call fail(error, 'the satellite is below the ground at t = '//number_text(t)//' s')
+        else if (height < lowest) then
+            call fail(error, 'the satellite is '//number_text(height/1000)//' km high at t = '// &
+                      number_text(t)//' s, below the '//number_text(lowest/1000)// &
+                      ' km from which the atmosphere model is valid')
+        end if
+    end subroutine check_state
+end module gracecg_simulation_arc

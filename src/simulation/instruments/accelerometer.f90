@@ -1,0 +1,165 @@
+!> The accelerometer: CSR-TM-00-01 section 3.2.
+!>
+!> What it senses is the acceleration of its proof mass centre (PMC), which lies off the centre of
+!> mass (COM) by d; what it puts out is that acceleration through a cubic polynomial, with bias and
+!> coloured noise.
+module gracecg_simulation_accelerometer
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_vectors, only: cross
+    use gracecg_base_random, only: random_stream_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    implicit none
+    private
+    public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
+
+    character(1), parameter :: AXIS(3) = ['x', 'y', 'z']
+    integer, parameter :: WARNING_LENGTH = 100  !! Characters of a warning
+
+    ! Limits of section 3.2.1; those of scale2, scale3 and bias as corrected in their exponents.
+    real(dp), parameter :: SCALE1_LIMIT(3) = [0.01_dp, 0.01_dp, 0.01_dp]
+    !! |scale1 - 1|
+    real(dp), parameter :: SCALE2_LIMIT(3) = [20.0_dp, 50.0_dp, 20.0_dp]
+    !! s^2/m
+    real(dp), parameter :: SCALE3_LIMIT(3) = [3e4_dp, 3e5_dp, 3e4_dp]
+    !! s^4/m^2
+    real(dp), parameter :: BIAS_LIMIT(3) = [2e-6_dp, 5e-5_dp, 2e-6_dp]
+    !! m/s^2
+
+    !> Performance of an accelerometer. The values here are those of CSR-TM-00-01 section 5.2 and
+    !> eq. (3-2); whether (3-2) is one- or two-sided is not said there, two-sided is inferred.
+    type :: accelerometer_t
+        real(dp) :: scale1(3) = [1.0101_dp, 0.9841_dp, 0.9881_dp]
+        !! Linear scale factor
+        real(dp) :: scale2(3) = [7.251_dp, 33.1796_dp, -7.8153_dp]
+        !! Quadratic scale factor, s^2/m
+        real(dp) :: scale3(3) = [-6.1314e3_dp, -6.9825e4_dp, 3.6445e3_dp]
+        !! Cubic scale factor, s^4/m^2
+        real(dp) :: bias(3) = [-1.2047e-6_dp, -2.2781e-5_dp, 0.9871e-6_dp]
+        !! m/s^2
+        real(dp) :: noise_level(3) = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        !! White level of the noise's power spectral density, m^2 s^-4/Hz
+        real(dp) :: noise_corner(3) = [0.005_dp, 0.1_dp, 0.005_dp]
+        !! Corner frequency of the noise, Hz
+        integer :: noise_sides = TWO_SIDED
+        !! ONE_SIDED or TWO_SIDED power spectral density
+        real(dp) :: sampling_interval = 0.1_dp
+        !! s
+    contains
+        procedure :: measure            !! Noisy samples of true accelerations
+        procedure :: noise_of_axis      !! The noise generator of an axis
+        procedure :: response           !! Scale factors and biases put on an acceleration
+        procedure :: exceeded_limits    !! What is beyond its limit of section 3.2.1
+    end type accelerometer_t
+
+    !> The acceleration of the PMC and its parts, body frame, m/s^2.
+    type :: pmc_acceleration_t
+        real(dp) :: total(3)            !! Their sum: CSR-TM-00-01 eq. (3-7)
+        real(dp) :: velocity(3)         !! By angular velocity: omega x (omega x d), eq. (3-9)
+        real(dp) :: acceleration(3)     !! By angular acceleration: d(omega)/dt x d, eq. (3-8)
+        real(dp) :: gravity_gradient(3) !! eq. (3-10)
+        real(dp) :: non_gravitational(3)    !! Of the satellite, as the true one
+    end type pmc_acceleration_t
+
+contains
+
+    !> The true acceleration at the PMC, CSR-TM-00-01 eqs. (3-7)-(3-10): d is constant and the Earth
+    !> a sphere.
+    pure function pmc_acceleration(omega, omega_dot, d, c, mu, r, a_ng) result(a)
+        real(dp), intent(in) :: omega(3)        !! Angular velocity, body frame, rad/s
+        real(dp), intent(in) :: omega_dot(3)    !! Angular acceleration, body frame, rad/s^2
+        real(dp), intent(in) :: d(3)            !! From COM to PMC, body frame, m
+        real(dp), intent(in) :: c(3)            !! Unit vector of the local vertical, body frame
+        real(dp), intent(in) :: mu              !! Geocentric gravitational constant, m^3/s^2
+        real(dp), intent(in) :: r               !! Geocentric distance of the COM, m
+        real(dp), intent(in) :: a_ng(3)         !! Non-gravitational acceleration, body frame, m/s^2
+        type(pmc_acceleration_t) :: a
+
+        a%velocity = cross(omega, cross(omega, d))
+        a%acceleration = cross(omega_dot, d)
+        a%gravity_gradient = mu/r**3*(d - 3*dot_product(c, d)*c)
+        a%non_gravitational = a_ng
+        a%total = a%velocity + a%acceleration + a%gravity_gradient + a%non_gravitational
+    end function pmc_acceleration
+
+    !> Samples of the accelerometer, CSR-TM-00-01 eq. (3-1). Fails when a setting of the noise is
+    !> not in its range, or when a sample is not finite.
+    subroutine measure(self, acceleration, stream, measured, error)
+        class(accelerometer_t), intent(in) :: self
+        real(dp), intent(in) :: acceleration(:, :)  !! At the PMC, body frame, m/s^2; (3, samples)
+        type(random_stream_t), intent(inout) :: stream
+        real(dp), intent(out) :: measured(:, :)     !! m/s^2; of the same shape
+        type(error_t), allocatable, intent(out) :: error
+
+        type(coloured_noise_t) :: noise
+        integer :: i
+
+        do i = 1, 3
+            noise = self%noise_of_axis(i, error)
+            if (allocated(error)) return
+            call noise%generate(stream, measured(i, :))
+        end do
+        do i = 1, size(acceleration, 2)
+            measured(:, i) = self%response(acceleration(:, i)) + measured(:, i)
+        end do
+        if (.not. all(ieee_is_finite(measured))) then
+            call fail(error, 'an accelerometer sample is not finite: look for NaN in the true '// &
+                      'acceleration, the scale factors and the bias')
+        end if
+    end subroutine measure
+
+    !> A generator of one axis' noise. Fails when a setting of the noise is not in its range.
+    function noise_of_axis(self, i, error) result(noise)
+        class(accelerometer_t), intent(in) :: self
+        integer, intent(in) :: i    !! 1, 2, 3 for x, y, z
+        type(error_t), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+
+        noise = coloured_noise(self%noise_level(i), self%noise_corner(i), self%noise_sides, &
+                               self%sampling_interval, error)
+        call add_context(error, 'accelerometer, '//AXIS(i)//' axis')
+    end function noise_of_axis
+
+    !> The output without noise: the polynomial of the true acceleration, and the bias.
+    pure function response(self, acceleration) result(output)
+        class(accelerometer_t), intent(in) :: self
+        real(dp), intent(in) :: acceleration(3)     !! m/s^2
+        real(dp) :: output(3)                       !! m/s^2
+
+        output = self%bias + acceleration*(self%scale1 + acceleration*(self%scale2 &
+                                                                       + acceleration*self%scale3))
+    end function response
+
+    !> One sentence for each value that is beyond its limit of CSR-TM-00-01 section 3.2.1: warnings,
+    !> since the report's own scale factors are beyond theirs. NaN counts as beyond.
+    function exceeded_limits(self) result(warnings)
+        class(accelerometer_t), intent(in) :: self
+        character(WARNING_LENGTH), allocatable :: warnings(:)
+
+        character(WARNING_LENGTH) :: found(12)      ! three axes, four limits
+        integer :: i, n
+
+        n = 0
+        do i = 1, 3
+            call compare('scale1 - 1', self%scale1(i) - 1, SCALE1_LIMIT(i), '')
+            call compare('scale2', self%scale2(i), SCALE2_LIMIT(i), ' s^2/m')
+            call compare('scale3', self%scale3(i), SCALE3_LIMIT(i), ' s^4/m^2')
+            call compare('bias', self%bias(i), BIAS_LIMIT(i), ' m/s^2')
+        end do
+        allocate (warnings(n))
+        warnings(:) = found(:n)
+
+    contains
+
+        subroutine compare(name, value, limit, unit)
+            character(*), intent(in) :: name, unit
+            real(dp), intent(in) :: value, limit
+
+            if (abs(value) <= limit) return
+            n = n + 1
+            found(n) = 'accelerometer '//name//', '//AXIS(i)//' axis: '//number_text(value)// &
+                unit//' exceeds the limit '//number_text(limit)//unit
+        end subroutine compare
+    end function exceeded_limits
+end module gracecg_simulation_accelerometer

@@ -1,0 +1,169 @@
+!> The six calibration cases of CSR-TM-00-01: sections 5.2 (case 1) and 6.1 (cases 2 and 3), each for
+!> the front and the back satellite.
+!>
+!> Everything that the cases share is a default of `case_t` or of the instruments.
+module gracecg_simulation_report_cases
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
+    use gracecg_base_error, only: error_t, fail, nearest_name
+    use gracecg_base_quaternion, only: normalised
+    use gracecg_environment_time, only: utc_t, utc_plus
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
+    use gracecg_simulation_case, only: case_t
+    implicit none
+    private
+    public :: report_case, REPORT_CASE_NAMES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
+
+    !> Names of the six cases: satellite and number
+    character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
+                                                       'back-1', 'back-2', 'back-3']
+
+    type(utc_t), parameter :: EPOCH = utc_t(47528, 0.0_dp)
+    !! 1989-01-02 00:00:00 UTC. Not stated in the report; inferred from its sidereal angle, which is the
+    !! Greenwich mean sidereal time of that midnight
+    real(dp), parameter :: SIDEREAL_ANGLE = 101.60748558_dp             !! Section 5.2, deg
+    real(dp), parameter :: TIME_OF_CASE(3) = [0.0_dp, 1400.0_dp, 2658.0_dp]
+    !! s after the epoch. Cases 2 and 3 lie later on the orbit of case 1
+
+    real(dp), parameter :: INERTIA(3, 3) = reshape([70.23_dp, -3.0_dp, -2.883_dp, &
+                                                    -3.0_dp, 345.14_dp, -0.348_dp, &
+                                                    -2.883_dp, -0.348_dp, 388.84_dp], [3, 3])
+    !! J_p, kg m^2, section 5.2
+    real(dp), parameter :: MASS = 420.0_dp              !! kg, section 5.2
+    real(dp), parameter :: DURATION = 60.0_dp           !! s
+    real(dp), parameter :: ROD_AMPLITUDE = 30.0_dp      !! A m^2
+    real(dp), parameter :: ROD_FREQUENCY = 0.1_dp       !! Hz
+
+    ! Fitted to the axis windows of Figures 5.2 and 5.3 (docs/validation.md)
+    real(dp), parameter :: DENSITY_SCALE = 0.8733_dp
+    !! Of DTM-77 at the geodetic height, to the x component of the drag
+    real(dp), parameter :: REFLECTIVITY_SUN = 0.56_dp
+    !! eta of (2-8), to the solar radiation pressure; the card RADPR has 0.45
+    real(dp), parameter :: WIND_EAST(2) = [46.0_dp, 36.8_dp]
+    !! m/s, front and back, in case 1, to the y component of the drag; HWM93 gives 54 m/s there
+
+    ! Fitted to the axis windows of Figures 5.6 and 5.7 (docs/validation.md), where six plates stand in
+    ! for the report's tables of aerodynamic and solar torque
+    real(dp), parameter :: CENTRE_OF_MASS_FRONT(3) = [19.4e-3_dp, -32.2e-3_dp, 55.6e-3_dp]
+    real(dp), parameter :: CENTRE_OF_MASS_BACK(3) = [-11.8e-3_dp, 33.4e-3_dp, 75.1e-3_dp]
+    !! From the middle of the trapezoidal prism, body axes, m. That x and y change sign with the
+    !! direction of flight suggests that the report's tables are fixed to the flow, not to the body
+    real(dp), parameter :: ACCOMMODATION = 0.938_dp     !! Of energy, walls at 300 K
+    real(dp), parameter :: SPECULAR = 0.238_dp          !! Reflectivity of all plates
+
+contains
+
+    !> One of the report's cases. Fails for a name that is none of REPORT_CASE_NAMES.
+    subroutine report_case(name, case, error)
+        character(*), intent(in) :: name    !! One of REPORT_CASE_NAMES
+        type(case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: pattern(3)
+
+        if (.not. any(REPORT_CASE_NAMES == name)) then
+            call fail(error, 'there is no built-in case "'//trim(name)//'"')
+            return
+        end if
+        case%knowledge%name = name
+        case%satellite = name(:index(name, '-') - 1)
+        read (name(index(name, '-') + 1:), *) case%number
+
+        case%knowledge%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
+        case%knowledge%duration = DURATION
+        case%earth_rotation = 'given'
+        case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
+        case%knowledge%mass = MASS
+        case%knowledge%inertia = INERTIA
+        case%density_scale = DENSITY_SCALE
+        case%reflectivity_sun = REFLECTIVITY_SUN
+        case%wall%accommodation = ACCOMMODATION
+        case%specular = SPECULAR
+        case%earth_radiation_constants = 'constant-emissivity'
+        case%earth_radiation_rings = 2
+        case%knowledge%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]      ! section 6.1
+        case%knowledge%star_camera_weight = 1
+        case%knowledge%guess_offset = 1e-5_dp
+        if (case%satellite == 'front') then
+            case%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
+            case%wind_east = WIND_EAST(1)
+            case%centre_of_mass = CENTRE_OF_MASS_FRONT
+            call set_front(case, pattern)
+        else
+            case%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
+            case%wind_east = WIND_EAST(2)
+            case%centre_of_mass = CENTRE_OF_MASS_BACK
+            call set_back(case, pattern)
+        end if
+        if (case%number == 1) case%wind_model = 'constant'
+        case%quaternion = normalised(case%quaternion)
+        case%knowledge%guess_quaternion = normalised(case%knowledge%guess_quaternion)
+        call new_harmonic_manoeuvre(case%knowledge%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+                                    0.0_dp, DURATION, error)
+    end subroutine report_case
+
+    !> Initial values, manoeuvre and initial guess of the front satellite.
+    subroutine set_front(case, pattern)
+        type(case_t), intent(inout) :: case
+        integer, intent(out) :: pattern(3)          !! Of the rods
+
+        select case (case%number)
+        case (1)
+            case%position = [6837865.32398033_dp, 0.0_dp, 0.0_dp]
+            case%velocity = [0.0_dp, -0.066613973791_dp, 7638.807717665099_dp]
+            case%quaternion = [-0.7008547308853075_dp, -3.115068773005844e-6_dp, &
+                               0.7133040348803767_dp, 3.059634305881649e-6_dp]
+            case%angular_velocity = [0.0_dp, 1.114901594e-3_dp, 0.0_dp]
+            pattern = [0, 1, 1]
+            case%knowledge%guess_quaternion = [-0.7_dp, 0.000001_dp, 0.713_dp, 0.000001_dp]
+        case (2)
+            case%position = [53166.9012866642_dp, 50.3762086975_dp, 6838048.9781353170_dp]
+            case%velocity = [-7627.3588408146_dp, -0.0096034177_dp, 63.3233882824_dp]
+            case%quaternion = [-0.9999051930_dp, -0.0000000609_dp, 0.0137697130_dp, 0.0000043659_dp]
+            case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
+            pattern = [0, 1, -1]
+            case%knowledge%guess_quaternion = [-0.99_dp, 0.000001_dp, 0.013_dp, 0.000001_dp]
+        case default
+            case%position = [-6739303.8283807930_dp, 48.9237966735_dp, 1198310.5772177500_dp]
+            case%velocity = [-1337.7622725168_dp, 0.1452268716_dp, -7512.2443788538_dp]
+            case%quaternion = [-0.7728330709_dp, 0.0000027703_dp, -0.6346093637_dp, 0.0000033749_dp]
+            case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
+            pattern = [0, 1, 1]
+            ! printed -0..63
+            case%knowledge%guess_quaternion = [-0.75_dp, 0.000001_dp, -0.63_dp, 0.000001_dp]
+        end select
+        case%knowledge%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
+    end subroutine set_front
+
+    !> Initial values, manoeuvre and initial guess of the back satellite.
+    subroutine set_back(case, pattern)
+        type(case_t), intent(inout) :: case
+        integer, intent(out) :: pattern(3)          !! Of the rods
+
+        select case (case%number)
+        case (1)
+            case%position = [6833646.00660327_dp, 2.09260535_dp, -239624.73079019_dp]
+            case%velocity = [267.425734562641_dp, -0.066573212320_dp, 7634.133605517418_dp]
+            case%quaternion = [3.114586367226337e-6_dp, -0.7008547308853075_dp, &
+                               -3.060227453483457e-6_dp, 0.7133040348803732_dp]
+            case%angular_velocity = [0.0_dp, -1.114907355e-3_dp, 0.0_dp]
+            pattern = [0, -1, 1]        ! printed as a second "front" in section 5.2
+            case%knowledge%guess_quaternion = [0.000001_dp, -0.7_dp, 0.000001_dp, 0.713_dp]
+        case (2)
+            case%position = [291680.8661387600_dp, -48.5674705798_dp, 6831570.5338286750_dp]
+            case%velocity = [-7621.0475706862_dp, -0.0144524709_dp, 329.1764019231_dp]
+            case%quaternion = [0.0000000601_dp, -0.9999052485_dp, -0.0000043660_dp, 0.0137656809_dp]
+            case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
+            pattern = [0, 1, 1]
+            case%knowledge%guess_quaternion = [0.000001_dp, -0.99_dp, 0.000001_dp, 0.013_dp]
+        case default
+            case%position = [-6693453.2487186490_dp, 45.0419246185_dp, 1431899.2109399360_dp]
+            case%velocity = [-1598.8879354469_dp, 0.1417855019_dp, -7461.0147865065_dp]
+            case%quaternion = [-0.0000027710_dp, -0.7728282124_dp, -0.0000033745_dp, -0.6346152804_dp]
+            case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
+            pattern = [0, -1, 1]
+            case%knowledge%guess_quaternion = [0.000001_dp, -0.77_dp, 0.000001_dp, -0.63_dp]
+        end select
+        case%knowledge%guess_angular_velocity = [0.0_dp, -0.00122_dp, 0.0_dp]
+    end subroutine set_back
+end module gracecg_simulation_report_cases

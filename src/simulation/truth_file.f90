@@ -1,0 +1,48 @@
+!> The true arc of a simulation as a CSV file.
+module gracecg_simulation_truth_file
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_environment_time, only: time_tag
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE, OMEGA
+    use gracecg_simulation_accelerometer, only: pmc_acceleration_t
+    use gracecg_simulation_simulator, only: simulator_t, disturbance_at
+    use gracecg_files_csv, only: csv_writer_t
+    implicit none
+    private
+    public :: write_truth
+
+    character(*), parameter :: COLUMNS = &
+        'time_s,rx,ry,rz,vx,vy,vz,q1,q2,q3,q4,wx,wy,wz,wdx,wdy,wdz,bx,by,bz,ngx,ngy,ngz'
+
+contains
+
+    !> Writes every epoch of the arc: position (m) and velocity (m/s) in the inertial frame,
+    !> attitude (inertial to body), angular velocity (rad/s) and acceleration (rad/s^2), magnetic
+    !> flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
+    subroutine write_truth(path, simulator, wave, comments, error)
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+        type(simulator_t), intent(in) :: simulator
+        type(density_wave_t), intent(in) :: wave    !! The density wave of the run
+        character(*), intent(in) :: comments(:)     !! Lines above the header, without '#'
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        type(pmc_acceleration_t) :: acceleration
+        integer :: k
+
+        call file%open(path, COLUMNS, comments, error)
+        if (allocated(error)) return
+        associate (arc => simulator%arc)
+            do k = 0, arc%steps
+                acceleration = disturbance_at(simulator%case, arc, wave, k)
+                associate (state => arc%state(:, k))
+                    call file%row([time_tag(k, arc%interval), state(POSITION), state(VELOCITY), &
+                                   state(ATTITUDE), state(OMEGA), arc%omega_dot(:, k), &
+                                   arc%loads(k)%field, acceleration%non_gravitational])
+                end associate
+            end do
+        end associate
+        call file%commit(error)
+    end subroutine write_truth
+end module gracecg_simulation_truth_file

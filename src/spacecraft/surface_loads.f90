@@ -1,0 +1,274 @@
+!> Forces and torques of air and light on a satellite.
+!>
+!> Two kinds: the conventional accelerations of CSR-TM-00-01 section 2.3.2, which know one
+!> cross-section and one coefficient, and forces and torques plate by plate, which stand in for
+!> the report's tables of normalised loads. All directions are in body axes. A torque is about the
+!> centre of mass, with each plate's force at its centroid. The body is convex: no plate shades
+!> another.
+module gracecg_spacecraft_surface_loads
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
+    use gracecg_base_error, only: error_t, fail_out_of_range
+    use gracecg_environment_earth_radiation, only: earth_irradiance_t
+    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, projected_area
+    use gracecg_base_vectors, only: cross
+    implicit none
+    private
+    public :: drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration
+    public :: gas_t, wall_t, surface_load_t, validate_wall, mean_molar_mass
+    public :: free_molecular_traction
+    public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
+
+    real(dp), parameter :: GAS_CONSTANT = 8.31446261815324_dp
+    !! J/(mol K), exact (SI 2019)
+    real(dp), parameter :: MOLAR_MASS(3) = [4.002602e-3_dp, 15.999e-3_dp, 28.014e-3_dp]
+    !! Helium, atomic oxygen, molecular nitrogen, kg/mol (IUPAC standard atomic weights)
+
+    type :: gas_t
+        !! The air around the satellite
+        real(dp) :: density         !! kg/m^3
+        real(dp) :: temperature     !! K
+        real(dp) :: molar_mass      !! Mean, kg/mol; see mean_molar_mass
+    end type gas_t
+
+    type :: wall_t
+        !! How the air's molecules leave the plates
+        real(dp) :: temperature = 300       !! K (assumed)
+        real(dp) :: accommodation = 1       !! Energy accommodation coefficient, 0 to 1 (assumed)
+    end type wall_t
+
+    !> What acts on the whole surface.
+    type :: surface_load_t
+        real(dp) :: force(3)        !! Body axes, N
+        real(dp) :: torque(3)       !! About the centre of mass, body axes, N m
+    end type surface_load_t
+
+contains
+
+    !> Drag, CSR-TM-00-01 eqs. (2-6), (2-7), body axes, m/s^2.
+    pure function drag_acceleration(surface, mass, drag_coefficient, density, velocity) &
+        result(acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: mass                !! m_S, kg
+        real(dp), intent(in) :: drag_coefficient    !! C_d
+        real(dp), intent(in) :: density             !! rho, kg/m^3
+        real(dp), intent(in) :: velocity(3)         !! v_r, relative to the air, body axes, m/s
+        real(dp) :: acceleration(3)
+
+        ! v_r A_d(v_r/v_r) = A_d(v_r): the projected area of a vector scales with its length
+        acceleration = -0.5_dp*drag_coefficient*density/mass* &
+                       projected_area(surface, velocity)*velocity
+    end function drag_acceleration
+
+    !> Pressure of sunlight, CSR-TM-00-01 eqs. (2-8), (2-9), at the true distance, body axes, m/s^2.
+    pure function solar_radiation_acceleration(surface, mass, reflectivity, irradiance_1au, &
+                                               illumination, to_sun) result(acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: mass                !! m_S, kg
+        real(dp), intent(in) :: reflectivity        !! eta
+        real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, P c, W/m^2
+        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
+        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
+        real(dp) :: acceleration(3)
+
+        real(dp) :: direction(3), irradiance
+
+        call sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
+        acceleration = -irradiance/SPEED_OF_LIGHT*(1 + reflectivity)/mass* &
+                       projected_area(surface, direction)*direction
+    end function solar_radiation_acceleration
+
+    !> Pressure of the Earth's light, CSR-TM-00-01 eq. (2-10), body axes, m/s^2. As there, the
+    !> satellite has one cross-section A_e for all segments: that of (2-15) towards the Earth's centre.
+    !> (`earth_radiation_load` follows each segment's light onto each plate.)
+    pure function earth_radiation_acceleration(surface, mass, reflectivity, body_from_inertial, &
+                                               vertical, radiation) result(acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: mass                        !! m_S, kg
+        real(dp), intent(in) :: reflectivity                !! eta_e
+        real(dp), intent(in) :: body_from_inertial(3, 3)    !! Rotation matrix, eq. (2-29)
+        real(dp), intent(in) :: vertical(3)                 !! Unit vector upwards, body axes
+        type(earth_irradiance_t), intent(in) :: radiation   !! At the satellite
+        real(dp) :: acceleration(3)
+
+        real(dp) :: flux(3)     ! inertial axes, W/m^2
+        integer :: j
+
+        flux = 0
+        do j = 1, radiation%count
+            flux = flux + radiation%irradiance(j)*radiation%direction(:, j)
+        end do
+        acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*projected_area(surface, -vertical)* &
+                       rotated(body_from_inertial, flux)
+    end function earth_radiation_acceleration
+
+    !> Mean molar mass of a mixture of helium, atomic oxygen and molecular nitrogen, kg/mol.
+    pure real(dp) function mean_molar_mass(number_density)
+        real(dp), intent(in) :: number_density(3)   !! He, O, N2, any unit
+
+        mean_molar_mass = dot_product(MOLAR_MASS, number_density)/sum(number_density)
+    end function mean_molar_mass
+
+    !> Fails when a wall's temperature or accommodation coefficient is impossible.
+    subroutine validate_wall(wall, error)
+        type(wall_t), intent(in) :: wall
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: COLDEST = 0.0_dp, HOTTEST = 3000.0_dp
+
+        if (.not. (wall%temperature >= COLDEST .and. wall%temperature <= HOTTEST)) then
+            call fail_out_of_range(error, 'wall temperature', wall%temperature, COLDEST, &
+                                   HOTTEST, 'K')
+        else if (.not. (wall%accommodation >= 0 .and. wall%accommodation <= 1)) then
+            call fail_out_of_range(error, 'accommodation coefficient', wall%accommodation, &
+                                   0.0_dp, 1.0_dp)
+        end if
+    end subroutine validate_wall
+
+    !> Force of the air on each plate in free-molecular flow, and the torque.
+    pure function aerodynamic_load(surface, centre_of_mass, gas, wall, velocity) result(load)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        type(gas_t), intent(in) :: gas
+        type(wall_t), intent(in) :: wall
+        real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
+        type(surface_load_t) :: load
+
+        integer :: i
+
+        load = surface_load_t(0, 0)
+        do i = 1, surface%count
+            associate (plate => surface%plates(i))
+                call add_plate_force(load, plate, centre_of_mass, plate%area* &
+                                     free_molecular_traction(gas, wall, velocity, plate%normal))
+            end associate
+        end do
+    end function aerodynamic_load
+
+    !> Force per area, N/m^2, on a surface element in free-molecular flow: L. H. Sentman, Lockheed
+    !> LMSC-448514, 1961, with diffuse re-emission at a temperature set by the energy
+    !> accommodation as in G. Koppenwallner, 2009 (the bulk motion alone counts as incident energy).
+    !>
+    !> With c = sqrt(2 R T/M), the normal speed ratio w = n.v/c and the incident mass flux
+    !> f = rho c/2 [exp(-w^2)/sqrt(pi) + w (1 + erf w)], the traction is
+    !>
+    !>     -f v - [rho c^2 (1 + erf w)/4 + sqrt(pi)/2 c_r f] n,
+    !>
+    !> c_r^2 = (1 - alpha) v^2/2 + 2 alpha R T_w/M being that of the molecules that leave.
+    pure function free_molecular_traction(gas, wall, velocity, normal) result(traction)
+        type(gas_t), intent(in) :: gas
+        type(wall_t), intent(in) :: wall
+        real(dp), intent(in) :: velocity(3)     !! Of the element relative to the air, m/s
+        real(dp), intent(in) :: normal(3)       !! Unit vector outwards, same axes
+        real(dp) :: traction(3)
+
+        real(dp) :: thermal_speed, leaving_speed, speed_ratio, mass_flux, pressure, one_plus_erf
+
+        thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
+        leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
+                             2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
+        speed_ratio = dot_product(normal, velocity)/thermal_speed
+        one_plus_erf = erfc(-speed_ratio)
+        mass_flux = gas%density*thermal_speed/2* &
+                    (exp(-speed_ratio**2)/sqrt(PI) + speed_ratio*one_plus_erf)
+        pressure = gas%density*thermal_speed**2*one_plus_erf/4 + &
+                   sqrt(PI)/2*leaving_speed*mass_flux
+        traction = -mass_flux*velocity - pressure*normal
+    end function free_molecular_traction
+
+    !> Force of sunlight on each plate, and the torque.
+    pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, &
+                                       to_sun) result(load)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        real(dp), intent(in) :: irradiance_1au      !! Sunlight at 1 au, W/m^2
+        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
+        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, body axes, m
+        type(surface_load_t) :: load
+
+        real(dp) :: direction(3), irradiance
+
+        call sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
+        load = surface_load_t(0, 0)
+        call add_light(load, surface, centre_of_mass, direction, irradiance)
+    end function solar_radiation_load
+
+    !> Force of the Earth's reflected and emitted light on each plate, and the torque. The plates'
+    !> reflectivities are taken to be the same for sunlight and heat.
+    pure function earth_radiation_load(surface, centre_of_mass, body_from_inertial, radiation) &
+        result(load)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)       !! In the frame of the plates' centres, m
+        real(dp), intent(in) :: body_from_inertial(3, 3)    !! Rotation matrix, eq. (2-29)
+        type(earth_irradiance_t), intent(in) :: radiation   !! At the satellite
+        type(surface_load_t) :: load
+
+        integer :: j
+
+        load = surface_load_t(0, 0)
+        do j = 1, radiation%count
+            call add_light(load, surface, centre_of_mass, &
+                           -rotated(body_from_inertial, radiation%direction(:, j)), &
+                           radiation%irradiance(j))
+        end do
+    end function earth_radiation_load
+
+    !> Light from one direction on plates that mirror (rho_s), scatter after Lambert (rho_d) and
+    !> absorb: -P A cos(theta) [(1 - rho_s) u + 2 (rho_s cos(theta) + rho_d/3) n] on each plate
+    !> that faces the source (e.g. O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4,
+    !> with the diffuse part).
+    pure subroutine add_light(load, surface, centre_of_mass, to_source, irradiance)
+        type(surface_load_t), intent(inout) :: load
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        real(dp), intent(in) :: to_source(3)        !! u, unit vector, body axes
+        real(dp), intent(in) :: irradiance          !! P c, W/m^2
+
+        real(dp) :: cosine, force(3)
+        integer :: i
+
+        do i = 1, surface%count
+            associate (plate => surface%plates(i))
+                cosine = dot_product(plate%normal, to_source)
+                if (cosine > 0) then
+                    force = -irradiance/SPEED_OF_LIGHT*plate%area*cosine* &
+                            ((1 - plate%specular)*to_source + &
+                             2*(plate%specular*cosine + plate%diffuse/3)*plate%normal)
+                    call add_plate_force(load, plate, centre_of_mass, force)
+                end if
+            end associate
+        end do
+    end subroutine add_light
+
+    pure subroutine add_plate_force(load, plate, centre_of_mass, force)
+        type(surface_load_t), intent(inout) :: load
+        type(plate_t), intent(in) :: plate
+        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
+        real(dp), intent(in) :: force(3)            !! On the plate, N
+
+        load%force = load%force + force
+        load%torque = load%torque + cross(plate%centre - centre_of_mass, force)
+    end subroutine add_plate_force
+
+    !> Direction and irradiance of sunlight at the satellite.
+    pure subroutine sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)
+        real(dp), intent(in) :: irradiance_1au      !! W/m^2
+        real(dp), intent(in) :: illumination        !! Eclipse factor nu, 0 to 1
+        real(dp), intent(in) :: to_sun(3)           !! From satellite to Sun, m
+        real(dp), intent(out) :: direction(3)       !! Unit vector to the Sun
+        real(dp), intent(out) :: irradiance         !! W/m^2
+
+        real(dp) :: distance
+
+        distance = sqrt(dot_product(to_sun, to_sun))
+        direction = to_sun/distance
+        irradiance = illumination*irradiance_1au*(ASTRONOMICAL_UNIT/distance)**2
+    end subroutine sunlight
+
+    pure function rotated(matrix, v) result(w)
+        real(dp), intent(in) :: matrix(3, 3), v(3)
+        real(dp) :: w(3)
+
+        w = matrix(:, 1)*v(1) + matrix(:, 2)*v(2) + matrix(:, 3)*v(3)
+    end function rotated
+end module gracecg_spacecraft_surface_loads

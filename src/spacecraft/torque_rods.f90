@@ -1,0 +1,377 @@
+!> Magnetic torque rods and the manoeuvre they are driven through.
+module gracecg_spacecraft_torque_rods
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_text, only: integer_text
+    implicit none
+    private
+    public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre
+    public :: dipole_moment, moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
+    public :: report_pattern, weakest_components_pattern
+    public :: MAX_ACTIVATIONS, MAX_DIPOLE
+    public :: SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
+
+    !> Greatest number of activations of a manoeuvre
+    integer, parameter :: MAX_ACTIVATIONS = 16
+    real(dp), parameter :: MAX_DIPOLE = 30.0_dp
+    !! Greatest linear dipole moment of a rod, A m^2: CSR-TM-00-01 section 4.1
+
+    integer, parameter :: SINE = 1, COSINE = 2, TAPERED = 3, SQUARE = 4    !! Waveforms, by number
+    character(8), parameter :: WAVEFORM_NAMES(4) = [character(8) :: 'sine', 'cosine', 'tapered', 'square']
+    !! Waveforms of a moment: see `waveform_value`
+
+    integer, parameter :: EDGE_INTERVALS = 5
+    !! Sampling intervals that an edge or a taper lasts at least: below, the Runge-Kutta steps of truth
+    !! and fit, one a sampling interval, do not resolve it
+
+    !> A rod's moment from start to stop, zero otherwise:
+    !>
+    !>     amplitude envelope(t) w(2 pi frequency (t - start) + phase),
+    !>
+    !> w one of the waveforms, envelope 1 but for a smooth start and stop of `taper` seconds.
+    type :: rod_activation_t
+        integer :: axis = 0             !! Body axis along which the rod lies: 1, 2 or 3
+        real(dp) :: amplitude = 0       !! A m^2
+        real(dp) :: frequency = 0       !! Hz
+        real(dp) :: phase = 0           !! rad
+        real(dp) :: start = 0           !! s
+        real(dp) :: stop = 0            !! s
+        integer :: waveform = SINE      !! SINE, COSINE, TAPERED (a sine that has a taper) or SQUARE
+        real(dp) :: taper = 0           !! Of smooth start and stop, s; 0: abrupt
+        real(dp) :: rise_time = 1       !! Of each edge of SQUARE, s
+    end type rod_activation_t
+
+    type :: torque_rods_t
+        !! A manoeuvre; only the first `count` activations exist. Those of one rod add up
+        integer :: count = 0                                    !! Number of the activations
+        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)  !! The first `count` of them
+    end type torque_rods_t
+
+contains
+
+    !> The manoeuvre of a list of activations. Fails when there are too many, when a number is not
+    !> finite, an axis none of 1, 2, 3, a frequency negative, a stop not after its start, a taper or
+    !> an edge too long or missing, or when what is active at one time on one rod could exceed
+    !> MAX_DIPOLE.
+    subroutine new_torque_rods(self, activations, error)
+        type(torque_rods_t), intent(out) :: self
+        type(rod_activation_t), intent(in) :: activations(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        if (size(activations) > MAX_ACTIVATIONS) then
+            call fail(error, 'torque rods: '//integer_text(size(activations))// &
+                      ' activations given, at most '//integer_text(MAX_ACTIVATIONS)// &
+                      ' allowed')
+            return
+        end if
+        do i = 1, size(activations)
+            call check_activation(activations(i), i, error)
+            if (allocated(error)) return
+        end do
+        call check_total_moment(activations, error)
+        if (allocated(error)) return
+        self%count = size(activations)
+        self%activations(:self%count) = activations
+    end subroutine new_torque_rods
+
+    !> The manoeuvre of CSR-TM-00-01 section 5.2,
+    !>
+    !>     m = pattern amplitude sin(2 pi frequency (t - start)).
+    !>
+    !> Fails as new_torque_rods does, and when the pattern moves no rod or has another number than
+    !> -1, 0 and 1.
+    subroutine new_harmonic_manoeuvre(self, pattern, amplitude, frequency, start, stop, error)
+        type(torque_rods_t), intent(out) :: self
+        integer, intent(in) :: pattern(3)       !! -1, 0 or 1 for each rod, e.g. from report_pattern
+        real(dp), intent(in) :: amplitude       !! A m^2
+        real(dp), intent(in) :: frequency       !! Hz
+        real(dp), intent(in) :: start, stop     !! s
+        type(error_t), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: activations(3)
+        integer :: axis
+
+        if (all(pattern == 0) .or. any(abs(pattern) > 1)) then
+            call fail(error, 'pattern of the torque rods: -1, 0 or 1 is allowed for each rod, '// &
+                      'and not 0 for all three')
+            return
+        end if
+        do axis = 1, 3
+            activations(axis) = rod_activation_t(axis=axis, amplitude=pattern(axis)*amplitude, &
+                                                 frequency=frequency, start=start, stop=stop)
+        end do
+        call new_torque_rods(self, pack(activations, pattern /= 0), error)
+    end subroutine new_harmonic_manoeuvre
+
+    subroutine check_activation(activation, number, error)
+        type(rod_activation_t), intent(in) :: activation
+        integer, intent(in) :: number           !! For the message
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: name
+
+        name = 'torque rod activation '//integer_text(number)//': '
+        if (activation%axis < 1 .or. activation%axis > 3) then
+            call fail(error, name//'axis = '//integer_text(activation%axis)// &
+                      ' has to be 1, 2 or 3')
+        else if (.not. all(ieee_is_finite( &
+                           [activation%amplitude, activation%frequency, activation%phase, &
+                            activation%start, activation%stop, activation%taper, &
+                            activation%rise_time]))) then
+            call fail(error, name//'amplitude, frequency, phase, start, stop, taper and rise_time '// &
+                      'have to be finite numbers')
+        else if (activation%frequency < 0) then
+            call fail(error, name//'frequency = '//number_text(activation%frequency)// &
+                      ' Hz must not be negative')
+        else if (activation%stop <= activation%start) then
+            call fail(error, name//'stop = '//number_text(activation%stop)//' s has to be '// &
+                      'later than start = '//number_text(activation%start)//' s')
+        else
+            call check_shape(activation, name, error)
+        end if
+    end subroutine check_activation
+
+    !> Waveform, taper and edges of an activation.
+    subroutine check_shape(activation, name, error)
+        type(rod_activation_t), intent(in) :: activation
+        character(*), intent(in) :: name        !! For the message
+        type(error_t), allocatable, intent(out) :: error
+
+        associate (duration => activation%stop - activation%start)
+            if (activation%waveform < 1 .or. activation%waveform > size(WAVEFORM_NAMES)) then
+                call fail(error, name//'waveform = '//integer_text(activation%waveform)// &
+                          ' has to be from 1 to '//integer_text(size(WAVEFORM_NAMES)))
+            else if (activation%taper < 0 .or. 2*activation%taper > duration) then
+                call fail(error, name//'taper = '//number_text(activation%taper)//' s has to lie from 0 '// &
+                          'to half of the activation, '//number_text(duration/2)//' s')
+            else if (activation%waveform == TAPERED .and. .not. activation%taper > 0) then
+                call fail(error, name//'waveform = ''tapered'' needs a taper, the length of its smooth '// &
+                          'start and stop: more than 0 s')
+            else if (activation%waveform == SQUARE) then
+                if (.not. activation%frequency > 0) then
+                    call fail(error, name//'a square wave needs a frequency of more than 0 Hz')
+                else if (.not. activation%rise_time > 0 .or. &
+                         activation%rise_time > 0.5_dp/activation%frequency) then
+                    call fail(error, name//'rise_time = '//number_text(activation%rise_time)//' s has to '// &
+                              'be positive and at most half the period of the square wave, '// &
+                              number_text(0.5_dp/activation%frequency)//' s')
+                end if
+            end if
+        end associate
+    end subroutine check_shape
+
+    !> A rod's greatest sum of amplitudes occurs where one of its activations starts.
+    subroutine check_total_moment(activations, error)
+        type(rod_activation_t), intent(in) :: activations(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: total
+        integer :: i
+
+        do i = 1, size(activations)
+            associate (axis => activations(i)%axis, time => activations(i)%start)
+                total = sum(abs(activations%amplitude), mask=activations%axis == axis .and. &
+                            activations%start <= time .and. time <= activations%stop)
+                if (total > MAX_DIPOLE) then
+                    call fail(error, 'torque rod '//integer_text(axis)//': amplitudes '// &
+                              'add up to '//number_text(total)//' A m^2 at t = '// &
+                              number_text(time)//' s; a rod bears at most '// &
+                              number_text(MAX_DIPOLE)//' A m^2')
+                    return
+                end if
+            end associate
+        end do
+    end subroutine check_total_moment
+
+    !> Dipole moment of all rods at a time, body axes, A m^2.
+    pure function dipole_moment(self, time) result(moment)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! s
+        real(dp) :: moment(3)
+
+        integer :: i
+
+        moment = 0
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                if (time >= a%start .and. time <= a%stop) then
+                    moment(a%axis) = moment(a%axis) + a%amplitude*waveform_value(a, time)
+                end if
+            end associate
+        end do
+    end function dipole_moment
+
+    !> What the amplitude is multiplied with, from -1 to 1:
+    !>
+    !> - sine and tapered: sin(2 pi frequency (t - start) + phase);
+    !> - cosine: cos(2 pi frequency (t - start) + phase);
+    !> - square: the sign of that sine, whose jumps are smooth edges of `rise_time` about the zeros
+    !>   of the sine. A jump inside a step would leave the Runge-Kutta methods with order 1.
+    pure real(dp) function waveform_value(a, time) result(value)
+        type(rod_activation_t), intent(in) :: a
+        real(dp), intent(in) :: time        !! s, from start to stop
+
+        real(dp) :: since                   ! s after the start
+
+        since = time - a%start
+        select case (a%waveform)
+        case (COSINE)
+            value = cos(TWO_PI*a%frequency*since + a%phase)
+        case (SQUARE)
+            value = square_value(2*(a%frequency*since + a%phase/TWO_PI), 2*a%frequency*a%rise_time)
+        case default
+            value = sin(TWO_PI*a%frequency*since + a%phase)
+        end select
+        if (a%taper > 0) value = value*smooth_step(min(since, a%stop - time)/a%taper)
+    end function waveform_value
+
+    !> A square wave with smooth edges about the whole numbers.
+    pure real(dp) function square_value(halves, edge) result(value)
+        real(dp), intent(in) :: halves      !! Half periods since an upward zero
+        real(dp), intent(in) :: edge        !! Length of an edge in half periods, at most 1
+
+        real(dp) :: place
+        integer :: zero                     ! the nearest one: 0 and 2 lead upward, 1 downward
+
+        place = modulo(halves, 2.0_dp)
+        zero = nint(place)
+        value = 2*smooth_step(0.5_dp + (place - zero)/edge) - 1
+        if (zero == 1) value = -value
+    end function square_value
+
+    !> From 0 at x <= 0 to 1 at x >= 1 with two continuous derivatives: 6 x^5 - 15 x^4 + 10 x^3.
+    elemental real(dp) function smooth_step(x) result(y)
+        real(dp), intent(in) :: x
+
+        associate (u => min(1.0_dp, max(0.0_dp, x)))
+            y = u**3*(10 + u*(6*u - 15))
+        end associate
+    end function smooth_step
+
+    !> Is a moment other than zero asked for during an arc that lasts from 0 to `duration`?
+    pure logical function moves_rods(self, duration)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: duration    !! s
+
+        integer :: i
+
+        moves_rods = .false.
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                if (a%start >= duration .or. .not. abs(a%amplitude) > 0) cycle
+                if (a%frequency > 0 .or. a%waveform == COSINE .or. abs(sin(a%phase)) > 0) moves_rods = .true.
+            end associate
+        end do
+    end function moves_rods
+
+    !> Fails when a manoeuvre moves no rod during the arc: the offset would not show.
+    subroutine check_rods_fire(self, duration, error)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: duration    !! s
+        type(error_t), allocatable, intent(out) :: error
+
+        if (moves_rods(self, duration)) return
+        call fail(error, 'all torque rods are off from 0 to '//number_text(duration)//' s: without a '// &
+                  'manoeuvre the CG offset cannot be seen; give at least one group &rod with an '// &
+                  'amplitude other than 0 and a start before the end of the arc')
+    end subroutine check_rods_fire
+
+    !> Fails when samples at equal intervals cannot follow the manoeuvre: a frequency that is not
+    !> below half the sampling frequency, an edge or a taper shorter than EDGE_INTERVALS intervals.
+    subroutine check_rod_sampling(self, interval, error)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: interval    !! Of the accelerometer, s
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: name
+        real(dp) :: shortest
+        integer :: i
+
+        shortest = EDGE_INTERVALS*interval*(1 - 1e-9_dp)
+        do i = 1, self%count
+            name = 'torque rod activation '//integer_text(i)//': '
+            associate (a => self%activations(i))
+                if (.not. a%frequency*interval < 0.5_dp) then
+                    call fail(error, name//'frequency = '//number_text(a%frequency)//' Hz has to be '// &
+                              'below '//number_text(0.5_dp/interval)//' Hz, half the sampling frequency '// &
+                              'of the accelerometer')
+                else if (a%taper > 0 .and. a%taper < shortest) then
+                    call fail(error, name//'taper = '//number_text(a%taper)//' s has to be 0 or at '// &
+                              'least '//number_text(EDGE_INTERVALS*interval)//' s, five sampling '// &
+                              'intervals of the accelerometer')
+                else if (a%waveform == SQUARE .and. a%rise_time < shortest) then
+                    call fail(error, name//'rise_time = '//number_text(a%rise_time)//' s has to be at '// &
+                              'least '//number_text(EDGE_INTERVALS*interval)//' s, five sampling '// &
+                              'intervals of the accelerometer')
+                end if
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine check_rod_sampling
+
+    !> The shortest time in which a moment goes to and fro, s: a period, or twice an edge or a taper.
+    !> huge(1.0) when no moment changes.
+    pure real(dp) function shortest_rod_period(self) result(period)
+        type(torque_rods_t), intent(in) :: self
+
+        integer :: i
+
+        period = huge(1.0_dp)
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                if (a%frequency > 0) period = min(period, 1/a%frequency)
+                if (a%taper > 0) period = min(period, 2*a%taper)
+                if (a%waveform == SQUARE) period = min(period, 2*a%rise_time)
+            end associate
+        end do
+    end function shortest_rod_period
+
+    !> Which rods to drive, and with what signs, as CSR-TM-00-01 chooses them at the end of
+    !> section 4.2: the x rod rests and m_y = -m_z sign(B_y B_z), so that the x torques of both
+    !> rods add up. The common sign, free in the report, is that of m_z = 1. All six printed
+    !> patterns agree.
+    pure function report_pattern(field) result(pattern)
+        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
+        integer :: pattern(3)
+
+        pattern = pattern_of_pair(field, 2, 3)
+    end function report_pattern
+
+    !> The general rule of CSR-TM-00-01 section 4.2: with |B_i| > |B_j| > |B_k| the rod along i
+    !> rests, m_k = 1 (the report leaves the common sign free) and m_j = -m_k sign(B_j B_k). Near
+    !> the poles, where the z component is the greatest, its pattern is not the one the report
+    !> uses.
+    pure function weakest_components_pattern(field) result(pattern)
+        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
+        integer :: pattern(3)
+
+        integer :: i, k
+
+        i = maxloc(abs(field), 1)
+        k = minloc(abs(field), 1, back=.true.)      ! the last one, to differ from i in ties
+        pattern = pattern_of_pair(field, 6 - i - k, k)
+    end function weakest_components_pattern
+
+    !> The pattern with m_k = 1, m_j = -sign(B_j B_k) and the third rod at rest; sign(0) = 0. A
+    !> field that is not finite gives the pattern zero, which new_harmonic_manoeuvre refuses.
+    pure function pattern_of_pair(field, j, k) result(pattern)
+        real(dp), intent(in) :: field(3)
+        integer, intent(in) :: j, k         !! The two rods
+        integer :: pattern(3)
+
+        pattern = 0
+        if (.not. all(ieee_is_finite(field))) return
+        pattern(k) = 1
+        pattern(j) = -signum(field(j))*signum(field(k))
+    end function pattern_of_pair
+
+    pure integer function signum(x)
+        real(dp), intent(in) :: x
+
+        signum = merge(1, 0, x > 0) - merge(1, 0, x < 0)
+    end function signum
+end module gracecg_spacecraft_torque_rods

@@ -1,0 +1,186 @@
+!> A Monte Carlo campaign: cases by algorithms, whole or one shard of it, and how it compares with
+!> theory and with Tables 6.1 and 6.2 of CSR-TM-00-01.
+!>
+!> Offsets stand in mm, as in the files, so that a campaign read back from its files gives the same
+!> statistics to the last bit.
+module gracecg_studies_campaign
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
+        prediction_t, predict_errors
+    use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
+    implicit none
+    private
+    public :: campaign_t, campaign_case_t, campaign_entry_t, verdict_t
+    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs, AXES
+
+    !> Names of the body axes
+    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+
+    !> A case of a campaign.
+    type :: campaign_case_t
+        character(64) :: name = ''                  !! Of the case, as in the tables
+        real(dp) :: offset(3) = 0                   !! True d, mm
+        integer :: checksum = 0                     !! Of all its settings
+    end type campaign_case_t
+
+    !> One case with one algorithm.
+    type :: campaign_entry_t
+        integer, allocatable :: run(:)              !! Numbers of the runs, increasing
+        real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), mm
+        logical, allocatable :: converged(:)        !! (runs)
+        type(error_statistics_t) :: statistics      !! mm
+        real(dp) :: predicted(3) = 0                !! RMS error by theory, mm
+        real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
+        real(dp) :: normalised = 0
+        !! Mean error squared in units of the estimates' own covariances; 0: not known
+    end type campaign_entry_t
+
+    !> Cases by algorithms, or the part of the runs that one shard has of them.
+    type :: campaign_t
+        integer :: seed = 1                         !! Of the random numbers
+        integer :: runs = 0                         !! Of the whole: 1 to runs
+        integer :: shard = 1, shards = 1            !! This is shard k of n
+        character(16), allocatable :: algorithms(:) !! Each one of ESTIMATOR_NAMES
+        type(campaign_case_t), allocatable :: cases(:)  !! The cases, in the order of the tables
+        type(campaign_entry_t), allocatable :: entries(:, :)    !! (algorithm, case)
+    end type campaign_t
+
+    !> How a campaign, theory and the published values agree.
+    type :: verdict_t
+        integer :: published = 0            !! Values of the report that there are
+        integer :: allowed = 0              !! That 15 runs allow if theory is right, 95 %
+        logical :: misprint = .false.       !! The misprinted value is among them
+        integer :: not_converged = 0        !! Estimates
+        real(dp) :: worst_difference = 0    !! Of an RMS from theory, relative
+    end type verdict_t
+
+contains
+
+    !> An empty campaign.
+    function new_campaign(algorithms, cases, seed, runs, shard, shards) result(campaign)
+        character(*), intent(in) :: algorithms(:)   !! Each one of ESTIMATOR_NAMES
+        integer, intent(in) :: cases            !! Their number
+        integer, intent(in) :: seed, runs, shard, shards    !! As the components of the same names
+        type(campaign_t) :: campaign
+
+        campaign%seed = seed
+        campaign%runs = runs
+        campaign%shard = shard
+        campaign%shards = shards
+        campaign%algorithms = algorithms
+        allocate (campaign%cases(cases), campaign%entries(size(algorithms), cases))
+    end function new_campaign
+
+    !> The runs of a shard: those of 1 to `runs` with mod(run - 1, shards) = shard - 1.
+    pure function shard_runs(campaign) result(runs)
+        type(campaign_t), intent(in) :: campaign
+        integer, allocatable :: runs(:)
+
+        integer :: i
+
+        runs = [(i, i=campaign%shard, campaign%runs, campaign%shards)]
+    end function shard_runs
+
+    !> Makes a case number i of the campaign. Fails when its name is another one's, or has a comma.
+    subroutine add_case(campaign, i, case, error)
+        type(campaign_t), intent(inout) :: campaign
+        integer, intent(in) :: i    !! Its number in the campaign
+        type(case_t), intent(in) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: text
+
+        if (any(campaign%cases(:i - 1)%name == case%knowledge%name)) then
+            call fail(error, 'two cases have the name "'//trim(case%knowledge%name)// &
+                      '": their rows could not be told apart; change `name` in the namelist file')
+        else if (scan(trim(case%knowledge%name), ',"') > 0) then
+            call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
+                      trim(case%knowledge%name))
+        else
+            call case_text(case, text, error)
+        end if
+        if (allocated(error)) return
+        campaign%cases(i) = campaign_case_t(case%knowledge%name, case%offset/MILLIMETRE, checksum(text))
+    end subroutine add_case
+
+    !> A number that differs between texts, but for one chance in two thousand million.
+    pure integer function checksum(text)
+        character(*), intent(in) :: text
+
+        integer(i8), parameter :: PRIME = 2147483647_i8, FACTOR = 48271_i8
+        integer(i8) :: total
+        integer :: i
+
+        total = 1
+        do i = 1, len(text)
+            total = mod(total*FACTOR + iachar(text(i:i)), PRIME)
+        end do
+        checksum = int(total)
+    end function checksum
+
+    !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
+    subroutine run_entry(campaign, a, i, simulator, threads, error)
+        type(campaign_t), intent(inout) :: campaign
+        integer, intent(in) :: a, i                     !! Numbers of algorithm and case
+        type(simulator_t), intent(in) :: simulator      !! Of case i
+        integer, intent(in) :: threads                  !! How many to use
+        type(error_t), allocatable, intent(out) :: error
+
+        type(prediction_t) :: prediction
+        type(monte_carlo_t) :: results
+        character(:), allocatable :: algorithm
+
+        algorithm = trim(campaign%algorithms(a))
+        call predict_errors(simulator, algorithm, prediction, error)
+        if (allocated(error)) return
+        call run_monte_carlo(simulator, algorithm, campaign%seed, shard_runs(campaign), threads, results, &
+                             error)
+        if (allocated(error)) return
+        associate (entry => campaign%entries(a, i))
+            entry%run = results%run
+            entry%offset = results%offset/MILLIMETRE
+            entry%converged = results%converged
+            entry%predicted = prediction%rms/MILLIMETRE
+            entry%normalised = sum(results%normalised)/size(results%normalised)
+        end associate
+        call summarise(campaign, a, i)
+    end subroutine run_entry
+
+    !> Statistics of an entry whose estimates are there, and its published values.
+    subroutine summarise(campaign, a, i)
+        type(campaign_t), intent(inout) :: campaign
+        integer, intent(in) :: a, i !! Numbers of algorithm and case
+
+        associate (entry => campaign%entries(a, i), case => campaign%cases(i))
+            entry%statistics = statistics_of(entry%offset, case%offset)
+            entry%published = published_rms(trim(case%name), trim(campaign%algorithms(a)))
+        end associate
+    end subroutine summarise
+
+    !> The agreement of all entries: counts over cases, algorithms and axes.
+    pure function campaign_verdict(campaign) result(verdict)
+        type(campaign_t), intent(in) :: campaign
+        type(verdict_t) :: verdict
+
+        integer :: a, i
+
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                associate (entry => campaign%entries(a, i))
+                    verdict%published = verdict%published + count(entry%published > 0)
+                    verdict%allowed = verdict%allowed + &
+                                      count(entry%published > 0 .and. &
+                                            allowed_by_fifteen_runs(entry%published, entry%predicted))
+                    verdict%misprint = verdict%misprint .or. any(is_misprint(entry%published))
+                    verdict%not_converged = verdict%not_converged + count(.not. entry%converged)
+                    verdict%worst_difference = &
+                        max(verdict%worst_difference, maxval(abs(entry%statistics%rms/entry%predicted - 1)))
+                end associate
+            end do
+        end do
+    end function campaign_verdict
+end module gracecg_studies_campaign

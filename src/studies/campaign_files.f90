@@ -1,0 +1,401 @@
+!> The files of a Monte Carlo campaign: the table of its statistics, and the estimates of every run,
+!> which can be read back.
+!>
+!> Comment lines of a runs file, in this order:
+!>
+!>     # gracecg VERSION COMMAND
+!>     # seed S, runs 1 to N
+!>     # shard K of M                                     (where it is not the whole)
+!>     # case NAME checksum C offset_mm X Y Z             (each case)
+!>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
+module gracecg_studies_campaign_files
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
+        real_text, split, split_words
+    use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_studies_campaign, only: campaign_t, campaign_case_t, AXES
+    implicit none
+    private
+    public :: write_table, write_runs, read_runs
+
+    character(*), parameter :: TABLE_COLUMNS = &
+        'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
+    character(*), parameter :: RUNS_COLUMNS = 'case,algorithm,run,dx_mm,dy_mm,dz_mm,converged'
+    integer, parameter :: COMMENT_LENGTH = 200
+
+contains
+
+    function settings_comments(campaign, command) result(comments)
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command
+        character(COMMENT_LENGTH), allocatable :: comments(:)
+
+        comments = [character(COMMENT_LENGTH) :: 'gracecg '//VERSION//' '//command, 'seed '// &
+                    integer_text(campaign%seed)//', runs 1 to '//integer_text(campaign%runs)]
+        if (campaign%shards > 1) then
+            comments = [character(COMMENT_LENGTH) :: comments, 'shard '//integer_text(campaign%shard)// &
+                        ' of '//integer_text(campaign%shards)]
+        end if
+    end function settings_comments
+
+    !> Writes RMS, mean and standard deviation of the errors beside prediction and published values.
+    subroutine write_table(path, campaign, command, error)
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command         !! That made the campaign, for the comments
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(COMMENT_LENGTH), allocatable :: comments(:)
+        character(:), allocatable :: published
+        integer :: a, i, axis
+
+        call file%open(path, error)
+        if (allocated(error)) return
+        comments = settings_comments(campaign, command)
+        do i = 1, size(comments)
+            call file%line('# '//trim(comments(i)))
+        end do
+        call file%line(TABLE_COLUMNS)
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                associate (entry => campaign%entries(a, i))
+                    do axis = 1, 3
+                        published = ''
+                        if (entry%published(axis) > 0) published = real_text(entry%published(axis))
+                        call file%line(trim(campaign%cases(i)%name)//','//trim(campaign%algorithms(a))// &
+                                       ','//AXES(axis)//','//integer_text(size(entry%run))//','// &
+                                       real_text(entry%statistics%rms(axis))//','// &
+                                       real_text(entry%statistics%mean(axis))//','// &
+                                       real_text(entry%statistics%deviation(axis))//','// &
+                                       real_text(entry%predicted(axis))//','//published)
+                    end do
+                end associate
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_table
+
+    !> Writes the estimate of every run.
+    subroutine write_runs(path, campaign, command, error)
+        character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command !! The command line, for the file's comments
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(64) :: labels(2)
+        integer :: a, i, k
+
+        call file%open(path, RUNS_COLUMNS, [settings_comments(campaign, command), &
+                                            case_comments(campaign)], error)
+        if (allocated(error)) return
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                labels = [character(64) :: campaign%cases(i)%name, campaign%algorithms(a)]
+                associate (entry => campaign%entries(a, i))
+                    do k = 1, size(entry%run)
+                        call file%row([real(entry%run(k), dp), entry%offset(:, k), &
+                                       merge(1.0_dp, 0.0_dp, entry%converged(k))], labels)
+                    end do
+                end associate
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_runs
+
+    !> What merging needs beside the estimates: true offsets and predictions.
+    function case_comments(campaign) result(comments)
+        type(campaign_t), intent(in) :: campaign
+        character(COMMENT_LENGTH), allocatable :: comments(:)
+
+        integer :: a, i, n
+
+        allocate (comments(size(campaign%cases)*(1 + size(campaign%algorithms))))
+        n = 0
+        do i = 1, size(campaign%cases)
+            associate (case => campaign%cases(i))
+                n = n + 1
+                comments(n) = comment('case '//trim(case%name)//' checksum '// &
+                                      integer_text(case%checksum)//' offset_mm', case%offset)
+                do a = 1, size(campaign%algorithms)
+                    n = n + 1
+                    comments(n) = comment('predicted '//trim(case%name)//' '// &
+                                          trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
+                end do
+            end associate
+        end do
+    end function case_comments
+
+    function comment(text, values) result(line)
+        character(*), intent(in) :: text
+        real(dp), intent(in) :: values(3)
+        character(COMMENT_LENGTH) :: line
+
+        line = text//' '//real_text(values(1))//' '//real_text(values(2))//' '//real_text(values(3))
+    end function comment
+
+    !> Reads a runs file: a campaign, or a part of it, without its statistics.
+    !>
+    !> Fails, naming file and line, when a comment line or a row is not as `write_runs` writes it, or
+    !> the file comes from another version.
+    subroutine read_runs(path, campaign, error)
+        character(*), intent(in) :: path    !! Of the file
+        type(campaign_t), intent(out) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        integer :: header
+
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        header = 1
+        do while (index(file%line(header), '#') == 1)
+            header = header + 1
+        end do
+        if (file%line(header) /= RUNS_COLUMNS) then
+            call file%fail_at(header, 'this is not a file of runs: the columns must be '//RUNS_COLUMNS, error)
+            return
+        end if
+        call read_settings(file, header, campaign, error)
+        if (.not. allocated(error)) call read_cases(file, header, campaign, error)
+        if (.not. allocated(error)) call read_rows(file, header, campaign, error)
+    end subroutine read_runs
+
+    !> The first two comment lines.
+    subroutine read_settings(file, header, campaign, error)
+        type(text_file_t), intent(in) :: file
+        integer, intent(in) :: header
+        type(campaign_t), intent(inout) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: words(:)
+        character(:), allocatable :: line
+        logical :: ok(2)
+
+        if (header < 3) then
+            call file%fail_at(1, 'the comment lines with version, seed and cases are missing', error)
+            return
+        end if
+        if (index(file%line(1), '# gracecg '//VERSION//' ') /= 1) then
+            call file%fail_at(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
+            return
+        end if
+        line = file%line(2)
+        words = split_words(line)
+        ok = .false.
+        if (size(words) == 7) then
+            if (words(2)%text == 'seed' .and. words(4)%text//' '//words(5)%text//' '//words(6)%text == &
+                'runs 1 to') then
+                call parse_integer(words(3)%text(:len(words(3)%text) - 1), campaign%seed, ok(1))
+                call parse_integer(words(7)%text, campaign%runs, ok(2))
+            end if
+        end if
+        if (.not. all(ok) .or. campaign%runs < 1) &
+            call file%fail_at(2, 'expected "# seed S, runs 1 to N"', error)
+    end subroutine read_settings
+
+    !> The comment lines of cases and predictions.
+    subroutine read_cases(file, header, campaign, error)
+        type(text_file_t), intent(in) :: file
+        integer, intent(in) :: header
+        type(campaign_t), intent(inout) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: algorithms(:)
+        type(campaign_case_t), allocatable :: cases(:)
+        character(64) :: name
+        character(16) :: label
+        real(dp) :: values(3)
+        integer, allocatable :: predicted_lines(:)
+        integer :: i, n
+        logical :: ok
+
+        allocate (algorithms(0), cases(0), predicted_lines(0))
+        do i = 3, header - 1
+            ok = .true.
+            if (index(file%line(i), '# case ') == 1) then
+                cases = [cases, campaign_case_t()]
+                call read_case_line(file%line(i), cases(size(cases)), ok)
+            else if (index(file%line(i), '# predicted ') == 1) then
+                call read_predicted_line(file%line(i), name, label, values, ok)
+                predicted_lines = [predicted_lines, i]
+                if (size(cases) == 1) call append(algorithms, trim(label))
+            end if
+            if (.not. ok) then
+                call file%fail_at(i, 'expected "# case NAME checksum C offset_mm X Y Z" or '// &
+                                  '"# predicted NAME ALGORITHM X Y Z"', error)
+                return
+            end if
+        end do
+        if (size(cases) == 0 .or. size(predicted_lines) /= size(cases)*size(algorithms)) then
+            call file%fail_at(header, 'the comment lines must have each case and a prediction of each '// &
+                              'algorithm', error)
+            return
+        end if
+        campaign%cases = cases
+        allocate (campaign%algorithms(size(algorithms)))
+        campaign%algorithms = padded(algorithms)
+        allocate (campaign%entries(size(algorithms), size(cases)))
+        do n = 1, size(predicted_lines)
+            call read_predicted_line(file%line(predicted_lines(n)), name, label, values, ok)
+            associate (a => mod(n - 1, size(algorithms)) + 1, k => (n - 1)/size(algorithms) + 1)
+                if (name /= cases(k)%name .or. label /= campaign%algorithms(a)) then
+                    call file%fail_at(predicted_lines(n), 'expected the prediction of '// &
+                                      trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
+                    return
+                end if
+                campaign%entries(a, k)%predicted = values
+            end associate
+        end do
+    end subroutine read_cases
+
+    !> "# case NAME checksum C offset_mm X Y Z"; a name may have blanks.
+    subroutine read_case_line(line, case, ok)
+        character(*), intent(in) :: line
+        type(campaign_case_t), intent(out) :: case
+        logical, intent(out) :: ok
+
+        type(string_t), allocatable :: words(:)
+        integer :: n, last
+
+        words = split_words(line)
+        n = size(words)
+        ok = n >= 9
+        if (.not. ok) return
+        call read_three(words(n - 2:), case%offset, ok)
+        if (.not. ok) return
+        last = index(line, ' checksum ', back=.true.)
+        ok = last > 0 .and. words(n - 3)%text == 'offset_mm' .and. words(n - 5)%text == 'checksum'
+        if (.not. ok) return
+        case%name = line(len('# case ') + 1:last - 1)
+        call parse_integer(words(n - 4)%text, case%checksum, ok)
+    end subroutine read_case_line
+
+    !> "# predicted NAME ALGORITHM X Y Z"
+    subroutine read_predicted_line(line, name, algorithm, values, ok)
+        character(*), intent(in) :: line
+        character(*), intent(out) :: name, algorithm
+        real(dp), intent(out) :: values(3)
+        logical, intent(out) :: ok
+
+        type(string_t), allocatable :: words(:)
+        integer :: n
+
+        name = ''
+        algorithm = ''
+        values = 0
+        words = split_words(line)
+        n = size(words)
+        ok = n >= 7
+        if (.not. ok) return
+        algorithm = words(n - 3)%text
+        name = line(len('# predicted ') + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
+        call read_three(words(n - 2:), values, ok)
+    end subroutine read_predicted_line
+
+    subroutine read_three(words, values, ok)
+        type(string_t), intent(in) :: words(:)
+        real(dp), intent(out) :: values(3)
+        logical, intent(out) :: ok
+
+        logical :: fine(3)
+        integer :: i
+
+        do i = 1, 3
+            call parse_real(words(i)%text, values(i), fine(i))
+        end do
+        ok = all(fine)
+    end subroutine read_three
+
+    !> The estimates. Rows of an entry stand together, in increasing order of the runs.
+    subroutine read_rows(file, header, campaign, error)
+        type(text_file_t), intent(in) :: file
+        integer, intent(in) :: header
+        type(campaign_t), intent(inout) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, allocatable :: entry_of(:), run(:)
+        real(dp), allocatable :: offset(:, :)
+        logical, allocatable :: converged(:), mine(:)
+        integer :: rows, i, a, k
+
+        rows = file%line_count() - header
+        do while (rows > 0)
+            if (file%line(header + rows) /= '') exit
+            rows = rows - 1
+        end do
+        allocate (entry_of(rows), run(rows), offset(3, rows), converged(rows))
+        do i = 1, rows
+            call read_row(file, header + i, campaign, entry_of(i), run(i), offset(:, i), converged(i), error)
+            if (allocated(error)) return
+            if (i == 1) cycle
+            if (entry_of(i) < entry_of(i - 1) .or. (entry_of(i) == entry_of(i - 1) .and. &
+                                                    run(i) <= run(i - 1))) then
+                call file%fail_at(header + i, 'the rows are not in the order of case, algorithm and run', error)
+                return
+            end if
+        end do
+        do k = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                mine = entry_of == a + (k - 1)*size(campaign%algorithms)
+                associate (entry => campaign%entries(a, k))
+                    entry%run = pack(run, mine)
+                    entry%converged = pack(converged, mine)
+                    entry%offset = offset(:, pack([(i, i=1, rows)], mine))
+                end associate
+            end do
+        end do
+    end subroutine read_rows
+
+    subroutine read_row(file, line_number, campaign, entry, run, offset, converged, error)
+        type(text_file_t), intent(in) :: file
+        integer, intent(in) :: line_number
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(out) :: entry               !! Number of case and algorithm
+        integer, intent(out) :: run
+        real(dp), intent(out) :: offset(3)          !! mm
+        logical, intent(out) :: converged
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: fields(:)
+        integer :: a, k
+        logical :: ok
+
+        entry = 0
+        run = 0
+        offset = 0
+        converged = .false.
+        fields = split(file%line(line_number), ',')
+        if (size(fields) /= 7) then
+            call file%fail_at(line_number, integer_text(size(fields))//' columns, expected 7: '// &
+                              RUNS_COLUMNS, error)
+            return
+        end if
+        k = findloc(campaign%cases%name == fields(1)%text, .true., 1)
+        a = findloc(campaign%algorithms == fields(2)%text, .true., 1)
+        if (k == 0 .or. a == 0) then
+            call file%fail_at(line_number, 'no comment line tells of this case and algorithm', error)
+            return
+        end if
+        entry = a + (k - 1)*size(campaign%algorithms)
+        call parse_integer(fields(3)%text, run, ok)
+        if (ok) ok = run >= 1 .and. run <= campaign%runs
+        if (.not. ok) then
+            call file%fail_at(line_number, 'column run: a whole number from 1 to '// &
+                              integer_text(campaign%runs)//' is expected', error)
+            return
+        end if
+        call read_three(fields(4:6), offset, ok)
+        if (.not. ok) then
+            call file%fail_at(line_number, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
+            return
+        end if
+        converged = fields(7)%text == '1'
+        if (.not. converged .and. fields(7)%text /= '0') &
+            call file%fail_at(line_number, 'column converged: 0 or 1 is expected', error)
+    end subroutine read_row
+end module gracecg_studies_campaign_files

@@ -1,0 +1,155 @@
+!> The verification of CSR-TM-00-01 section 5.3: the curves of Figures 5.2-5.8 along a case's arc, and
+!> their comparison with the axis windows that the report prints.
+module gracecg_studies_curves
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_environment_time, only: time_tag
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_simulation_dynamics, only: OMEGA
+    use gracecg_simulation_arc, only: truth_arc_t
+    use gracecg_simulation_accelerometer, only: pmc_acceleration_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_simulator, only: propagate_case, disturbance_at
+    use gracecg_studies_table_figure_windows, only: WINDOW_SATELLITE, WINDOW_FIGURE, WINDOW_QUANTITY, WINDOW_AXIS, &
+        WINDOW_LOW, WINDOW_HIGH
+    implicit none
+    private
+    public :: verification_t, verify_case, window_check_t, check_windows
+    public :: CURVE_NAMES, AXIS_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
+
+    !> Names of the curves, in the order of their second index in `verification_t`
+    character(20), parameter :: CURVE_NAMES(15) = [character(20) :: &
+        'drag', 'srp', 'erp', 'non_gravitational', 'a_vel', 'a_gg', 'a_acc', 'a_total', 'torque_aero', &
+        'torque_solar', 'torque_gravity', 'torque_magnetic', 'torque_total', 'omega', 'omega_dot']
+    !> Names of the body axes
+    character(1), parameter :: AXIS_NAMES(3) = ['x', 'y', 'z']
+
+    real(dp), parameter :: WINDOW_TOLERANCE = 0.05_dp
+    !! A curve meets its window when it leaves it by at most this part of the window's width
+    real(dp), parameter :: CENTRE_TOLERANCE = 0.15_dp
+    !! Largest difference of a curve's mean from the window's centre, relative to the centre
+
+    !> The curves of one case.
+    type :: verification_t
+        real(dp), allocatable :: time(:)            !! (epochs), s
+        real(dp), allocatable :: curve(:, :, :)
+        !! (axis, curve of CURVE_NAMES, epoch), body axes, m/s^2, N m, rad/s, rad/s^2
+    end type verification_t
+
+    !> One curve against its window.
+    type :: window_check_t
+        character(4) :: figure              !! The figure's number: '5.2'
+        character(20) :: quantity           !! Name of the curve, one of CURVE_NAMES
+        character(1) :: axis                !! Body axis: 'x', 'y' or 'z'
+        real(dp) :: low, high               !! The printed axis limits
+        real(dp) :: least, greatest, mean   !! Of the curve
+        real(dp) :: excess                  !! How far the curve leaves the window, of its width
+        real(dp) :: centre_difference       !! |mean - centre|/|centre|; of half the width where the centre is 0
+        logical :: inside                   !! excess <= WINDOW_TOLERANCE
+        logical :: near_centre              !! centre_difference <= CENTRE_TOLERANCE
+        logical :: attitude_only            !! Depends on the attitude dynamics alone
+    end type window_check_t
+
+contains
+
+    !> Propagates a case with its density wave and computes every curve.
+    subroutine verify_case(case, verification, error)
+        type(case_t), intent(in) :: case
+        type(verification_t), intent(out) :: verification
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: fixed_wave
+        type(truth_arc_t) :: arc
+        integer :: k
+
+        fixed_wave = case
+        fixed_wave%density_wave_random = .false.
+        call propagate_case(fixed_wave, arc, error)
+        if (allocated(error)) return
+        allocate (verification%time(0:arc%steps), verification%curve(3, size(CURVE_NAMES), 0:arc%steps))
+        do k = 0, arc%steps
+            verification%time(k) = time_tag(k, arc%interval)
+            verification%curve(:, :, k) = curves_at(fixed_wave, arc, k)
+        end do
+    end subroutine verify_case
+
+    pure function curves_at(case, arc, k) result(curve)
+        type(case_t), intent(in) :: case
+        type(truth_arc_t), intent(in) :: arc
+        integer, intent(in) :: k
+        real(dp) :: curve(3, size(CURVE_NAMES))
+
+        type(pmc_acceleration_t) :: a
+
+        a = disturbance_at(case, arc, density_wave_t(), k)
+        associate (acting => arc%loads(k))
+            curve(:, 1) = acting%drag
+            curve(:, 2) = acting%srp
+            curve(:, 3) = acting%erp
+            curve(:, 4) = a%non_gravitational
+            curve(:, 5) = a%velocity
+            curve(:, 6) = a%gravity_gradient
+            curve(:, 7) = a%acceleration
+            curve(:, 8) = a%velocity + a%gravity_gradient + a%acceleration
+            curve(:, 9) = acting%torque_aero
+            curve(:, 10) = acting%torque_solar
+            curve(:, 11) = acting%torque_gravity
+            curve(:, 12) = acting%torque_magnetic
+            curve(:, 13) = acting%torque_aero + acting%torque_solar + acting%torque_gravity + &
+                           acting%torque_magnetic
+            curve(:, 14) = arc%state(OMEGA, k)
+            curve(:, 15) = arc%omega_dot(:, k)
+        end associate
+    end function curves_at
+
+    !> Compares case 1 of a satellite with the printed windows.
+    function check_windows(satellite, verification) result(checks)
+        character(*), intent(in) :: satellite       !! 'front' or 'back'
+        type(verification_t), intent(in) :: verification
+        type(window_check_t), allocatable :: checks(:)
+
+        integer :: i
+
+        allocate (checks(0))
+        do i = 1, size(WINDOW_LOW)
+            if (WINDOW_SATELLITE(i) /= satellite) cycle
+            checks = [checks, checked(i, verification)]
+        end do
+    end function check_windows
+
+    function checked(i, verification) result(check)
+        integer, intent(in) :: i
+        type(verification_t), intent(in) :: verification
+        type(window_check_t) :: check
+
+        integer :: curve, axis
+        real(dp) :: centre, reference
+
+        curve = findloc(CURVE_NAMES == WINDOW_QUANTITY(i), .true., 1)
+        axis = findloc(AXIS_NAMES == WINDOW_AXIS(i), .true., 1)
+        check%figure = WINDOW_FIGURE(i)
+        check%quantity = WINDOW_QUANTITY(i)
+        check%axis = WINDOW_AXIS(i)
+        check%low = WINDOW_LOW(i)
+        check%high = WINDOW_HIGH(i)
+        associate (values => verification%curve(axis, curve, :))
+            check%least = minval(values)
+            check%greatest = maxval(values)
+            check%mean = sum(values)/size(values)
+        end associate
+        check%excess = max(check%low - check%least, check%greatest - check%high, 0.0_dp)/ &
+                       (check%high - check%low)
+        centre = (check%low + check%high)/2
+        reference = abs(centre)
+        if (centre == 0) reference = (check%high - check%low)/2
+        check%centre_difference = abs(check%mean - centre)/reference
+        check%inside = check%excess <= WINDOW_TOLERANCE
+        check%near_centre = check%centre_difference <= CENTRE_TOLERANCE
+        select case (CURVE_NAMES(curve))
+        case ('drag', 'srp', 'erp', 'non_gravitational', 'torque_aero', 'torque_solar')
+            check%attitude_only = .false.
+        case default
+            check%attitude_only = .true.
+        end select
+    end function checked
+end module gracecg_studies_curves

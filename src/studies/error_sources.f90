@@ -1,0 +1,68 @@
+!> The error sources of CSR-TM-00-01 section 6.3 and Figure 6.5: the error of the offset with one of
+!> them switched off.
+module gracecg_studies_error_sources
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
+        error_statistics_t, statistics_of
+    implicit none
+    private
+    public :: error_study_t, study_errors, study_switches, STUDY_NAMES
+
+    !> RMS errors of the offset in one simulation.
+    type :: error_study_t
+        integer :: runs = 0    !! Of each Monte Carlo
+        real(dp) :: rms(3) = 0              !! m
+        real(dp) :: predicted(3) = 0        !! By theory, m
+    end type error_study_t
+
+    !> The five simulations of Figure 6.5, in its order
+    character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
+                                                  'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
+
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+
+contains
+
+    !> The switches of one of STUDY_NAMES; everything acts in one of another name.
+    pure function study_switches(name) result(switches)
+        character(*), intent(in) :: name    !! One of STUDY_NAMES
+        type(error_switches_t) :: switches
+
+        switches%curved_force = name /= 'linear-ng'
+        switches%accelerometer_noise = name /= 'no-acc-noise'
+        switches%star_camera_noise = name /= 'no-sca-noise'
+        switches%magnetometer_noise = name /= 'no-mag-noise'
+        switches%magnetometer_bias = name /= 'no-mag-noise'
+    end function study_switches
+
+    !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
+    !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
+    subroutine study_errors(case, name, algorithm, seed, runs, threads, study, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: name            !! Of STUDY_NAMES
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
+        type(error_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(prediction_t) :: prediction
+        integer :: i
+
+        call new_switched_simulator(case, study_switches(name), simulator, error)
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, prediction, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
+                                                         threads, results, error)
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        study%runs = runs
+        study%rms = statistics%rms*MILLIMETRE
+        study%predicted = prediction%rms
+    end subroutine study_errors
+end module gracecg_studies_error_sources

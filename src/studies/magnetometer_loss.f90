@@ -1,0 +1,162 @@
+!> The loss of the magnetometer, CSR-TM-00-01 section 6.4: in place of its samples the field of the
+!> spherical harmonic model, which is wrong by a constant of each run.
+!>
+!> The true field of a simulation is that of the model, so the model's error is added to the truth:
+!> constant over the arc in body axes, normal, drawn for every run.
+module gracecg_studies_magnetometer_loss
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_studies_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, &
+        run_monte_carlo, &
+        error_statistics_t, statistics_of
+    implicit none
+    private
+    public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
+
+    real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
+    integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
+    real(dp), parameter :: MILLIMETRE = 1e-3_dp             !! m
+    character(8), parameter :: FIELD_SOURCES(2) = [character(8) :: 'measured', 'model']
+    !! Where the field comes from: without and with the field model
+
+    !> Many calibrations of one case with one source of the field.
+    type :: field_study_t
+        character(64) :: case_name = ''    !! Of the case that was run
+        character(16) :: algorithm = ''    !! One of ESTIMATOR_NAMES
+        logical :: with_model = .false.             !! Else the magnetometer measures the field
+        integer, allocatable :: run(:)              !! Numbers of the runs
+        real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), m
+        real(dp) :: rms(3) = 0                      !! Of their errors, m
+        real(dp) :: predicted(3) = 0                !! By theory, m
+    end type field_study_t
+
+    !> Puts the field model in the place of the magnetometer.
+    type, extends(alteration_t) :: field_model_t
+        real(dp) :: deviation = MODEL_FIELD_ERROR           !! Of the model's error, T
+    contains
+        procedure :: alter => take_model_field
+    end type field_model_t
+
+contains
+
+    !> Simulates and estimates `runs` calibrations with the magnetometer or with the field model in its
+    !> place, and predicts their errors. Fails as `run_monte_carlo` does.
+    subroutine study_field(simulator, algorithm, with_model, deviation, seed, runs, threads, study, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        logical, intent(in) :: with_model    !! The field model instead of the magnetometer
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        integer, intent(in) :: seed, runs, threads    !! First seed; runs of the Monte Carlo; in parallel
+        type(field_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(prediction_t) :: prediction
+        integer :: i
+
+        study%case_name = simulator%case%knowledge%name
+        study%algorithm = algorithm
+        study%with_model = with_model
+        study%run = [(i, i=1, runs)]
+        if (with_model) then
+            call predict_field_model(simulator, algorithm, deviation, study%predicted, error)
+            if (allocated(error)) return
+            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error, &
+                                 field_model_t(deviation))
+        else
+            call predict_errors(simulator, algorithm, prediction, error)
+            if (allocated(error)) return
+            study%predicted = prediction%rms
+            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error)
+        end if
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        study%offset = results%offset
+        study%rms = statistics%rms*MILLIMETRE
+    end subroutine study_field
+
+    subroutine take_model_field(self, simulator, seed, run, observations)
+        class(field_model_t), intent(in) :: self
+        type(simulator_t), intent(in) :: simulator
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(inout) :: observations
+
+        type(random_stream_t) :: stream
+        real(dp) :: draws(3)
+
+        associate (case => simulator%case)
+            stream = new_stream(seed, case%number, merge(1, 2, case%satellite == 'front'), run, &
+                                STREAM_FIELD_MODEL)
+        end associate
+        call stream%normals(draws)
+        call set_field(simulator, self%deviation*draws, observations)
+    end subroutine take_model_field
+
+    !> The model's field at the magnetometer's epochs, wrong by a constant.
+    pure subroutine set_field(simulator, field_error, observations)
+        type(simulator_t), intent(in) :: simulator
+        real(dp), intent(in) :: field_error(3)      !! Body axes, T
+        type(observation_set_t), intent(inout) :: observations
+
+        integer :: i, k
+
+        do i = 1, size(observations%magnetometer_time)
+            k = nint(observations%magnetometer_time(i)/simulator%arc%interval)
+            observations%field(:, i) = simulator%arc%loads(k)%field + field_error
+        end do
+    end subroutine set_field
+
+    !> Predicted RMS error of the offset with the field model, m: that of accelerometer, star camera
+    !> and dynamics, and the estimate's response to the model's error, which is linear, axis by axis.
+    subroutine predict_field_model(simulator, algorithm, deviation, rms, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm       !! One of ESTIMATOR_NAMES
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        real(dp), intent(out) :: rms(3)             !! Body axes, m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: without_bias
+        type(prediction_t) :: prediction
+        real(dp) :: still(3), moved(3), field_error(3)
+        integer :: axis
+
+        rms = 0
+        without_bias = simulator
+        without_bias%case%magnetometer%bias = 0
+        call predict_errors(without_bias, algorithm, prediction, error)
+        if (allocated(error)) return
+        rms = prediction%rms**2
+        still = simulator%case%offset + prediction%bias
+        do axis = 1, 3
+            field_error = 0
+            field_error(axis) = deviation
+            call estimate_with_field_error(simulator, algorithm, field_error, moved, error)
+            if (allocated(error)) return
+            rms = rms + (moved - still)**2
+        end do
+        rms = sqrt(rms)
+    end subroutine predict_field_model
+
+    subroutine estimate_with_field_error(simulator, algorithm, field_error, offset, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm
+        real(dp), intent(in) :: field_error(3)      !! T
+        real(dp), intent(out) :: offset(3)          !! m
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call set_field(simulator, field_error, observations)
+        call estimate_offset(algorithm, observations, solution, error, with_covariance=.false.)
+        offset = solution%offset
+    end subroutine estimate_with_field_error
+end module gracecg_studies_magnetometer_loss

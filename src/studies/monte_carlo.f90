@@ -1,0 +1,193 @@
+!> Many calibrations of one case: errors of the estimated offset, and what theory predicts for them.
+module gracecg_studies_monte_carlo
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_optimal_options, only: NOISE_GIVEN
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise
+    implicit none
+    private
+    public :: monte_carlo_t, run_monte_carlo, alteration_t, error_statistics_t, statistics_of, prediction_t, predict_errors
+
+    !> The estimates of all runs of one case and algorithm.
+    type :: monte_carlo_t
+        integer, allocatable :: run(:)              !! Numbers of the runs
+        real(dp), allocatable :: offset(:, :)       !! (3, runs), m
+        logical, allocatable :: converged(:)        !! (runs)
+        real(dp), allocatable :: normalised(:)
+        !! Error squared in units of the estimate's own covariance: a chi-square with 3 degrees of freedom
+        !! if that is honest. (runs); 0 where the algorithm gives no covariance with the estimate
+    end type monte_carlo_t
+
+    !> Statistics of the errors of the offset, mm.
+    type :: error_statistics_t
+        real(dp) :: rms(3)          !! About the true offset
+        real(dp) :: mean(3)         !! Of estimate minus truth
+        real(dp) :: deviation(3)    !! About the mean, of the sample
+    end type error_statistics_t
+
+    !> What a covariance analysis predicts for the errors, m.
+    type :: prediction_t
+        real(dp) :: rms(3)          !! sqrt(noise^2 + bias^2 + wave^2)
+        real(dp) :: noise(3)        !! Standard deviation by the noise of accelerometer and star camera
+        real(dp) :: bias(3)         !! By scale factors, biases and unmodelled dynamics
+        real(dp) :: wave(3)         !! RMS by the density wave of random phase
+    end type prediction_t
+
+    !> A change of every observation set before it is estimated.
+    type, abstract :: alteration_t
+    contains
+        procedure(alter_interface), deferred :: alter
+        !! Changes the observations of a run before they are estimated from
+    end type alteration_t
+
+    abstract interface
+        !> Changes the observations of a run; called from several threads at once.
+        subroutine alter_interface(self, simulator, seed, run, observations)
+            import :: alteration_t, simulator_t, observation_set_t
+            class(alteration_t), intent(in) :: self
+            type(simulator_t), intent(in) :: simulator
+            integer, intent(in) :: seed, run
+            type(observation_set_t), intent(inout) :: observations
+        end subroutine alter_interface
+    end interface
+
+contains
+
+    !> Simulates and estimates the given runs, on `threads` threads. A run's numbers depend on nothing
+    !> but seed, case and its own number.
+    !>
+    !> Fails when a run fails: the error is that of the failed run with the lowest number.
+    subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error, alteration)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed             !! Of the random numbers
+        integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
+        integer, intent(in) :: threads          !! How many to use
+        type(monte_carlo_t), intent(out) :: results
+        type(error_t), allocatable, intent(out) :: error
+        class(alteration_t), intent(in), optional :: alteration     !! Of every observation set
+
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i, first_failed
+
+        allocate (results%offset(3, size(runs)), results%converged(size(runs)), results%normalised(size(runs)))
+        results%run = runs
+        first_failed = size(runs) + 1
+        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
+        !$omp& private(observations, solution, failure)
+        do i = 1, size(runs)
+            call observe(simulator, seed, runs(i), observations, failure, only_used_head=.true.)
+            if (.not. allocated(failure)) then
+                if (present(alteration)) call alteration%alter(simulator, seed, runs(i), observations)
+                call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
+            end if
+            if (allocated(failure)) then
+                !$omp critical (gracecg_monte_carlo_failure)
+                if (i < first_failed) then
+                    first_failed = i
+                    error = failure
+                end if
+                !$omp end critical (gracecg_monte_carlo_failure)
+                cycle
+            end if
+            results%offset(:, i) = solution%offset
+            results%converged(i) = solution%converged
+            results%normalised(i) = normalised_error(solution%offset - simulator%case%offset, solution%covariance)
+        end do
+        !$omp end parallel do
+        if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
+    end subroutine run_monte_carlo
+
+    !> e^T C^-1 e, after scaling C to a unit diagonal; 0 without a covariance.
+    pure real(dp) function normalised_error(deviation, covariance) result(square)
+        real(dp), intent(in) :: deviation(3)        !! m
+        real(dp), intent(in) :: covariance(3, 3)    !! m^2
+
+        real(dp) :: sigma(3), scaled(3, 3), e(3)
+        integer :: i
+
+        square = 0
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+        if (.not. all(sigma > 0)) return
+        scaled = covariance/(spread(sigma, 1, 3)*spread(sigma, 2, 3))
+        e = deviation/sigma
+        square = dot_product(e, matmul(inverse_3x3(scaled), e))
+    end function normalised_error
+
+    !> Statistics of a column of estimates. In millimetres, as the files have them, so that estimates
+    !> read back from a file give the same statistics to the last bit.
+    pure function statistics_of(offset_mm, true_mm) result(statistics)
+        real(dp), intent(in) :: offset_mm(:, :)     !! (3, runs)
+        real(dp), intent(in) :: true_mm(3)          !! True offset d, body axes, mm
+        type(error_statistics_t) :: statistics
+
+        real(dp) :: errors(3, size(offset_mm, 2))
+        integer :: n
+
+        n = size(errors, 2)
+        errors = offset_mm - spread(true_mm, 2, n)
+        statistics%rms = sqrt(sum(errors**2, 2)/n)
+        statistics%mean = sum(errors, 2)/n
+        statistics%deviation = sqrt(sum((errors - spread(statistics%mean, 2, n))**2, 2)/max(n - 1, 1))
+    end function statistics_of
+
+    !> Predicts the RMS error of a case and algorithm without any random number: the covariance under
+    !> the instruments' true noise spectra, the bias that is left without noise, and the response to
+    !> the density wave, averaged over its phase. The response to the wave is linear, so two phases a
+    !> quarter apart give the average over all.
+    subroutine predict_errors(simulator, algorithm, prediction, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(prediction_t), intent(out) :: prediction
+        type(error_t), allocatable, intent(out) :: error
+
+        type(solution_t) :: still, sine, cosine
+        type(density_wave_t) :: wave
+        integer :: i
+
+        associate (random => simulator%case%density_wave_random)
+            call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
+            if (allocated(error)) return
+            prediction%bias = still%offset - simulator%case%offset
+            prediction%wave = 0
+            if (random) then
+                wave = simulator%case%density_wave
+                wave%phase = 0
+                call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
+                if (allocated(error)) return
+                wave%phase = PI/2
+                ! the covariance of an estimator that responds to the wave is that with the wave
+                call estimate_without_noise(simulator, algorithm, wave, .true., cosine, error)
+                if (allocated(error)) return
+                prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
+                still%covariance = cosine%covariance
+            end if
+        end associate
+        prediction%noise = [(sqrt(still%covariance(i, i)), i=1, 3)]
+        prediction%rms = sqrt(prediction%noise**2 + prediction%bias**2 + prediction%wave**2)
+    end subroutine predict_errors
+
+    subroutine estimate_without_noise(simulator, algorithm, wave, with_covariance, solution, error)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm
+        type(density_wave_t), intent(in) :: wave
+        logical, intent(in) :: with_covariance
+        type(solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+
+        call observe_without_noise(simulator, wave, observations)
+        observations%knowledge%optimal%noise = NOISE_GIVEN      ! there is none to estimate
+        call estimate_offset(algorithm, observations, solution, error, with_covariance)
+    end subroutine estimate_without_noise
+end module gracecg_studies_monte_carlo

@@ -1,0 +1,28 @@
+!> The limits of the axes that CSR-TM-00-01 prints in its Figures 6.1-6.6.
+module gracecg_studies_published_axes
+    use gracecg_base_kinds, only: dp
+    use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_SATELLITE, LIMIT_PANEL, LIMIT_AXIS, LIMIT_LOW, &
+        LIMIT_HIGH
+    implicit none
+    private
+    public :: printed_axis
+
+contains
+
+    !> Lower and upper limit of one panel: nT in Figure 6.1, rad/s^2 in 6.4, m in the others. Both are 0
+    !> when the report has no such panel.
+    pure function printed_axis(figure, satellite, panel, axis) result(limits)
+        character(*), intent(in) :: figure      !! '6.1' to '6.6'
+        character(*), intent(in) :: satellite   !! 'front' or 'back'
+        character(*), intent(in) :: panel       !! Algorithm; 'field' in Figure 6.1, 'acceleration' in 6.4
+        character(*), intent(in) :: axis        !! 'x', 'y', 'z'; 'all' in Figures 6.1 and 6.4
+        real(dp) :: limits(2)
+
+        integer :: i
+
+        limits = 0
+        i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
+                    LIMIT_AXIS == axis, .true., 1)
+        if (i > 0) limits = [LIMIT_LOW(i), LIMIT_HIGH(i)]
+    end function printed_axis
+end module gracecg_studies_published_axes

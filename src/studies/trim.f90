@@ -1,0 +1,180 @@
+!> Step 5 of CSR-TM-00-01 section 5.1, which the report did not simulate: adjust the CG offset by the
+!> estimate, and calibrate again until the estimate is small.
+!>
+!> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
+!> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
+module gracecg_studies_trim
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    implicit none
+    private
+    public :: trim_settings_t, trim_round_t, trim_offset
+    public :: trim_statistics_t, repeat_trim
+
+    integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
+
+    !> When a trim ends, and how well the masses are moved.
+    type :: trim_settings_t
+        real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
+        integer :: rounds = 10                  !! At most
+        real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
+        real(dp) :: balance_noise = 0           !! Absolute, m
+        integer :: seed = 1                     !! Of the random numbers; the run is the round
+    end type trim_settings_t
+
+    !> One calibration of the trim; body axes, m.
+    type :: trim_round_t
+        real(dp) :: offset(3)       !! True d
+        real(dp) :: estimate(3)     !! Of d
+        real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
+    end type trim_round_t
+
+    !> One round of many trims; RMS over the runs, body axes, m.
+    type :: trim_statistics_t
+        real(dp) :: offset(3) = 0           !! Of the true d
+        real(dp) :: estimate_error(3) = 0   !! Of estimate minus true d
+        real(dp) :: sigma(3) = 0            !! That the estimator states
+    end type trim_statistics_t
+
+contains
+
+    !> Trims a case many times, with the seeds from settings%seed on, settings%rounds rounds each
+    !> whatever the threshold, on `threads` threads.
+    !>
+    !> Fails when a trim fails: the error is that of the failed run with the lowest number.
+    subroutine repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
+        type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(trim_settings_t) :: own
+        type(trim_round_t), allocatable :: rounds(:)
+        type(trim_round_t) :: results(settings%rounds, runs)
+        type(error_t), allocatable :: failure
+        integer :: run, first_failed, i, axis
+
+        first_failed = runs + 1
+        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(own, rounds, failure)
+        do run = 1, runs
+            own = settings
+            own%seed = settings%seed + run - 1
+            own%threshold = 0
+            call trim_offset(case, algorithm, own, rounds, failure)
+            if (allocated(failure)) then
+                !$omp critical (gracecg_trim_failure)
+                if (run < first_failed) then
+                    first_failed = run
+                    error = failure
+                end if
+                !$omp end critical (gracecg_trim_failure)
+                cycle
+            end if
+            results(:, run) = rounds
+        end do
+        !$omp end parallel do
+        if (allocated(error)) then
+            call add_context(error, 'run '//integer_text(first_failed))
+            return
+        end if
+        do i = 1, settings%rounds
+            do axis = 1, 3
+                statistics(i)%offset(axis) = rms(results(i, :)%offset(axis))
+                statistics(i)%estimate_error(axis) = rms(results(i, :)%estimate(axis) - &
+                                                         results(i, :)%offset(axis))
+                statistics(i)%sigma(axis) = rms(results(i, :)%sigma(axis))
+            end do
+        end do
+
+    contains
+
+        pure real(dp) function rms(values)
+            real(dp), intent(in) :: values(:)
+
+            rms = norm2(values)/sqrt(real(size(values), dp))
+        end function rms
+    end subroutine repeat_trim
+
+    !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold,
+    !> or the last one allowed.
+    !>
+    !> Fails when the simulation or an estimate fails, or an estimate does not converge.
+    subroutine trim_offset(case, algorithm, settings, rounds, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), allocatable, intent(out) :: rounds(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: current
+        type(trim_round_t) :: latest
+        integer :: i
+
+        allocate (rounds(0))
+        current = case
+        do i = 1, settings%rounds
+            call calibrate(current, algorithm, settings%seed, i, latest, error)
+            if (allocated(error)) then
+                call add_context(error, 'round '//integer_text(i))
+                return
+            end if
+            rounds = [rounds, latest]
+            if (all(abs(latest%estimate) < settings%threshold)) return
+            current%offset = current%offset - mass_balance(current, settings, i, latest%estimate)
+        end do
+    end subroutine trim_offset
+
+    subroutine calibrate(case, algorithm, seed, run, latest, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: algorithm
+        integer, intent(in) :: seed, run
+        type(trim_round_t), intent(out) :: latest
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        integer :: i
+
+        call new_simulator(case, simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, seed, run, observations, error, only_used_head=.true.)
+        if (allocated(error)) return
+        call estimate_offset(algorithm, observations, solution, error)
+        if (allocated(error)) return
+        if (.not. solution%converged) then
+            call fail(error, algorithm//' did not converge: there is no estimate to trim by')
+            return
+        end if
+        latest%offset = case%offset
+        latest%estimate = solution%offset
+        latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
+    end subroutine calibrate
+
+    !> What the mass balancing makes of a wanted change of d.
+    function mass_balance(case, settings, round, wanted) result(done)
+        type(case_t), intent(in) :: case
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: round
+        real(dp), intent(in) :: wanted(3)       !! m
+        real(dp) :: done(3)                     !! m
+
+        type(random_stream_t) :: stream
+        real(dp) :: relative(3), absolute(3)
+
+        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite == 'front'), round, &
+                            STREAM_BALANCE)
+        call stream%normals(relative)
+        call stream%normals(absolute)
+        done = wanted*(1 + settings%balance_error*relative) + settings%balance_noise*absolute
+    end function mass_balance
+end module gracecg_studies_trim

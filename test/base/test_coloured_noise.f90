@@ -1,0 +1,255 @@
+!> Coloured noise: the analytic spectrum against the law, the samples against the analytic ones.
+module test_coloured_noise
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED
+    use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_coloured_noise
+
+    real(dp), parameter :: LEVEL = 1e-20_dp         !! m^2 s^-4/Hz
+    real(dp), parameter :: INTERVAL = 0.1_dp        !! s
+    real(dp), parameter :: Z_9999 = 3.8906_dp       !! Two-sided 99.99 % point
+
+contains
+
+    subroutine collect_coloured_noise(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('white-variance-and-sides', test_sides), &
+                    new_unittest('flicker-law-within-half-a-percent', test_law), &
+                    new_unittest('spectrum-is-transform-of-autocovariance', test_transform), &
+                    new_unittest('periodogram-slope-and-level', test_periodogram), &
+                    new_unittest('sample-autocovariance', test_autocovariance), &
+                    new_unittest('variance-constant-along-record', test_stationary), &
+                    new_unittest('white-part-is-white', test_white), &
+                    new_unittest('whole-or-in-pieces', test_pieces), &
+                    new_unittest('rejects-bad-arguments', test_arguments)]
+    end subroutine collect_coloured_noise
+
+    !> White: level*fs two-sided, half of it one-sided; the flicker part follows the same factor.
+    subroutine test_sides(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: one, two
+        type(error_t), allocatable :: failure
+        real(dp) :: r_one(2), r_two(2)
+
+        two = coloured_noise(LEVEL, 0.0_dp, TWO_SIDED, INTERVAL, failure)
+        r_two = two%autocovariance([0, 1])
+        call check(error, sqrt(r_two(1)), 3.16227766e-10_dp, thr=1e-18_dp)
+        if (allocated(error)) return
+        call check(error, r_two(2), 0.0_dp)
+        if (allocated(error)) return
+        one = coloured_noise(LEVEL, 0.3_dp, ONE_SIDED, INTERVAL, failure)
+        two = coloured_noise(LEVEL, 0.3_dp, TWO_SIDED, INTERVAL, failure)
+        r_one = one%autocovariance([0, 7])
+        r_two = two%autocovariance([0, 7])
+        call check(error, maxval(abs(r_two/r_one - 2)) < 1e-14_dp)
+    end subroutine test_sides
+
+    !> From 1 mHz to 3 Hz at 10 Hz.
+    subroutine test_law(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp) :: f, ratio
+        integer :: i
+
+        noise = coloured_noise(LEVEL, 1.0_dp, TWO_SIDED, INTERVAL, failure)
+        do i = 0, 200
+            f = 1e-3_dp*3000.0_dp**(i/200.0_dp)
+            ratio = (noise%spectrum(f) - LEVEL)/(LEVEL/f)
+            call check(error, ratio, 1.0_dp, thr=0.005_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_law
+
+    !> S(f) = dt sum over k of r(k) cos(2 pi f k dt).
+    subroutine test_transform(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: LAST = 400000
+        real(dp), parameter :: F(3) = [0.01_dp, 0.3_dp, 4.0_dp]
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: r(:)
+        real(dp) :: s
+        integer :: i, k
+
+        noise = coloured_noise(LEVEL, 0.5_dp, TWO_SIDED, INTERVAL, failure)
+        allocate (r(0:LAST), source=noise%autocovariance([(k, k=0, LAST)]))
+        do i = 1, size(F)
+            s = r(0)
+            do k = 1, LAST
+                s = s + 2*r(k)*cos(TWO_PI*F(i)*INTERVAL*k)
+            end do
+            call check(error, INTERVAL*s/noise%spectrum(F(i)), 1.0_dp, thr=1e-6_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_transform
+
+    !> Averaged periodograms (Hann window) of flicker noise at 18 frequencies from 0.1 to 3 Hz
+    !> against level*corner/f. The logarithm of a mean of M exponential variables has the variance
+    !> 1/M; the limits are for 99.9 %. The window raises the lowest of the powers by 0.4 %.
+    subroutine test_periodogram(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 1000, RECORDS = 400
+        integer, parameter :: BIN(18) = [10, 13, 16, 20, 24, 29, 36, 44, 53, 65, 79, 96, 117, 142, &
+                                         173, 210, 250, 300]
+        real(dp), parameter :: CORNER = 1e4_dp
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: c(N, size(BIN)), s(N, size(BIN)), window(N), x(N), power(size(BIN))
+        real(dp) :: log_f(size(BIN)), excess(size(BIN)), slope, spread
+        integer :: i, k
+
+        do k = 1, N
+            window(k) = 1 - cos(TWO_PI*(k - 0.5_dp)/N)
+        end do
+        do i = 1, size(BIN)
+            do k = 1, N
+                c(k, i) = window(k)*cos(TWO_PI*BIN(i)*k/N)
+                s(k, i) = window(k)*sin(TWO_PI*BIN(i)*k/N)
+            end do
+        end do
+        noise = coloured_noise(LEVEL, CORNER, TWO_SIDED, INTERVAL, failure)
+        stream = new_stream(21, 0, 0, 0, 0)
+        power = 0
+        do i = 1, RECORDS
+            call noise%restart()
+            call noise%generate(stream, x)
+            power = power + matmul(x, c)**2 + matmul(x, s)**2
+        end do
+        power = power*INTERVAL/sum(window**2)/RECORDS
+        log_f = log(BIN/(N*INTERVAL))
+        excess = log(power/(LEVEL*(1 + CORNER*N*INTERVAL/BIN)))
+        spread = sum((log_f - mean(log_f))**2)
+        slope = sum((log_f - mean(log_f))*excess)/spread
+        call check(error, mean(excess), 0.0_dp, thr=Z_999/sqrt(real(RECORDS*size(BIN), dp)))
+        if (allocated(error)) return
+        call check(error, slope, 0.0_dp, thr=Z_999/sqrt(RECORDS*spread))
+    end subroutine test_periodogram
+
+    !> Products of the first and a later sample of independent records.
+    subroutine test_autocovariance(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RECORDS = 4000, LAGS(7) = [0, 1, 2, 5, 10, 20, 50]
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: x(51), r(7), found(7)
+        integer :: i
+
+        noise = coloured_noise(LEVEL, 2.0_dp, TWO_SIDED, INTERVAL, failure)
+        stream = new_stream(22, 0, 0, 0, 0)
+        found = 0
+        do i = 1, RECORDS
+            call noise%restart()
+            call noise%generate(stream, x)
+            found = found + x(1)*x(1 + LAGS)
+        end do
+        found = found/RECORDS
+        r = noise%autocovariance(LAGS)
+        call check(error, maxval(abs(found - r)/sqrt((r(1)**2 + r**2)/RECORDS)) < Z_9999, &
+                   'beyond the 99.9 % limit of the greatest of 7')
+        if (allocated(error)) return
+        call check(error, all(noise%autocovariance(-LAGS) == r))
+    end subroutine test_autocovariance
+
+    subroutine test_stationary(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RECORDS = 4000, N = 600, AT(5) = [1, 2, 60, 300, 600]
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: x(N), squares(5), r(1)
+        integer :: i
+
+        noise = coloured_noise(LEVEL, 2.0_dp, TWO_SIDED, INTERVAL, failure)
+        stream = new_stream(23, 0, 0, 0, 0)
+        squares = 0
+        do i = 1, RECORDS
+            call noise%restart()
+            call noise%generate(stream, x)
+            squares = squares + x(AT)**2
+        end do
+        r = noise%autocovariance([0])
+        call check(error, maxval(abs(squares/RECORDS/r(1) - 1)) < Z_9999*sqrt(2.0_dp/RECORDS), &
+                   'beyond the 99.9 % limit of the greatest of 5')
+    end subroutine test_stationary
+
+    subroutine test_white(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 100000, LAGS = 20
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: x(N), limits(2)
+
+        noise = coloured_noise(LEVEL, 0.0_dp, TWO_SIDED, INTERVAL, failure)
+        stream = new_stream(24, 0, 0, 0, 0)
+        call noise%generate(stream, x)
+        limits = chi_square_limits(LAGS)
+        call check(error, ljung_box(x, LAGS) < limits(2))
+        if (allocated(error)) return
+        call check(error, variance(x)/(LEVEL/INTERVAL), 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
+        if (allocated(error)) return
+        ! The test can fail: flicker of the same level is found at once.
+        noise = coloured_noise(LEVEL, 1.0_dp, TWO_SIDED, INTERVAL, failure)
+        call noise%generate(stream, x)
+        call check(error, ljung_box(x, LAGS) > 100*limits(2))
+    end subroutine test_white
+
+    subroutine test_pieces(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: whole(100), pieces(100)
+
+        noise = coloured_noise(LEVEL, 0.1_dp, TWO_SIDED, INTERVAL, failure)
+        stream = new_stream(25, 0, 0, 0, 0)
+        call noise%generate(stream, whole)
+        call noise%restart()
+        stream = new_stream(25, 0, 0, 0, 0)
+        call noise%generate(stream, pieces(:33))
+        call noise%generate(stream, pieces(34:))
+        call check(error, all(whole == pieces))
+    end subroutine test_pieces
+
+    subroutine test_arguments(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: nan
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        call expect_failure(-LEVEL, 0.1_dp, TWO_SIDED, INTERVAL, 'noise level')
+        call expect_failure(nan, 0.1_dp, TWO_SIDED, INTERVAL, 'noise level')
+        call expect_failure(LEVEL, -0.1_dp, TWO_SIDED, INTERVAL, 'corner')
+        call expect_failure(LEVEL, nan, TWO_SIDED, INTERVAL, 'corner')
+        call expect_failure(LEVEL, 0.1_dp, 3, INTERVAL, 'sides')
+        call expect_failure(LEVEL, 0.1_dp, ONE_SIDED, 0.0_dp, 'interval')
+        call expect_failure(LEVEL, 0.1_dp, ONE_SIDED, nan, 'interval')
+
+    contains
+
+        subroutine expect_failure(level, corner, sides, interval, word)
+            real(dp), intent(in) :: level, corner, interval
+            integer, intent(in) :: sides
+            character(*), intent(in) :: word
+
+            type(coloured_noise_t) :: noise
+            type(error_t), allocatable :: failure
+
+            if (allocated(error)) return
+            noise = coloured_noise(level, corner, sides, interval, failure)
+            call check_fails(error, message_of(failure), [word])
+        end subroutine expect_failure
+    end subroutine test_arguments
+end module test_coloured_noise

@@ -1,0 +1,234 @@
+!> The random numbers: published vectors, independence of streams, distributions.
+module test_random
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
+    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_random
+
+contains
+
+    subroutine collect_random(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('published-vectors', test_known_answers), &
+                    new_unittest('first-uniform-numbers', test_first_uniform), &
+                    new_unittest('same-name-same-numbers', test_reproducible), &
+                    new_unittest('every-part-of-the-name-counts', test_names), &
+                    new_unittest('streams-are-uncorrelated', test_streams), &
+                    new_unittest('array-equals-single-draws', test_array), &
+                    new_unittest('uniform-distribution', test_uniform), &
+                    new_unittest('normal-moments', test_moments), &
+                    new_unittest('normal-distribution', test_normal), &
+                    new_unittest('normal-whiteness', test_whiteness)]
+    end subroutine collect_random
+
+    !> Random123 1.x, file kat_vectors, lines `philox4x32 10`.
+    subroutine test_known_answers(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer(i8), parameter :: ONES = int(z'FFFFFFFF', i8)
+        integer(i8) :: pi_counter(4), pi_key(2)
+
+        call expect([0_i8, 0_i8, 0_i8, 0_i8], [0_i8, 0_i8], &
+                    [int(z'6627E8D5', i8), int(z'E169C58D', i8), int(z'BC57AC4C', i8), &
+                     int(z'9B00DBD8', i8)])
+        if (allocated(error)) return
+        call expect([ONES, ONES, ONES, ONES], [ONES, ONES], &
+                    [int(z'408F276D', i8), int(z'41C83B0E', i8), int(z'A20BC7C6', i8), &
+                     int(z'6D5451FD', i8)])
+        if (allocated(error)) return
+        pi_counter = [int(z'243F6A88', i8), int(z'85A308D3', i8), int(z'13198A2E', i8), &
+                      int(z'03707344', i8)]
+        pi_key = [int(z'A4093822', i8), int(z'299F31D0', i8)]
+        call expect(pi_counter, pi_key, &
+                    [int(z'D16CFE09', i8), int(z'94FDCCEB', i8), int(z'5001E420', i8), &
+                     int(z'24126EA1', i8)])
+
+    contains
+
+        subroutine expect(counter, key, answer)
+            integer(i8), intent(in) :: counter(4), key(2), answer(4)
+
+            call check(error, all(philox_4x32(counter, key) == answer))
+        end subroutine expect
+    end subroutine test_known_answers
+
+    !> The stream named by zeros begins with the first published block: 53 bits of its words.
+    subroutine test_first_uniform(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: LAST_BIT = 2.0_dp**(-53)
+        type(random_stream_t) :: stream
+        real(dp) :: first, second
+
+        stream = new_stream(0, 0, 0, 0, 0)
+        first = stream%uniform()
+        second = stream%uniform()
+        call check(error, first == shiftr(int(z'6627E8D5E169C58D', i8), 11)*LAST_BIT)
+        if (allocated(error)) return
+        call check(error, second == int(z'BC57AC4C9B00D', i8)*2*LAST_BIT + LAST_BIT)
+    end subroutine test_first_uniform
+
+    !> Two streams drawn by turns give what each gives alone.
+    subroutine test_reproducible(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(random_stream_t) :: a, b
+        real(dp) :: alone(2, 50), by_turns(2, 50)
+        integer :: i
+
+        a = new_stream(7, 1, 2, 3, 4)
+        b = new_stream(7, 1, 2, 4, 4)
+        call a%normals(alone(1, :))
+        call b%normals(alone(2, :))
+        a = new_stream(7, 1, 2, 3, 4)
+        b = new_stream(7, 1, 2, 4, 4)
+        do i = 1, 50
+            by_turns(2, i) = b%normal()
+            by_turns(1, i) = a%normal()
+        end do
+        call check(error, all(alone == by_turns))
+    end subroutine test_reproducible
+
+    !> No two of the names made of 0, 1, 2, -1 share a number among their first.
+    subroutine test_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: PARTS(4) = [0, 1, 2, -1]
+        type(random_stream_t) :: stream
+        real(dp) :: first(4**5)
+        integer :: i, digit(5)
+
+        do i = 0, size(first) - 1
+            digit = 1 + [mod(i, 4), mod(i/4, 4), mod(i/16, 4), mod(i/64, 4), i/256]
+            stream = new_stream(PARTS(digit(1)), PARTS(digit(2)), PARTS(digit(3)), &
+                                PARTS(digit(4)), PARTS(digit(5)))
+            first(i + 1) = stream%uniform()
+            call check(error, .not. any(first(:i) == first(i + 1)))
+            if (allocated(error)) return
+        end do
+    end subroutine test_names
+
+    !> Streams that differ by one in one part of the name.
+    subroutine test_streams(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 20000
+        type(random_stream_t) :: streams(6)
+        real(dp) :: x(N, 6)
+        integer :: i, j
+
+        streams = [new_stream(1, 1, 1, 1, 1), new_stream(2, 1, 1, 1, 1), &
+                   new_stream(1, 2, 1, 1, 1), new_stream(1, 1, 2, 1, 1), &
+                   new_stream(1, 1, 1, 2, 1), new_stream(1, 1, 1, 1, 2)]
+        do i = 1, 6
+            call streams(i)%normals(x(:, i))
+            do j = 1, i - 1
+                call check(error, abs(correlation(x(:, i), x(:, j))) < 4.0_dp/sqrt(real(N, dp)), &
+                           'correlation beyond the 99.9 % limit of the greatest of 15')
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_streams
+
+    subroutine test_array(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(random_stream_t) :: a, b
+        real(dp) :: x(12), y(12)
+        integer :: i
+
+        a = new_stream(3, 0, 0, 0, 0)
+        b = a
+        call a%normals(x(1:3))
+        call a%normals(x(4:3))
+        call a%normals(x(4:4))
+        call a%normals(x(5:9))
+        call a%normals(x(10:12))
+        do i = 1, 12
+            y(i) = b%normal()
+        end do
+        call check(error, all(x == y))
+        if (allocated(error)) return
+        call check(error, a%normal() == b%normal())
+    end subroutine test_array
+
+    !> Chi-square of 100 equal bins, range and mean.
+    subroutine test_uniform(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 500000, BINS = 100
+        type(random_stream_t) :: stream
+        real(dp) :: x(N), statistic, limits(2)
+        integer :: i, bin, counts(BINS)
+
+        stream = new_stream(11, 0, 0, 0, 0)
+        counts = 0
+        do i = 1, N
+            x(i) = stream%uniform()
+            bin = 1 + int(BINS*x(i))
+            counts(bin) = counts(bin) + 1
+        end do
+        call check(error, minval(x) > 0 .and. maxval(x) < 1)
+        if (allocated(error)) return
+        call check(error, abs(mean(x) - 0.5_dp) < Z_999*sqrt(1.0_dp/(12*N)))
+        if (allocated(error)) return
+        statistic = sum((counts - real(N, dp)/BINS)**2)/(real(N, dp)/BINS)
+        limits = chi_square_limits(BINS - 1)
+        call check(error, statistic > limits(1) .and. statistic < limits(2))
+    end subroutine test_uniform
+
+    subroutine test_moments(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 1000000
+        type(random_stream_t) :: stream
+        real(dp), allocatable :: x(:)
+
+        allocate (x(N))
+        stream = new_stream(12, 0, 0, 0, 0)
+        call stream%normals(x)
+        call check(error, mean(x), 0.0_dp, thr=Z_999*sqrt(1.0_dp/N))
+        if (allocated(error)) return
+        call check(error, mean(x**2), 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
+        if (allocated(error)) return
+        call check(error, mean(x**3), 0.0_dp, thr=Z_999*sqrt(15.0_dp/N))
+        if (allocated(error)) return
+        call check(error, mean(x**4), 3.0_dp, thr=Z_999*sqrt(96.0_dp/N))
+        if (allocated(error)) return
+        ! P(|x| > 3) = 2.699796e-3
+        call check(error, count(abs(x) > 3)/real(N, dp), 2.699796e-3_dp, &
+                   thr=Z_999*sqrt(2.699796e-3_dp/N))
+    end subroutine test_moments
+
+    !> Chi-square of 100 bins of equal probability.
+    subroutine test_normal(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 500000, BINS = 100
+        type(random_stream_t) :: stream
+        real(dp) :: statistic, limits(2), probability
+        integer :: i, bin, counts(BINS)
+
+        stream = new_stream(13, 0, 0, 0, 0)
+        counts = 0
+        do i = 1, N
+            probability = 0.5_dp*erfc(-stream%normal()/sqrt(2.0_dp))
+            bin = min(BINS, 1 + int(BINS*probability))
+            counts(bin) = counts(bin) + 1
+        end do
+        statistic = sum((counts - real(N, dp)/BINS)**2)/(real(N, dp)/BINS)
+        limits = chi_square_limits(BINS - 1)
+        call check(error, statistic > limits(1) .and. statistic < limits(2))
+    end subroutine test_normal
+
+    !> Of the numbers, and of their squares: both of a Box-Muller pair come from one radius.
+    subroutine test_whiteness(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 100000, LAGS = 20
+        type(random_stream_t) :: stream
+        real(dp) :: x(N), limits(2)
+
+        stream = new_stream(14, 0, 0, 0, 0)
+        call stream%normals(x)
+        limits = chi_square_limits(LAGS)
+        call check(error, ljung_box(x, LAGS) < limits(2))
+        if (allocated(error)) return
+        call check(error, ljung_box(x**2, LAGS) < limits(2))
+    end subroutine test_whiteness
+end module test_random

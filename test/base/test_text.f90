@@ -1,0 +1,210 @@
+!> Text helpers: strict numbers, and numbers as text that read back exactly.
+module test_text
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_text
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_text
+
+contains
+
+    subroutine collect_text(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('lower-case', test_lower_case), &
+                    new_unittest('split', test_split), &
+                    new_unittest('split-words', test_split_words), &
+                    new_unittest('append-pad-join', test_join), &
+                    new_unittest('real-accepted', test_real_accepted), &
+                    new_unittest('real-refused', test_real_refused), &
+                    new_unittest('integer-accepted', test_integer_accepted), &
+                    new_unittest('integer-refused', test_integer_refused), &
+                    new_unittest('real-text-is-short', test_short), &
+                    new_unittest('real-text-reads-back', test_reads_back), &
+                    new_unittest('integer-text', test_integer_text)]
+    end subroutine collect_text
+
+    subroutine test_lower_case(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, lower_case('AZ az[@`{09'), 'az az[@`{09')
+    end subroutine test_lower_case
+
+    subroutine test_split(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(string_t), allocatable :: pieces(:)
+
+        pieces = split('a,, b ,', ',')
+        call check(error, size(pieces), 4)
+        if (allocated(error)) return
+        call check(error, pieces(1)%text == 'a' .and. len(pieces(2)%text) == 0 .and. &
+                   pieces(3)%text == ' b ' .and. len(pieces(4)%text) == 0)
+        if (allocated(error)) return
+        call check(error, size(split('', ',')), 1)
+    end subroutine test_split
+
+    subroutine test_split_words(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(string_t), allocatable :: words(:)
+
+        words = split_words('  one'//achar(9)//' two  t')
+        call check(error, size(words), 3)
+        if (allocated(error)) return
+        call check(error, words(1)%text//'|'//words(2)%text//'|'//words(3)%text, 'one|two|t')
+        if (allocated(error)) return
+        call check(error, size(split_words('  ')) + size(split_words('')), 0)
+    end subroutine test_split_words
+
+    subroutine test_join(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(string_t), allocatable :: strings(:)
+
+        allocate (strings(0))
+        call append(strings, 'time')
+        call append(strings, '')
+        call append(strings, 'x')
+        call check(error, join(padded(strings), ','), 'time,,x')
+        if (allocated(error)) return
+        call check(error, len(padded(strings)), 4)
+    end subroutine test_join
+
+    subroutine test_real_accepted(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(24), parameter :: TEXTS(*) = [character(24) :: '1', '+1.5', '-.5', '5.', '1e3', &
+                                                '1.25D-2', '2d+1', '  7 ', '0.1', '1e-400', &
+                                                '1.7976931348623157e308', '0012']
+        real(dp), parameter :: VALUES(*) = [1.0_dp, 1.5_dp, -0.5_dp, 5.0_dp, 1000.0_dp, 0.0125_dp, &
+                                            20.0_dp, 7.0_dp, 0.1_dp, 0.0_dp, huge(1.0_dp), 12.0_dp]
+        real(dp) :: value
+        logical :: ok
+        integer :: i
+
+        do i = 1, size(TEXTS)
+            call parse_real(TEXTS(i), value, ok)
+            call check(error, ok .and. abs(value - VALUES(i)) <= 0, 'value of '//TEXTS(i))
+            if (allocated(error)) return
+        end do
+    end subroutine test_real_accepted
+
+    subroutine test_real_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(12), parameter :: TEXTS(*) = [character(12) :: '', '   ', 'NaN', 'nan', 'Inf', &
+                                                '-infinity', '1.2.3', '1.5x', 'x1', '1 2', '1,5', &
+                                                '.', '-', &
+                                                '+-1', 'e5', '1e', '1e+', '1e5.0', '1e400', &
+                                                '0x10', '1_8', '2*3', '1e5e5']
+        real(dp) :: value
+        logical :: ok
+        integer :: i
+
+        do i = 1, size(TEXTS)
+            value = 1
+            call parse_real(trim(TEXTS(i)), value, ok)
+            call check(error, .not. ok .and. abs(value) <= 0, 'accepted: '//TEXTS(i))
+            if (allocated(error)) return
+        end do
+        call parse_real(repeat('1', 1000), value, ok)
+        call check(error, .not. ok, 'accepted a thousand digits')
+    end subroutine test_real_refused
+
+    subroutine test_integer_accepted(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer :: value
+        integer(i8) :: long
+        logical :: ok
+
+        call parse_integer(' -2147483647 ', value, ok)
+        call check(error, ok .and. value == -2147483647)
+        if (allocated(error)) return
+        call parse_integer('+007', value, ok)
+        call check(error, ok .and. value == 7)
+        if (allocated(error)) return
+        call parse_integer('9223372036854775807', long, ok)
+        call check(error, ok .and. long == huge(long))
+    end subroutine test_integer_accepted
+
+    subroutine test_integer_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(24), parameter :: TEXTS(*) = [character(24) :: '', ' ', '+', '-', '1.0', '1e3', &
+                                                '12x', '1 2', '2147483648', &
+                                                '9223372036854775808', '99999999999999999999']
+        integer :: value, i
+        integer(i8) :: long
+        logical :: ok
+
+        do i = 1, size(TEXTS)
+            call parse_integer(trim(TEXTS(i)), value, ok)
+            call check(error, .not. ok .and. value == 0, 'accepted: '//TEXTS(i))
+            if (allocated(error)) return
+        end do
+        call parse_integer('9223372036854775808', long, ok)
+        call check(error, .not. ok .and. long == 0)
+    end subroutine test_integer_refused
+
+    subroutine test_short(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(24), parameter :: TEXTS(*) = [character(24) :: '0', '0.1', '-0.3', '60', &
+                                                '432.5', &
+                                                '6378136.3', '1e-10', '-1.5e-7', '0.00001', &
+                                                '1e16', '1e22', '1e23', '1e300', &
+                                                '3.986004415e14', '0.30000000000000004', &
+                                                '9007199254740993', '1e-300', &
+                                                '100000', '123456789012345.6', &
+                                                '2.2250738585072014e-308']
+        character(24), parameter :: EXPECTED(*) = [character(24) :: '0', '0.1', '-0.3', '60', &
+                                                   '432.5', &
+                                                   '6378136.3', '1e-10', '-1.5e-7', '0.00001', &
+                                                   '1e16', '1e22', '1e23', '1e300', &
+                                                   '398600441500000', '0.30000000000000004', &
+                                                   '9007199254740992', '1e-300', &
+                                                   '100000', '123456789012345.6', &
+                                                   '2.2250738585072014e-308']
+        real(dp) :: value
+        character(24) :: text
+        integer :: i
+
+        do i = 1, size(TEXTS)
+            text = TEXTS(i)
+            read (text, *) value
+            call check(error, real_text(value), trim(EXPECTED(i)))
+            if (allocated(error)) return
+        end do
+        call check(error, real_text(ieee_value(value, ieee_quiet_nan)), 'NaN')
+    end subroutine test_short
+
+    !> Numbers of all magnitudes, read back by the compiler's own reader and by ours.
+    subroutine test_reads_back(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: r(3), value, again, ours
+        integer :: i, n
+        integer, allocatable :: seed(:)
+        character(:), allocatable :: text
+        logical :: ok
+
+        call random_seed(size=n)
+        seed = [(4711 + 31*i, i=1, n)]
+        call random_seed(put=seed)
+        do i = 1, 20000
+            call random_number(r)
+            value = sign(scale(1 + r(1), int(2090*r(2)) - 1068), r(3) - 0.5_dp)
+            if (mod(i, 2) == 0) value = r(1)*10.0_dp**int(40*r(2) - 20)
+            text = real_text(value)
+            read (text, *) again
+            call parse_real(text, ours, ok)
+            if (ok .and. abs(again - value) <= 0 .and. abs(ours - value) <= 0 .and. &
+                len(text) <= 24) cycle
+            call test_failed(error, 'does not read back: '//text)
+            return
+        end do
+    end subroutine test_reads_back
+
+    subroutine test_integer_text(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, integer_text(-12)//' '//integer_text(huge(1_i8)), &
+                   '-12 9223372036854775807')
+    end subroutine test_integer_text
+end module test_text

@@ -1,0 +1,287 @@
+!> The command line: words, options, typed values, and a message for every wrong usage.
+module test_arguments
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_cli_arguments
+    use gracecg_base_text, only: string_t, split
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_arguments
+
+    integer, parameter :: W = 80    !! Length of the parts of a message
+
+contains
+
+    subroutine collect_arguments(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('words-and-options', test_words), &
+                    new_unittest('equals-sign', test_equals), &
+                    new_unittest('negative-values', test_negative), &
+                    new_unittest('defaults', test_defaults), &
+                    new_unittest('lists', test_lists), &
+                    new_unittest('double-dash', test_double_dash), &
+                    new_unittest('help-and-version', test_help_asked), &
+                    new_unittest('wrong-usage', test_wrong_usage), &
+                    new_unittest('wrong-values', test_wrong_values), &
+                    new_unittest('help-text', test_help_text), &
+                    new_unittest('process-words', test_process)]
+    end subroutine collect_arguments
+
+    !> A command with options of every kind, parsed; the words are separated by one blank.
+    subroutine parse(line, arguments, failure)
+        character(*), intent(in) :: line
+        type(arguments_t), intent(out) :: arguments
+        type(error_t), allocatable, intent(out) :: failure
+        type(string_t), allocatable :: words(:)
+
+        call arguments%describe('try', 'CASE [SECOND]', 1, 2, 'Tries the arguments.', &
+                                'gracecg try front-1 --out run')
+        call arguments%add_option('--out', 'DIR', 'folder for the results', required=.true.)
+        call arguments%add_option('--runs', 'N', 'number of runs')
+        call arguments%add_option('--position', 'X Y Z', 'Earth-fixed position, m')
+        call arguments%add_option('--step', 'S', 'step, s')
+        call arguments%add_option('--quiet', '', 'shows no progress')
+        call arguments%add_option('--cases', 'LIST', 'names of cases, separated by commas')
+        words = split(line, ' ')
+        call arguments%parse(words, failure)
+    end subroutine parse
+
+    subroutine test_words(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: folder
+        integer :: runs
+
+        call parse('front-1 --runs 15 --quiet --out run other', arguments, failure)
+        if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
+        if (.not. allocated(failure)) call arguments%get('--runs', runs, failure, low=1)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, arguments%positional_count() == 2 .and. &
+                   arguments%positional(1) == 'front-1' .and. &
+                   arguments%positional(2) == 'other' .and. arguments%positional(3) == '')
+        if (allocated(error)) return
+        call check(error, folder == 'run' .and. runs == 15 .and. arguments%has('--quiet') .and. &
+                   .not. arguments%has('--step') .and. .not. arguments%wants_help)
+    end subroutine test_words
+
+    subroutine test_equals(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: folder
+        real(dp) :: position(3)
+
+        call parse('front-1 --out=a=b --position=-1,2,3e6', arguments, failure)
+        if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
+        if (.not. allocated(failure)) call arguments%get('--position', position, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, folder == 'a=b' .and. all(abs(position - [-1.0_dp, 2.0_dp, 3e6_dp]) <= 0))
+    end subroutine test_equals
+
+    subroutine test_negative(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        real(dp) :: position(3), step
+
+        call parse('-1 --position -1 -.5 -3e6 --out - --step -2', arguments, failure)
+        if (.not. allocated(failure)) call arguments%get('--position', position, failure)
+        if (.not. allocated(failure)) call arguments%get('--step', step, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(position - [-1.0_dp, -0.5_dp, -3e6_dp]) <= 0) .and. &
+                   abs(step + 2) <= 0 .and. arguments%positional(1) == '-1')
+    end subroutine test_negative
+
+    subroutine test_defaults(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: cases(:)
+        character(:), allocatable :: text
+        real(dp) :: step, position(3)
+        integer :: runs
+
+        call parse('front-1 --out run', arguments, failure)
+        if (.not. allocated(failure)) call arguments%get('--step', step, failure, default=10.0_dp)
+        if (.not. allocated(failure)) call arguments%get('--runs', runs, failure, default=15)
+        if (.not. allocated(failure)) &
+            call arguments%get('--position', position, failure, default=[1.0_dp, 2.0_dp, 3.0_dp])
+        if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, default='a,b')
+        if (.not. allocated(failure)) call arguments%get('--cases', text, failure, default='a,b')
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, abs(step - 10) <= 0 .and. runs == 15 .and. &
+                   abs(position(3) - 3) <= 0 .and. &
+                   size(cases) == 2 .and. text == 'a,b')
+    end subroutine test_defaults
+
+    subroutine test_lists(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(7), parameter :: CHOICES(2) = [character(7) :: 'front-1', 'back-1']
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: cases(:)
+
+        call parse('x --out run --cases Back-1,front-1', arguments, failure)
+        if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, choices=CHOICES)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, cases(1)%text//'|'//cases(2)%text, 'back-1|front-1')
+        if (allocated(error)) return
+        call parse('x --out run --cases front-1,fromt-1', arguments, failure)
+        call arguments%get('--cases', cases, failure, choices=CHOICES)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--cases', '"fromt-1"', 'front-1, back-1', &
+                          'did you mean "front-1"'])
+        if (allocated(error)) return
+        call parse('x --out run --cases front-1,', arguments, failure)
+        call arguments%get('--cases', cases, failure)
+        call check_fails(error, message_of(failure), [character(W) :: '--cases', 'empty name'])
+    end subroutine test_lists
+
+    subroutine test_double_dash(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+
+        call parse('--out run -- --quiet --help', arguments, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, arguments%positional(1) == '--quiet' .and. &
+                   arguments%positional(2) == '--help' .and. &
+                   .not. arguments%has('--quiet') .and. .not. arguments%wants_help)
+    end subroutine test_double_dash
+
+    subroutine test_help_asked(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+
+        call parse('--unknown --help', arguments, failure)
+        call check(error, arguments%wants_help .and. .not. allocated(failure))
+        if (allocated(error)) return
+        call parse('-h', arguments, failure)
+        call check(error, arguments%wants_help .and. .not. allocated(failure))
+        if (allocated(error)) return
+        call parse('--version', arguments, failure)
+        call check(error, arguments%wants_version .and. .not. allocated(failure))
+    end subroutine test_help_asked
+
+    subroutine test_wrong_usage(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call refused('front-1 --out run --rusn 3', [character(W) :: 'unknown option --rusn', &
+                     'did you mean "--runs"?', 'usage: gracecg try CASE [SECOND] --out DIR', &
+                     'gracecg try --help'])
+        call refused('front-1 --out run -x', [character(W) :: 'unknown option -x'])
+        call refused('front-1 --out', [character(W) :: '--out takes 1 value: DIR', 'found 0'])
+        call refused('front-1 --out --quiet', [character(W) :: '--out takes 1 value: DIR', &
+                                               'found 0'])
+        call refused('front-1 --out=', [character(W) :: '--out takes 1 value: DIR'])
+        call refused('front-1 --out run --position 1 2', &
+                     [character(W) :: '--position takes 3 values: X Y Z', 'found 2'])
+        call refused('front-1 --out run --position=1,2,3,4', [character(W) :: 'takes 3 values', &
+                                                              'found 4'])
+        call refused('front-1 --out run --quiet=yes', [character(W) :: '--quiet takes no value'])
+        call refused('front-1 --out run --out run', [character(W) :: '--out is given twice'])
+        call refused('front-1', [character(W) :: '--out DIR is required'])
+        call refused('--out run', [character(W) :: 'an argument is missing: CASE'])
+        call refused('a b c --out run', [character(W) :: 'unexpected argument "c"'])
+
+    contains
+
+        subroutine refused(line, parts)
+            character(*), intent(in) :: line, parts(:)
+            type(arguments_t) :: arguments
+            type(error_t), allocatable :: failure
+
+            if (allocated(error)) return
+            call parse(line, arguments, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine refused
+    end subroutine test_wrong_usage
+
+    subroutine test_wrong_values(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        real(dp) :: step, position(3)
+        integer :: runs
+
+        call parse('x --out run --step nan --runs 1.5 --position 1 2 3x', arguments, failure)
+        call arguments%get('--step', step, failure, low=0.1_dp, high=60.0_dp, unit='s')
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
+        if (allocated(error)) return
+        call arguments%get('--runs', runs, failure, low=1)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--runs', '"1.5"', 'an integer of at least 1'])
+        if (allocated(error)) return
+        call arguments%get('--position', position, failure, unit='m')
+        call check_fails(error, message_of(failure), [character(W) :: '--position', '"3x"', 'in m'])
+        if (allocated(error)) return
+        call arguments%get('--out', text, failure, choices=[character(5) :: 'runs', 'walks'])
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--out', 'one of runs, walks', 'did you mean "runs"'])
+        if (allocated(error)) return
+        call arguments%get('--cases', text, failure)
+        call check_fails(error, message_of(failure), [character(W) :: '--cases LIST is required'])
+        if (allocated(error)) return
+        call arguments%get('--undeclared', text, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--undeclared is not declared'])
+        if (allocated(error)) return
+        call arguments%get('--position', step, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--position is declared with 3 values, not 1'])
+        if (allocated(error)) return
+        call parse('x --out run --step 61', arguments, failure)
+        call arguments%get('--step', step, failure, default=1.0_dp, high=60.0_dp)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: '--step', '61 is outside', 'at most 60'])
+    end subroutine test_wrong_values
+
+    subroutine test_help_text(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        character(*), parameter :: LF = new_line('a')
+
+        call arguments%describe('try', 'CASE', 1, 1, 'Tries.', 'gracecg try a'//LF//'gracecg try b')
+        call arguments%add_option('--out', 'DIR', repeat('word ', 20), required=.true.)
+        call arguments%add_option('--a-rather-long-name', 'X Y Z', 'three values')
+        call check(error, arguments%help_text(), &
+                   'usage: gracecg try CASE --out DIR [OPTIONS]'//LF//LF// &
+                   'Tries.'//LF//LF// &
+                   'options:'//LF// &
+                   '  --out DIR              '//repeat('word ', 14)//'word'//LF// &
+                   repeat(' ', 25)//repeat('word ', 4)//'word'//LF// &
+                   '  --a-rather-long-name X Y Z'//LF// &
+                   repeat(' ', 25)//'three values'//LF// &
+                   '  --help                 shows this text'//LF//LF// &
+                   'example:'//LF//'  gracecg try a'//LF//'  gracecg try b')
+    end subroutine test_help_text
+
+    !> The tester itself was called with some words, or none.
+    subroutine test_process(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(string_t), allocatable :: words(:)
+        character(200) :: last
+
+        words = process_words(1)
+        call check(error, size(words), command_argument_count())
+        if (allocated(error)) return
+        call check(error, size(process_words(command_argument_count() + 2)), 0)
+        if (allocated(error) .or. size(words) == 0) return
+        call get_command_argument(size(words), last)
+        call check(error, words(size(words))%text, trim(last))
+    end subroutine test_process
+end module test_arguments

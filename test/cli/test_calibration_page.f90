@@ -1,0 +1,361 @@
+!> The page of one calibration: complete, self-contained, honest about what is missing, and never half
+!> written.
+module test_calibration_page
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: split_words
+    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, directory_exists, remove_file
+    use gracecg_files_csv, only: read_csv
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_cli_gnuplot, only: gnuplot_found
+    use gracecg_cli_calibration_page, only: page_folder
+    use testdrive, only: unittest_type, error_type, check, new_unittest, test_failed
+    use fixture, only: FOLDER, make_file, check_passes
+    implicit none
+    private
+    public :: collect_calibration_page
+
+    character(*), parameter :: RUN_1 = FOLDER//'page-run'
+    character(9), parameter :: TABLES(4) = [character(9) :: 'manoeuvre', 'ellipses', 'residuals', 'spectrum']
+    character(17), parameter :: CHAPTERS(8) = [character(17) :: &
+        'result', 'observed', 'manoeuvre', 'ellipsoid', 'dependence', 'residuals-chapter', 'verdict', 'provenance']
+
+    interface
+        integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: name(*), value(*)
+            integer(c_int), value :: overwrite
+        end function c_setenv
+    end interface
+
+contains
+
+    subroutine collect_calibration_page(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('folder-beside-the-page', test_folder), &
+                    new_unittest('page-of-every-algorithm', test_page), &
+                    new_unittest('numbers-behind-the-figures', test_numbers), &
+                    new_unittest('estimate-says-the-same', test_same_output), &
+                    new_unittest('without-gnuplot', test_no_gnuplot), &
+                    new_unittest('warnings-stand-on-the-page', test_warnings), &
+                    new_unittest('no-convergence', test_no_convergence), &
+                    new_unittest('unwritable', test_unwritable), &
+                    new_unittest('corrupted-observations', test_corrupted)]
+    end subroutine collect_calibration_page
+
+    subroutine run(line, status, output, messages)
+        character(*), intent(in) :: line
+        integer, intent(out) :: status
+        character(:), allocatable, intent(out) :: output, messages
+
+        type(console_t) :: console
+
+        console%captured = .true.
+        call run_command_line(split_words(line), console, status)
+        output = ''
+        messages = ''
+        if (allocated(console%output)) output = console%output
+        if (allocated(console%messages)) messages = console%messages
+    end subroutine run
+
+    !> The line must succeed.
+    subroutine succeeds(error, line, output, messages)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line
+        character(:), allocatable, intent(out) :: output, messages
+
+        integer :: status
+
+        output = ''
+        messages = ''
+        if (allocated(error)) return
+        call run(line, status, output, messages)
+        call check(error, status, STATUS_DONE, line//': '//messages)
+    end subroutine succeeds
+
+    !> An observation set of front-3 in a folder.
+    subroutine observe(error, name)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name
+
+        character(:), allocatable :: output, messages
+
+        call succeeds(error, 'simulate front-3 --out '//name, output, messages)
+    end subroutine observe
+
+    subroutine read_page(error, name, html)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: name
+        character(:), allocatable, intent(out) :: html
+
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+
+        html = ''
+        if (allocated(error)) return
+        call read_text_file(name, file, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) html = file%text
+    end subroutine read_page
+
+    subroutine has(error, html, part)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: html, part
+
+        if (allocated(error)) return
+        call check(error, index(html, part) > 0, '"'//part//'" is not on the page')
+    end subroutine has
+
+    subroutine has_not(error, html, part)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: html, part
+
+        if (allocated(error)) return
+        call check(error, index(html, part), 0, '"'//part//'" is on the page')
+    end subroutine has_not
+
+    integer function count_of(text, part) result(n)
+        character(*), intent(in) :: text, part
+
+        integer :: from, step
+
+        n = 0
+        from = 1
+        do
+            step = index(text(from:), part)
+            if (step == 0) return
+            n = n + 1
+            from = from + step + len(part) - 1
+        end do
+    end function count_of
+
+    subroutine test_folder(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, page_folder('a/b.html'), 'a/b_files')
+        if (.not. allocated(error)) call check(error, page_folder('b.htm'), 'b.htm_files')
+        if (.not. allocated(error)) call check(error, page_folder('.html'), '.html_files')
+    end subroutine test_folder
+
+    !> Every chapter, every figure, nothing from elsewhere, no number that is none.
+    subroutine test_page(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: html, output, messages, name
+        integer :: i, k
+
+        call observe(error, RUN_1)
+        do i = 1, size(ESTIMATOR_NAMES)
+            if (allocated(error)) return
+            name = trim(ESTIMATOR_NAMES(i))
+            call succeeds(error, 'estimate '//RUN_1//' --algorithm '//name//' --report '//FOLDER//'page.html', &
+                          output, messages)
+            call read_page(error, FOLDER//'page.html', html)
+            do k = 1, size(CHAPTERS)
+                call has(error, html, '<h2 id="'//trim(CHAPTERS(k))//'">')
+            end do
+            call has(error, html, '<code>'//name//'</code>')
+            call has(error, html, 'What to do next')
+            call has(error, html, 'gracecg estimate '//RUN_1//' --algorithm '//name//' --report ')
+            call has(error, html, 'moments_of_inertia = 70.23, 345.14, 388.84')
+            call has(error, html, '</html>')
+            call has_not(error, html, 'NaN')
+            call has_not(error, html, '***')
+            call has_not(error, html, 'src=')
+            call has_not(error, html, '<script')
+            call has_not(error, html, 'href="http')
+            if (allocated(error)) return
+            call check(error, count_of(html, '<figure id='), size(TABLES))
+            if (allocated(error) .or. .not. gnuplot_found()) cycle
+            call check(error, count_of(html, '</svg>'), size(TABLES), messages)
+        end do
+    end subroutine test_page
+
+    !> The CSV files hold what the page says: the RMS of the residuals is that of the estimate, and the
+    !> integral of the spectrum (Hann's taper, white residuals of y) is near its square.
+    subroutine test_numbers(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: residuals(:, :), spectrum(:, :), ellipses(:, :), manoeuvre(:, :)
+        character(:), allocatable :: output, messages
+        real(dp) :: power
+        integer :: k
+
+        call observe(error, RUN_1)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x', 'y', 'z'], residuals, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'page_files/spectrum.csv', [character(12) :: 'frequency_hz', 'x', 'y', 'z', &
+                                                              'expected_x', 'expected_y', 'expected_z'], spectrum, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'page_files/ellipses.csv', [character(7) :: 'xy_x_mm', 'xy_y_mm', 'xz_x_mm', 'xz_z_mm', &
+                                                              'yz_y_mm', 'yz_z_mm'], ellipses, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(6) :: 'time_s', 'mx', 'my', 'mz', 'wdx', 'wdy', &
+                                                               'wdz'], manoeuvre, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(residuals, 1) == 600 .and. size(manoeuvre, 1) == 600 .and. size(spectrum, 1) == 300)
+        if (allocated(error)) return
+        call has(error, output, '3.354E-09')
+        if (allocated(error)) return
+        call check(error, norm2(residuals(:, 3))/sqrt(600.0_dp), 3.354e-9_dp, thr=1e-12_dp)
+        if (allocated(error)) return
+        power = sum(spectrum(:, 3)**2)*spectrum(1, 1)
+        call check(error, power/(norm2(residuals(:, 3))**2/600), 1.0_dp, thr=0.1_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs([(ellipses(k, 1) - ellipses(k, 3), k=1, size(ellipses, 1))])), 0.0_dp, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, maxval(ellipses(:, 1)), 0.0113_dp, thr=1e-4_dp)
+        if (allocated(error)) return
+        call check(error, maxval(manoeuvre(:, 3)) > 29.9_dp .and. all(abs(manoeuvre(:, 2)) <= 0))
+    end subroutine test_numbers
+
+    !> With and without the page: the same lines, but for the one that names the page.
+    subroutine test_same_output(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: alone, with_page, messages
+
+        call observe(error, RUN_1)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest', alone, messages)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --report '//FOLDER//'page.html', with_page, messages)
+        if (allocated(error)) return
+        call check(error, index(with_page, alone//'written: '//FOLDER//'page.html'), 1, with_page)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --format csv', alone, messages)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascrest --format csv --report '//FOLDER//'page.html', &
+                      with_page, messages)
+        if (.not. allocated(error)) call check(error, with_page, alone)
+    end subroutine test_same_output
+
+    !> The page stands without figures, their data and scripts are there, and a warning says why.
+    subroutine test_no_gnuplot(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: html, output, messages
+        character(4096) :: path
+        integer(c_int) :: status
+        integer :: i
+
+        call observe(error, RUN_1)
+        if (allocated(error)) return
+        call get_environment_variable('PATH', path)
+        status = c_setenv('PATH'//c_null_char, '/nowhere'//c_null_char, 1_c_int)
+        call succeeds(error, 'estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', output, messages)
+        status = c_setenv('PATH'//c_null_char, trim(path)//c_null_char, 1_c_int)
+        if (allocated(error)) return
+        call check(error, count_of(messages, 'gnuplot was not found'), 1, messages)
+        call read_page(error, FOLDER//'bare.html', html)
+        call has_not(error, html, '<svg')
+        if (allocated(error)) return
+        call check(error, count_of(html, 'Not drawn: gnuplot was not found'), size(TABLES))
+        do i = 1, size(CHAPTERS)
+            call has(error, html, '<h2 id="'//trim(CHAPTERS(i))//'">')
+        end do
+        do i = 1, size(TABLES)
+            if (allocated(error)) return
+            call check(error, file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.csv') .and. &
+                       file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.gp') .and. &
+                       .not. file_exists(FOLDER//'bare_files/'//trim(TABLES(i))//'.svg'), TABLES(i))
+        end do
+    end subroutine test_no_gnuplot
+
+    !> A lost magnetometer: the warning is on standard error and on the page.
+    subroutine test_warnings(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: html, output, messages
+
+        call observe(error, FOLDER//'page-lost')
+        if (allocated(error)) return
+        call remove_file(FOLDER//'page-lost/magnetometer.csv')
+        call succeeds(error, 'estimate '//FOLDER//'page-lost --algorithm assest-fde --report '//FOLDER//'lost.html', &
+                      output, messages)
+        if (allocated(error)) return
+        call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs') > 0, messages)
+        call read_page(error, FOLDER//'lost.html', html)
+        call has(error, html, 'magnetometer: no samples for 60 epochs')
+        call has(error, html, 'the observations gave reason for warnings')
+    end subroutine test_warnings
+
+    !> The status is 1, and the page says that the offset is not to be used.
+    subroutine test_no_convergence(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: KEY = 'guess_angular_velocity = '
+        type(text_file_t) :: knowledge
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: html, output, messages
+        integer :: status, place
+
+        call observe(error, FOLDER//'page-astray')
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'page-astray/setup.nml', knowledge, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        place = index(knowledge%text, KEY) + len(KEY)
+        call make_file(error, 'page-astray/setup.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --report '//FOLDER//'astray.html', &
+                 status, output, messages)
+        call check(error, status, STATUS_FAILED, messages)
+        if (.not. allocated(error)) call check(error, index(messages, 'did not converge') > 0, messages)
+        call read_page(error, FOLDER//'astray.html', html)
+        call has(error, html, 'Not usable.')
+        call has(error, html, 'not converged in 20 iterations')
+        call has_not(error, html, 'move the centre of mass')
+    end subroutine test_no_convergence
+
+    !> Refused before the work, with nothing printed; where only the folder of the figures cannot be
+    !> made, there is no page either.
+    subroutine test_unwritable(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output, messages
+        integer :: status
+
+        call observe(error, RUN_1)
+        if (allocated(error)) return
+        call run('estimate '//RUN_1//' --algorithm assest-fde --report build/no-such-folder/x.html', status, output, &
+                 messages)
+        call check(error, status == STATUS_FAILED .and. output == '' .and. &
+                   index(messages, 'build/no-such-folder/x.html: cannot be written: there is no folder') > 0, messages)
+        if (allocated(error)) return
+        call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER, status, output, messages)
+        call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'is a folder') > 0, messages)
+        if (.not. allocated(error)) call make_file(error, 'blocked_files', 'in the way')
+        if (allocated(error)) return
+        call run('estimate '//RUN_1//' --algorithm assest-fde --report '//FOLDER//'blocked.html', status, output, messages)
+        call check(error, status == STATUS_FAILED .and. index(messages, 'blocked_files: cannot make this folder') > 0, &
+                   messages)
+        if (.not. allocated(error)) &
+            call check(error, .not. file_exists(FOLDER//'blocked.html') .and. &
+                       .not. file_exists(FOLDER//'blocked.html.part1'), 'a page is there')
+    end subroutine test_unwritable
+
+    !> The message of the observations' fault, and nothing written.
+    subroutine test_corrupted(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: samples
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages, without
+        integer :: status
+
+        call observe(error, FOLDER//'page-bad')
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call make_file(error, 'page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
+                       samples%text(samples%last(20) + 1:))
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde', status, output, without)
+        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
+                 messages)
+        call check(error, status == STATUS_FAILED .and. output == '' .and. messages == without .and. &
+                   index(messages, 'accelerometer.csv:20') > 0, messages)
+        if (allocated(error)) return
+        call check(error, .not. file_exists(FOLDER//'bad.html') .and. .not. directory_exists(FOLDER//'bad_files'), &
+                   'something was written')
+    end subroutine test_corrupted
+end module test_calibration_page

@@ -1,0 +1,943 @@
+!> The commands, run in this process with what they say captured.
+module test_commands
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_version, only: VERSION
+    use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
+    use gracecg_base_text, only: string_t, split, split_words, parse_real
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, &
+        remove_file
+    use gracecg_files_csv, only: read_csv
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_studies_curves, only: CURVE_NAMES
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_gnuplot, only: gnuplot_found, NO_GNUPLOT
+    use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
+    use testdrive, only: unittest_type, error_type, check, new_unittest
+    use fixture, only: FOLDER, make_file, make_folder, check_passes
+    implicit none
+    private
+    public :: collect_commands
+
+    integer, parameter :: W = 70
+    character(*), parameter :: LF = new_line('a')
+    character(*), parameter :: EQUATOR = ' --position 6837865 0 0'
+
+contains
+
+    subroutine collect_commands(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('overview', test_overview), &
+                    new_unittest('version', test_version), &
+                    new_unittest('wrong-usage', test_wrong_usage), &
+                    new_unittest('examples', test_examples), &
+                    new_unittest('cases', test_cases), &
+                    new_unittest('case-files', test_case_files), &
+                    new_unittest('broken-case-files', test_broken_cases), &
+                    new_unittest('long-case-names', test_long_names), &
+                    new_unittest('results-that-cannot-be-written', test_unwritable_results), &
+                    new_unittest('simulate', test_simulate), &
+                    new_unittest('estimate', test_estimate), &
+                    new_unittest('running-estimate', test_running), &
+                    new_unittest('no-convergence', test_no_convergence), &
+                    new_unittest('verify', test_verify), &
+                    new_unittest('timing', test_timing), &
+                    new_unittest('design', test_design_command), &
+                    new_unittest('rods-that-are-off', test_rods_off), &
+                    new_unittest('unwritable', test_unwritable), &
+                    new_unittest('gravity', test_gravity), &
+                    new_unittest('field', test_field), &
+                    new_unittest('density', test_density), &
+                    new_unittest('wind', test_wind_model), &
+                    new_unittest('sun', test_sun_model), &
+                    new_unittest('star-camera', test_star_camera_model), &
+                    new_unittest('impossible-places', test_impossible)]
+    end subroutine collect_commands
+
+    !> Runs a line of words; gives what went to standard output and standard error.
+    subroutine run(line, status, output, messages)
+        character(*), intent(in) :: line
+        integer, intent(out) :: status
+        character(:), allocatable, intent(out) :: output, messages
+
+        type(console_t) :: console
+
+        console%captured = .true.
+        call run_command_line(split_words(line), console, status)
+        output = ''
+        messages = ''
+        if (allocated(console%output)) output = console%output
+        if (allocated(console%messages)) messages = console%messages
+    end subroutine run
+
+    !> The line must succeed and say nothing on standard error, but for a page's figures where gnuplot is
+    !> missing.
+    subroutine succeeds(error, line, output)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: line
+        character(:), allocatable, intent(out) :: output
+
+        character(:), allocatable :: messages
+        integer :: status
+
+        call run(line, status, output, messages)
+        call check(error, status, STATUS_DONE, line//': '//messages)
+        if (allocated(error)) return
+        if (index(line, ' --report ') > 0 .and. .not. gnuplot_found()) then
+            call check(error, messages, 'warning: the page lacks a figure: '//NO_GNUPLOT//LF, line)
+        else
+            call check(error, messages, '', line)
+        end if
+    end subroutine succeeds
+
+    !> The line must end with a status, write no result and say every one of the parts.
+    subroutine refused(error, line, expected_status, parts)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: line, parts(:)
+        integer, intent(in) :: expected_status
+
+        character(:), allocatable :: output, messages
+        integer :: status, i
+
+        if (allocated(error)) return
+        call run(line, status, output, messages)
+        call check(error, status, expected_status, line//': '//messages)
+        if (.not. allocated(error)) call check(error, output, '', line)
+        do i = 1, size(parts)
+            if (allocated(error)) return
+            call check(error, index(messages, trim(parts(i))) > 0, &
+                       '"'//trim(parts(i))//'" is not in the message: '//messages)
+        end do
+    end subroutine refused
+
+    !> The header and the numbers of the row that a line prints.
+    subroutine row_of(error, line, header, values)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: line, header
+        real(dp), intent(out) :: values(:)
+
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: output
+        integer :: i
+        logical :: ok
+
+        values = 0
+        call succeeds(error, line, output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        call check(error, text%line(text%line_count() - 1), header, line)
+        if (allocated(error)) return
+        fields = split(text%line(text%line_count()), ',')
+        call check(error, size(fields), size(values), line)
+        if (allocated(error)) return
+        do i = 1, size(values)
+            call parse_real(fields(i)%text, values(i), ok)
+            call check(error, ok, fields(i)%text)
+            if (allocated(error)) return
+        end do
+    end subroutine row_of
+
+    subroutine test_overview(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output, same, help
+
+        call succeeds(error, '--help', output)
+        if (allocated(error)) return
+        call succeeds(error, '', same)
+        if (allocated(error)) return
+        call check(error, output, same)
+        if (allocated(error)) return
+        call check(error, index(output, LF//'  simulate ') > 0 .and. &
+                   index(output, LF//'  model star-camera ') > 0)
+        if (allocated(error)) return
+        call succeeds(error, 'simulate --help', help)
+        if (allocated(error)) return
+        call check(error, index(help, 'usage: gracecg simulate CASE --out DIR') == 1, help)
+    end subroutine test_overview
+
+    !> The version is that of fpm.toml (the tester runs in the project's folder).
+    subroutine test_version(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: manifest
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output
+
+        call succeeds(error, '--version', output)
+        if (allocated(error)) return
+        call check(error, output, 'gracecg '//VERSION//LF)
+        if (allocated(error)) return
+        call read_text_file('fpm.toml', manifest, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, index(manifest%text, LF//'version = "'//VERSION//'"'//LF) > 0)
+    end subroutine test_version
+
+    subroutine test_wrong_usage(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call refused(error, 'simulat front-1', STATUS_MISUSED, &
+                     [character(W) :: 'unknown command "simulat"', 'did you mean "simulate"?'])
+        call refused(error, 'model fild', STATUS_MISUSED, &
+                     [character(W) :: 'did you mean "model field"?'])
+        call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'star-camera'])
+        call refused(error, 'simulate front-1', STATUS_MISUSED, &
+                     [character(W) :: '--out DIR is required', 'usage: gracecg simulate'])
+        call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, &
+                     [character(W) :: '--seed', '"one"'])
+        call refused(error, 'simulate front-1 --out x --run -1', STATUS_MISUSED, &
+                     [character(W) :: '--run'])
+        call refused(error, 'estimate x', STATUS_MISUSED, &
+                     [character(W) :: '--algorithm NAME is required'])
+        call refused(error, 'estimate x --algorithm asest-fde', STATUS_MISUSED, &
+                     [character(W) :: 'did you mean "assest-fde"?'])
+        call refused(error, 'estimate x --algorithm assest-fde --format html', STATUS_MISUSED, &
+                     [character(W) :: '--format', 'one of text, csv'])
+        call refused(error, 'cases shw front-1', STATUS_MISUSED, &
+                     [character(W) :: 'did you mean "show"?'])
+        call refused(error, 'cases show', STATUS_MISUSED, [character(W) :: 'which case?'])
+        call refused(error, 'model gravity', STATUS_MISUSED, &
+                     [character(W) :: '--position X Y Z is required'])
+        call refused(error, 'model gravity --position nan 0 0', STATUS_MISUSED, &
+                     [character(W) :: '"nan"'])
+        call refused(error, 'model gravity --position 7e6 0', STATUS_MISUSED, &
+                     [character(W) :: '--position takes 3 values'])
+        call refused(error, 'model sun --date 1989-13-01', STATUS_MISUSED, &
+                     [character(W) :: 'month 13'])
+        call refused(error, 'model density --date 1989-01-02 --kp 3'//EQUATOR, STATUS_MISUSED, &
+                     [character(W) :: 'all three of --f107, --f107a and --kp'])
+        call refused(error, 'model field --date 1989-01-02 --table igrf14 --file x'//EQUATOR, &
+                     STATUS_MISUSED, [character(W) :: '--table or --file, not both'])
+    end subroutine test_wrong_usage
+
+    !> The example of every help works as printed (below the folder of the tests).
+    subroutine test_examples(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: COMMANDS(10) = [character(17) :: 'verify', 'simulate', &
+                                                   'estimate', 'timing', 'model gravity', &
+                                                   'model field', 'model density', 'model wind', &
+                                                   'model sun', 'model star-camera']
+        type(text_file_t) :: help
+        character(:), allocatable :: output, line
+        integer :: i, k
+        logical :: in_example
+
+        do i = 1, size(COMMANDS)
+            if (allocated(error)) return
+            call succeeds(error, trim(COMMANDS(i))//' --help', output)
+            if (allocated(error)) return
+            help = text_file_of(output, 'help')
+            in_example = .false.
+            do k = 1, help%line_count()
+                line = trim(adjustl(help%line(k)))
+                if (in_example) then
+                    line = below_folder(line(len('gracecg ') + 1:))
+                    call succeeds(error, line, output)
+                    if (allocated(error)) return
+                end if
+                in_example = in_example .or. line == 'example:'
+            end do
+            call check(error, in_example, trim(COMMANDS(i))//': no example')
+        end do
+    end subroutine test_examples
+
+    !> The line with its files below the folder of the tests.
+    function below_folder(line) result(moved)
+        character(*), intent(in) :: line
+        character(:), allocatable :: moved
+
+        type(string_t), allocatable :: words(:)
+        integer :: i
+
+        words = split_words(line)
+        moved = ''
+        do i = 1, size(words)
+            if (index(words(i)%text, 'run1') == 1 .or. words(i)%text == 'curves' .or. &
+                words(i)%text == 'timing.csv') words(i)%text = FOLDER//words(i)%text
+            moved = moved//' '//words(i)%text
+        end do
+        moved = moved(2:)
+    end function below_folder
+
+    !> The list has the places that CSR-TM-00-01 section 6.1 prints for the front satellite.
+    subroutine test_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: list
+        type(string_t), allocatable :: words(:)
+        character(:), allocatable :: output
+        integer :: i
+
+        call succeeds(error, 'cases', output)
+        if (allocated(error)) return
+        list = text_file_of(output, 'list')
+        call check(error, list%line_count(), size(REPORT_CASE_NAMES) + 1)
+        do i = 1, size(REPORT_CASE_NAMES)
+            if (allocated(error)) return
+            call check(error, index(list%line(i + 1), REPORT_CASE_NAMES(i)), 1)
+        end do
+        if (allocated(error)) return
+        words = split_words(list%line(3))
+        call check(error, words(3)%text == '1989-01-02T00:23:20' .and. &
+                   words(4)%text(:2) == '89' .and. words(6)%text(:3) == '107' .and. &
+                   words(7)%text == 'W', list%line(3))
+        if (allocated(error)) return
+        words = split_words(list%line(4))
+        call check(error, words(4)%text(:2) == '10' .and. words(6)%text(:2) == '67' .and. &
+                   words(7)%text == 'E', list%line(4))
+        call refused(error, 'cases show frnt-1', STATUS_FAILED, &
+                     [character(W) :: 'no case "frnt-1"', 'front-1, front-2', &
+                     'did you mean "front-1"?'])
+    end subroutine test_cases
+
+    !> A case shown, saved and run gives exactly the numbers of the built-in case.
+    subroutine test_case_files(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output
+        integer :: i
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            if (allocated(error)) return
+            associate (name => REPORT_CASE_NAMES(i))
+                call succeeds(error, 'cases show '//name, output)
+                if (.not. allocated(error)) call make_file(error, 'case.nml', output)
+                if (.not. allocated(error)) &
+                    call succeeds(error, 'simulate '//name//' --out '//FOLDER//'named', output)
+                if (.not. allocated(error)) call succeeds(error, 'simulate '//FOLDER// &
+                                                          'case.nml --out '//FOLDER//'filed', &
+                                                          output)
+            end associate
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'truth.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', &
+                                                       'accelerometer.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'star_camera.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', &
+                                                       'magnetometer.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'orbit.csv')
+            if (.not. allocated(error)) call same_file(error, 'named/', 'filed/', 'setup.nml')
+        end do
+    end subroutine test_case_files
+
+    subroutine same_file(error, first, second, name)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: first, second, name
+        type(text_file_t) :: a, b
+        type(error_t), allocatable :: failure
+
+        call read_text_file(FOLDER//first//name, a, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//second//name, b, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, a%text == b%text, name//' differs')
+    end subroutine same_file
+
+    !> The columns of montecarlo give way to a long name.
+    subroutine test_long_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: NAME = 'with-physical-weights'
+        character(:), allocatable :: output
+        integer :: at
+
+        call succeeds(error, 'cases show front-3', output)
+        if (allocated(error)) return
+        at = index(output, 'front-3')
+        call make_file(error, 'case.nml', output(:at - 1)//NAME//output(at + len('front-3'):))
+        if (.not. allocated(error)) &
+            call succeeds(error, 'montecarlo --runs 1 --algorithms ascrest --cases front-1,'//FOLDER//'case.nml', &
+                          output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'  x    here ') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, LF//NAME//'    0.3000 ') > 0, output)
+        if (.not. allocated(error)) &
+            call check(error, index(output, LF//'front-1'//repeat(' ', len(NAME) - 5)//'x    here ') > 0, output)
+    end subroutine test_long_names
+
+    !> Refused before the work is done, so nothing is printed.
+    subroutine test_unwritable_results(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: PATH = 'build/no-such-folder/x.csv'
+        character(*), parameter :: PARTS(2) = [character(W) :: PATH, 'there is no folder']
+
+        call refused(error, 'montecarlo --cases front-3 --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'montecarlo --cases front-3 --runs 1 --runs-out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'errors --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'magnetometer-loss --runs 1 --out '//PATH, STATUS_FAILED, PARTS)
+        call refused(error, 'timing --step 600 --out '//PATH, STATUS_FAILED, PARTS)
+    end subroutine test_unwritable_results
+
+    !> Case files with one line changed: the message names file, line and key, and nothing is
+    !> written.
+    subroutine test_broken_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
+        call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', &
+                                                     'duration'])
+        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:9', 'mass', '"heavy"'])
+        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:9', 'mass', 'value'])
+        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:9', 'mass', '-1', &
+                                            '0.001 to'])
+        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:9', 'mass', 'nan'])
+        call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', &
+                                                        '3'])
+        call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
+                    [character(W) :: 'broken.nml:', 'quaternion', 'not a unit quaternion'])
+        call broken('epoch =', 'epoch = ''1995-01-02T00:00:00''', &
+                    [character(W) :: 'no space weather for 1995-01-02', '1988-12-01 to 1989-02-28'])
+        call broken('epoch =', 'epoch = ''2003-01-02T00:00:00''', &
+                    [character(W) :: 'igrf95', '1985 to 2000', 'igrf14'])
+        call broken('epoch =', 'epoch = ''1989-01-32''', [character(W) :: 'broken.nml:4', 'epoch', &
+                                                          'day 32'])
+        call broken('gravity =', 'gravity = ''file''', [character(W) :: 'broken.nml:', &
+                                                        'gravity_file', 'names no file'])
+        call broken('solar_irradiance =', 'solar_irradiance = 0', [character(W) :: 'broken.nml:', &
+                                                                   'solar_irradiance', '1 to 10000'])
+        call broken('wind_file =', 'wind_file = ''wind.txt''', &
+                    [character(W) :: 'broken.nml:', 'wind_file', 'a file that is not used'])
+        call broken('density =', 'density = ''msis''', [character(W) :: 'broken.nml:', '"msis"', &
+                                                        'dtm77'])
+
+    contains
+
+        subroutine broken(key, text, parts)
+            character(*), intent(in) :: key, text, parts(:)
+
+            type(text_file_t) :: good
+            character(:), allocatable :: output
+            integer :: line
+
+            if (.not. allocated(error)) call succeeds(error, 'cases show front-1', output)
+            if (allocated(error)) return
+            good = text_file_of(output, 'good')
+            do line = 1, good%line_count()
+                if (index(adjustl(good%line(line)), key) == 1) exit
+            end do
+            call check(error, line <= good%line_count(), 'no key '//key)
+            if (.not. allocated(error)) &
+                call make_file(error, 'broken.nml', good%text(:good%first(line) - 1)//text// &
+                               good%text(good%last(line) + 1:))
+            call refused(error, 'simulate '//FOLDER//'broken.nml --out '//FOLDER//'broken', &
+                         STATUS_FAILED, parts)
+            if (allocated(error)) return
+            call check(error, .not. file_exists(FOLDER//'broken/truth.csv') .and. &
+                       .not. file_exists(FOLDER//'broken/setup.nml'), 'a result stands after '// &
+                       text)
+        end subroutine broken
+    end subroutine test_broken_cases
+
+    !> Columns and rows as documented; other runs have other noise and the same truth.
+    subroutine test_simulate(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(3), parameter :: TRUTH(24) = [character(3) :: 'tim', 'rx', 'ry', 'rz', 'vx', &
+                                                'vy', 'vz', 'q1', 'q2', 'q3', 'q4', 'wx', 'wy', &
+                                                'wz', 'wdx', 'wdy', 'wdz', 'bx', 'by', 'bz', &
+                                                'ngx', 'ngy', 'ngz', '']
+        character(6) :: columns(23)
+        type(error_t), allocatable :: failure
+        type(text_file_t) :: file
+        type(string_t), allocatable :: comments(:)
+        real(dp), allocatable :: truth_1(:, :), truth_2(:, :), noisy_1(:, :), noisy_2(:, :)
+        character(6), parameter :: ACCELEROMETER(4) = [character(6) :: 'time_s', 'ax', 'ay', 'az']
+        character(:), allocatable :: output
+
+        columns = TRUTH(:23)
+        columns(1) = 'time_s'
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'run1 --seed 5', output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'simulate front-3 --out '//FOLDER//'run2 --seed 5 --run 2', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'next: gracecg estimate '//FOLDER// &
+                                'run2 --algorithm ') > 0, output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'run1/truth.csv', columns, truth_1, failure, comments)
+        if (.not. allocated(failure)) call read_csv(FOLDER//'run2/truth.csv', columns, truth_2, &
+                                                    failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'run1/accelerometer.csv', ACCELEROMETER, noisy_1, failure)
+        if (.not. allocated(failure)) &
+            call read_csv(FOLDER//'run2/accelerometer.csv', ACCELEROMETER, noisy_2, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'run1/accelerometer.csv', file, &
+                                                          failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, comments(1)%text == 'gracecg '//VERSION//' simulate' .and. &
+                   comments(2)%text == 'case front-3, seed 5, run 1')
+        if (allocated(error)) return
+        call check(error, size(truth_1, 1) == 601 .and. size(noisy_1, 1) == 600)
+        if (allocated(error)) return
+        call check(error, index(file%line(6), '0.3,') == 1, file%line(6))
+        if (allocated(error)) return
+        call check(error, all(abs(truth_1(:, :20) - truth_2(:, :20)) <= 0), &
+                   'the truth depends on the run')
+        if (allocated(error)) return
+        call check(error, any(abs(truth_1(:, 21) - truth_2(:, 21)) > 0), &
+                   'the density wave does not')
+        if (allocated(error)) return
+        call check(error, all(abs(noisy_1(:, 2) - noisy_2(:, 2)) > 0), 'the noise does not')
+    end subroutine test_simulate
+
+    !> The estimate from files: within five of its sigmas in the well observed axes of case 3, the
+    !> same in both formats.
+    subroutine test_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: TRUE_OFFSET(3) = [0.3_dp, 0.4_dp, -0.5_dp]   ! mm, section 6.2
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        character(:), allocatable :: output, messages, line
+        real(dp) :: value, sigma
+        integer :: axis, status
+        logical :: ok
+
+        call succeeds(error, 'simulate front-3 --out '//FOLDER//'run3', output)
+        if (.not. allocated(error)) call succeeds(error, 'estimate '//FOLDER// &
+                                                  'run3 --algorithm assest-fde --format csv', &
+                                                  output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        call check(error, text%line(1), &
+                   'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,iterations,'// &
+                   'converged,condition,residual_rms_x,residual_rms_y,residual_rms_z')
+        if (allocated(error)) return
+        fields = split(text%line(2), ',')
+        call check(error, size(fields) == 13 .and. fields(1)%text == 'assest-fde' .and. &
+                   fields(9)%text == 'T', text%line(2))
+        do axis = 1, 3
+            if (allocated(error)) return
+            call parse_real(fields(1 + axis)%text, value, ok)
+            call parse_real(fields(4 + axis)%text, sigma, ok)
+            call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. &
+                       sigma < 0.1_dp, text%line(2))
+        end do
+        if (.not. allocated(error)) &
+            call succeeds(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', output)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        do axis = 1, 3
+            line = text%line(1 + axis)
+            read (line(4:16), *) sigma
+            call parse_real(fields(1 + axis)%text, value, ok)
+            call check(error, abs(sigma - value) < 1e-5_dp, line)
+            if (allocated(error)) return
+        end do
+        call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
+                     [character(W) :: 'none: no such folder'])
+        call remove_file(FOLDER//'run3/magnetometer.csv')
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (.not. allocated(error)) &
+            call check(error, index(messages, 'warning: magnetometer: no samples for 60 epochs'), 1, &
+                       messages)
+        call remove_file(FOLDER//'run3/orbit.csv')
+        call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
+                     [character(W) :: 'run3/magnetometer.csv: no such file'])
+    end subroutine test_estimate
+
+    !> The running estimate: its columns, its last row the estimate; refused of a batch estimator, and not
+    !> half-written.
+    subroutine test_running(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: FILE = FOLDER//'running.csv'
+        character(*), parameter :: COLUMNS(9) = [character(20) :: 'time_s', 'dx_mm', 'dy_mm', 'dz_mm', &
+            'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'edited_accelerometer', 'edited_star_camera']
+        type(text_file_t) :: text
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        real(dp), allocatable :: table(:, :)
+        real(dp) :: value
+        integer :: status, i
+        logical :: ok
+
+        call succeeds(error, 'simulate back-3 --out '//FOLDER//'run6', output)
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'run6 --algorithm sequential --format csv --running '//FILE, status, &
+                 output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (allocated(error)) return
+        call read_csv(FILE, COLUMNS, table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 601)
+        if (allocated(error)) return
+        text = text_file_of(output, 'output')
+        fields = split(text%line(2), ',')
+        do i = 2, 7
+            call parse_real(fields(i)%text, value, ok)
+            call check(error, ok .and. abs(table(601, i) - value) < 1e-5_dp, text%line(2))
+            if (allocated(error)) return
+        end do
+        call remove_file(FILE)
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm optimal --running '//FILE, STATUS_MISUSED, &
+                     [character(W) :: '--running: optimal estimates from all samples at once'])
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'none --algorithm sequential --running '//FILE, STATUS_FAILED, &
+                     [character(W) :: 'none: no such folder'])
+        if (allocated(error)) return
+        call check(error, .not. file_exists(FILE), 'no file is left by a failure')
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'run6 --algorithm sequential --running '//FOLDER//'no/x.csv', &
+                     STATUS_FAILED, [character(W) :: 'there is no folder'])
+    end subroutine test_running
+
+    !> A hopeless initial guess: the result is shown, marked as not converged, and the status is 1.
+    subroutine test_no_convergence(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: KEY = 'guess_angular_velocity = '
+        type(text_file_t) :: knowledge
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status, place
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'lost/setup.nml', knowledge, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        place = index(knowledge%text, KEY) + len(KEY)
+        call make_file(error, 'lost/setup.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
+                       knowledge%text(place:))
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv', status, output, &
+                 messages)
+        call check(error, status, STATUS_FAILED, messages)
+        if (allocated(error)) return
+        call check(error, index(output, ',F,') > 0 .and. index(messages, 'did not converge') > 0, &
+                   output//messages)
+    end subroutine test_no_convergence
+
+    subroutine test_verify(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(24) :: columns(1 + 3*size(CURVE_NAMES))
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output
+        real(dp), allocatable :: table(:, :)
+        integer :: i, axis
+
+        call succeeds(error, 'verify front-1 back-3 --out '//FOLDER//'curves', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'inside, attitude dynamics only: 24 of 24') > 0, output)
+        if (allocated(error)) return
+        columns(1) = 'time_s'
+        do i = 1, size(CURVE_NAMES)
+            do axis = 1, 3
+                columns(1 + 3*(i - 1) + axis) = trim(CURVE_NAMES(i))//'_'//char(ichar('x') + &
+                        axis - 1)
+            end do
+        end do
+        call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 601)
+        if (allocated(error)) return
+        ! a_total = a_vel + a_gg + a_acc
+        call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, &
+                17:19) - table(:, 20:22))) < 1e-22_dp)
+        call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
+                     [character(W) :: 'two of the cases'])
+        call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
+    end subroutine test_verify
+
+    !> The designed case is a case like any other; the map has its columns; contradictions are refused.
+    subroutine test_design_command(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: QUICK = 'design --frequencies 0.1 0.1 --waveforms sine --threads 1 '
+        character(:), allocatable :: output
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+        character(24), parameter :: FIRST_COLUMNS(10) = [character(24) :: 'time_s', 'latitude_deg', &
+            'longitude_deg', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm', 'worst_sigma_mm', 'worst_x', 'worst_y', &
+            'worst_z']
+
+        call make_folder(error)
+        if (.not. allocated(error)) call succeeds(error, QUICK//'--satellite back --at 1400 --out '//FOLDER// &
+                                                  'design.nml --map '//FOLDER//'map.csv --step 600', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'this manoeuvre') > 0 .and. index(output, '5, 6, 7 cycles') > 0 .and. &
+                   index(output, 'worst place') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'cases show '//FOLDER//'design.nml', output)
+        if (allocated(error)) return
+        call check(error, index(output, '1989-01-02T00:23:20') > 0 .and. index(output, 'back-1-design') > 0, output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'simulate '//FOLDER//'design.nml --out '//FOLDER//'design', output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'estimate '//FOLDER//'design --algorithm assest-rde', output)
+        if (.not. allocated(error)) call succeeds(error, 'bound '//FOLDER//'design.nml', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'scale factors, magnetometer bias, which are estimated') > 0, output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'map.csv', [character(24) :: FIRST_COLUMNS, 'wave_x_mm', 'wave_y_mm', 'wave_z_mm', &
+                                          'force_x_mm', 'force_y_mm', 'force_z_mm', 'rate_deg_s', &
+                                          'pointing_deg'], table, failure)
+        call check(error,.not. allocated(failure), message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 10, 'a revolution has ten places 600 s apart')
+        if (allocated(error)) return
+        call succeeds(error, 'design --manoeuvre '//FOLDER//'design.nml --format csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'case,time_s,latitude_deg') == 1 .and. &
+                   index(output, 'back-1-design,0,') > 0, output)
+
+        call refused(error, QUICK//'front-1 --satellite back', STATUS_MISUSED, &
+                     [character(W) :: '--satellite and a CASE'])
+        call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
+        call refused(error, QUICK//'--rods w', STATUS_MISUSED, [character(W) :: '--rods', '"w"'])
+        call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, [character(W) :: '--anywhere'])
+        call refused(error, 'design --frequencies 0.1 5', STATUS_FAILED, [character(W) :: 'frequency = 5 Hz', &
+                                                                          'below 5 Hz'])
+        call refused(error, QUICK//'--rate-limit 0.06', STATUS_FAILED, [character(W) :: 'no manoeuvre stays', &
+                                                                        'at most 0.06 deg/s'])
+        call refused(error, QUICK//'--out '//FOLDER//'no/such.nml', STATUS_FAILED, [character(W) :: 'no folder'])
+    end subroutine test_design_command
+
+    !> Without a moment there is no calibration; the observations themselves can be simulated, with a
+    !> warning.
+    subroutine test_rods_off(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(:), allocatable :: text, messages, output
+        integer :: place, status
+
+        call succeeds(error, 'cases show front-3', text)
+        if (allocated(error)) return
+        do
+            place = index(text, 'amplitude = 30')
+            if (place == 0) exit
+            text = text(:place - 1)//'amplitude = 0'//text(place + len('amplitude = 30'):)
+        end do
+        call make_file(error, 'off.nml', text)
+        if (allocated(error)) return
+        call refused(error, 'montecarlo --runs 2 --cases '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        call refused(error, 'trim '//FOLDER//'off.nml', STATUS_FAILED, [character(W) :: 'all torque rods are off'])
+        call refused(error, 'design --manoeuvre '//FOLDER//'off.nml', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+        if (allocated(error)) return
+        call run('simulate '//FOLDER//'off.nml --out '//FOLDER//'off', status, output, messages)
+        call check(error, status == STATUS_DONE .and. index(messages, 'all torque rods are off') > 0, messages)
+        if (allocated(error)) return
+        call refused(error, 'estimate '//FOLDER//'off --algorithm optimal', STATUS_FAILED, &
+                     [character(W) :: 'all torque rods are off'])
+    end subroutine test_rods_off
+
+    !> The file's angular acceleration is what its field gives: rods y and z at 30 A m^2, opposed when
+    !> B_y and B_z have one sign, on the inertia of CSR-TM-00-01 section 5.2.
+    subroutine test_timing(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(13), parameter :: COLUMNS(12) = [character(13) :: &
+            'time_s', 'latitude_deg', 'longitude_deg', 'bx_nt', 'by_nt', 'bz_nt', 'alpha_x', &
+            'alpha_y', 'alpha_z', 'sigma_x_mm', 'sigma_y_mm', 'sigma_z_mm']
+        real(dp), parameter :: INERTIA_X = 70.23_dp     ! kg m^2
+        real(dp), parameter :: BY_PRODUCTS = 2.1e-7_dp
+        ! rad/s^2, what the products of inertia add at most: (3/345.14 + 2.883/388.84)/70.23 30 31e-6
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output
+        real(dp), allocatable :: table(:, :), expected(:)
+
+        call succeeds(error, 'timing --satellite back --step 300 --out '//FOLDER//'back.csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'case 3') > 0 .and. index(output, 'best for y') > 0, output)
+        if (allocated(error)) return
+        call read_csv(FOLDER//'back.csv', COLUMNS, table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(table, 1), 19)
+        if (allocated(error)) return
+        call check(error, table(19, 1), 5400.0_dp)
+        if (allocated(error)) return
+        expected = 30*(abs(table(:, 5)) + abs(table(:, 6)))*1e-9_dp/INERTIA_X
+        call check(error, maxval(abs(table(:, 7) - expected)) < BY_PRODUCTS)
+        if (allocated(error)) return
+        call check(error, all(table(:, 10:12) > 0))
+        if (allocated(error)) return
+        call refused(error, 'timing --satellite middle', STATUS_MISUSED, &
+                     [character(W) :: '--satellite', 'front, back'])
+        call refused(error, 'timing --step 0', STATUS_MISUSED, [character(W) :: '--step'])
+        if (allocated(error)) return
+        call succeeds(error, 'timing --step 600', output)
+    end subroutine test_timing
+
+    !> Folders that cannot be made or written: below a file, below /proc, or with a folder in the
+    !> way.
+    subroutine test_unwritable(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: UNWRITABLE(1) = ['/proc/gracecg: cannot be written']
+        character(:), allocatable :: output
+
+        call make_file(error, 'a-file', 'text')
+        call refused(error, 'simulate front-1 --out '//FOLDER//'a-file/run', STATUS_FAILED, &
+                     [character(W) :: 'a-file: cannot make this folder: a file of that name'])
+        call refused(error, 'simulate front-1 --out '//FOLDER//'a-file', STATUS_FAILED, &
+                     [character(W) :: 'a-file: cannot make this folder: a file of that name'])
+        call refused(error, 'simulate front-1 --out /proc/gracecg', STATUS_FAILED, &
+                     [character(W) :: '/proc/gracecg: cannot make this folder'])
+        call refused(error, 'verify front-1 --out /proc/gracecg', STATUS_FAILED, &
+                     [character(W) :: '/proc/gracecg: cannot make this folder'])
+        call refused(error, 'montecarlo --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'montecarlo --runs 1 --runs-out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'errors --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'magnetometer-loss --runs 1 --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'trim --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        call refused(error, 'timing --out /proc/gracecg', STATUS_FAILED, UNWRITABLE)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'verify back-2 --out '//FOLDER//'held/setup.nml', output)
+        call refused(error, 'simulate front-1 --out '//FOLDER//'held', STATUS_FAILED, &
+                     [character(W) :: 'held/setup.nml: is a folder'])
+        if (allocated(error)) return
+        call check(error, .not. file_exists(FOLDER//'held/truth.csv') .and. &
+                   .not. file_exists(FOLDER//'held/accelerometer.csv'), 'half a run stands')
+    end subroutine test_unwritable
+
+    !> Degree 0 is the point mass; the whole model differs from it by the oblateness, some 1e-3.
+    subroutine test_gravity(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'ax,ay,az,potential'
+        real(dp) :: point(4), full(4)
+        real(dp), parameter :: R = 6837865.0_dp
+
+        call row_of(error, 'model gravity --degree 0'//EQUATOR, HEADER, point)
+        if (.not. allocated(error)) call row_of(error, 'model gravity'//EQUATOR, HEADER, full)
+        if (allocated(error)) return
+        call check(error, abs(point(1) + EARTH_GM/R**2) < 1e-14_dp*10 .and. &
+                   abs(point(2)) <= 0 .and. abs(point(4) - EARTH_GM/R) < 1e-8_dp*10)
+        if (allocated(error)) return
+        call check(error, full(1)/point(1) > 1.0013_dp .and. full(1)/point(1) < 1.0015_dp)
+        call refused(error, 'model gravity --degree 71'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: '70'])
+        call refused(error, 'model gravity --degree 5 --order 6'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'order'])
+        call refused(error, 'model gravity --file nowhere.gfc'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'nowhere.gfc: no such file'])
+    end subroutine test_gravity
+
+    !> On the equator at Greenwich radial is x, south -z, east y. The two tables agree in 1989.
+    subroutine test_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'bx,by,bz,b_radial,b_south,b_east'
+        character(*), parameter :: IN_1989 = 'model field --date 1989-01-02T00:00:00'
+        real(dp) :: old(6), new(6)
+
+        call row_of(error, IN_1989//EQUATOR, HEADER, old)
+        if (.not. allocated(error)) call row_of(error, IN_1989//' --table igrf14'//EQUATOR, &
+                                                HEADER, new)
+        if (allocated(error)) return
+        call check(error, maxval(abs(old(4:6) - [old(1), -old(3), old(2)])) <= 0)
+        if (allocated(error)) return
+        call check(error, maxval(abs(old - new)) < 1e-12_dp .and. norm2(old(:3)) > 2e-5_dp)
+        call refused(error, 'model field --date 2005-06-01'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: 'igrf95', '1985 to 2000', 'igrf14 covers 1900 to 2030'])
+    end subroutine test_field
+
+    !> The density is the sum over the constituents (with O2, a little more); the row of the table
+    !> is that of the indices given.
+    subroutine test_density(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = &
+            'density,temperature,exospheric_temperature,n_he,n_o,n_n2'
+        character(*), parameter :: AT = 'model density --date 1989-01-02T06:00:00'//EQUATOR
+        real(dp), parameter :: ATOMIC_MASS_UNIT = 1.66054e-27_dp
+        real(dp) :: air(6), same(6), sum_of_parts
+        character(:), allocatable :: output
+
+        call row_of(error, AT, HEADER, air)
+        if (.not. allocated(error)) &
+            call row_of(error, AT//' --f107 185.7 --f107a 210.6 --kp 2.7', HEADER, same)
+        if (allocated(error)) return
+        sum_of_parts = ATOMIC_MASS_UNIT*(4*air(4) + 16*air(5) + 28*air(6))
+        call check(error, sum_of_parts/air(1) < 1.001_dp .and. sum_of_parts/air(1) > 0.98_dp)
+        if (allocated(error)) return
+        call check(error, air(1) > 1e-12_dp .and. air(1) < 1e-11_dp .and. air(2) < air(3))
+        if (allocated(error)) return
+        call succeeds(error, AT, output)
+        if (allocated(error)) return
+        call check(error, index(output, '# local_time_h = 6'//LF) > 0 .and. index(output, &
+                '# day = 1.25'//LF) > 0 .and. index(output, '# latitude_deg = 0'//LF) > 0 .and. &
+                index(output, '# height_km = 459.728'//LF) > 0, output)
+        call refused(error, 'model density --date 1995-06-01'//EQUATOR, STATUS_FAILED, &
+                     [character(W) :: '--f107, --f107a and --kp', '1988-12-01 to 1989-02-28'])
+        call refused(error, AT//' --f107 10 --f107a 210 --kp 2', STATUS_FAILED, &
+                     [character(W) :: '10', '50'])
+        call refused(error, 'model density --date 1989-01-02 --position 6.4e6 0 0', STATUS_FAILED, &
+                     [character(W) :: 'height 21.863 km', 'valid from 120 km'])
+    end subroutine test_density
+
+    subroutine test_wind_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: wind(2), later(2)
+        character(:), allocatable :: output
+
+        call row_of(error, 'model wind --date 1989-01-02'//EQUATOR, 'east,north', wind)
+        ! a day later at the same place it is the same local time
+        if (.not. allocated(error)) &
+            call row_of(error, 'model wind --date 1989-01-03'//EQUATOR, 'east,north', later)
+        if (allocated(error)) return
+        call check(error, maxval(abs(wind - later)) <= 0 .and. norm2(wind) > 10 .and. &
+                   norm2(wind) < 500)
+        if (allocated(error)) return
+        call succeeds(error, 'model wind --date 1989-01-02'//EQUATOR, output)
+        if (.not. allocated(error)) call check(error, index(output, '# HWM93 of 1989-01-02') == 1, &
+                                               output)
+    end subroutine test_wind_model
+
+    !> On 2 January 1989: right ascension 281.9 deg, declination -23 deg, near the perihelion.
+    subroutine test_sun_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: sun(4)
+        real(dp), parameter :: DEGREE = acos(-1.0_dp)/180
+
+        call row_of(error, 'model sun --date 1989-01-02T00:00:00', 'x,y,z,distance_au', sun)
+        if (allocated(error)) return
+        call check(error, abs(norm2(sun(:3))/ASTRONOMICAL_UNIT - sun(4)) < 1e-14_dp*10)
+        if (allocated(error)) return
+        call check(error, abs(sun(4) - 0.9833_dp) < 1e-4_dp)
+        if (allocated(error)) return
+        call check(error, abs(atan2(sun(2), sun(1))/DEGREE + 360 - 282.75_dp) < 1 .and. &
+                   abs(asin(sun(3)/norm2(sun(:3)))/DEGREE + 23) < 0.5_dp)
+    end subroutine test_sun_model
+
+    !> The error stays within five sigma of the boresight's, which is the greatest; other runs
+    !> differ.
+    subroutine test_star_camera_model(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: HEADER = 'q1,q2,q3,q4,stars,angle_error_arcsec'
+        character(*), parameter :: AT = 'model star-camera --quaternion 0.5 -0.5 0.5 0.5'
+        real(dp) :: first(6), second(6), other(6)
+
+        call row_of(error, AT, HEADER, first)
+        if (.not. allocated(error)) call row_of(error, AT//' --run 2', HEADER, second)
+        if (.not. allocated(error)) call row_of(error, AT//' --head 2', HEADER, other)
+        if (allocated(error)) return
+        call check(error, abs(norm2(first(:4)) - 1) < 1e-14_dp .and. first(5) >= 2 .and. &
+                   first(5) <= 20)
+        if (allocated(error)) return
+        call check(error, first(6) > 0 .and. first(6) < 50 .and. &
+                   maxval(abs(first(:4) - second(:4))) > 0)
+        if (allocated(error)) return
+        call check(error, maxval(abs(first(:4) - other(:4))) > 0.1_dp)
+        call refused(error, 'model star-camera --quaternion 0 0 0 0', STATUS_FAILED, &
+                     [character(W) :: '--quaternion', 'not a unit quaternion'])
+        call refused(error, 'model star-camera --quaternion 0.5 0.5 0.5 0.6', STATUS_FAILED, &
+                     [character(W) :: 'not a unit quaternion'])
+        call refused(error, AT//' --head 3', STATUS_MISUSED, [character(W) :: '--head', &
+                'from 1 to 2'])
+    end subroutine test_star_camera_model
+
+    subroutine test_impossible(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: MODELS(4) = [character(27) :: 'gravity', &
+                                                'field --date 1989-01-02', &
+                                                'density --date 1989-01-02', &
+                                                'wind --date 1989-01-02']
+        integer :: i
+
+        do i = 1, size(MODELS)
+            call refused(error, 'model '//trim(MODELS(i))//' --position 0 0 0', STATUS_FAILED, &
+                         [character(W) :: '--position', 'inside the Earth'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6370e3 0 0', &
+                         STATUS_FAILED, [character(W) :: '--position', &
+                         '8.137 km below the ellipsoid'])
+            call refused(error, 'model '//trim(MODELS(i))//' --position 6837.865 0 0', &
+                         STATUS_FAILED, [character(W) :: 'give Earth-fixed metres'])
+        end do
+    end subroutine test_impossible
+end module test_commands

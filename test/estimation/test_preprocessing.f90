@@ -1,0 +1,579 @@
+!> Preprocessing: the report's interpolation formulae, sign flips, mounting, gaps, refusals.
+module test_preprocessing
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross, unit
+    use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_fitting_data
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_preprocessing
+
+    real(dp), parameter :: MOUNTING(4) = [0.6_dp, 0.0_dp, 0.0_dp, 0.8_dp]
+    integer, parameter :: W = 40        !! Length of the parts of a message
+
+contains
+
+    subroutine collect_preprocessing(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('quaternions-as-printed', test_quaternions), &
+                    new_unittest('torque-as-printed', test_torque), &
+                    new_unittest('accelerations-go-through', test_accelerations), &
+                    new_unittest('mounting-is-undone', test_mounting), &
+                    new_unittest('sign-flips-change-nothing', test_sign_flips), &
+                    new_unittest('other-head-is-left-out', test_other_head), &
+                    new_unittest('one-lost-frame-is-bridged', test_bridge), &
+                    new_unittest('star-camera-gap-is-not-bridged', test_gap), &
+                    new_unittest('star-camera-stops-early', test_early_end), &
+                    new_unittest('missing-accelerometer-samples', test_missing_samples), &
+                    new_unittest('times-are-refused', test_times), &
+                    new_unittest('values-are-refused', test_values), &
+                    new_unittest('too-few-samples-are-refused', test_too_few), &
+                    new_unittest('magnetometer-gap-is-refused', test_magnetometer_gap), &
+                    new_unittest('stuck-magnetometer-has-a-gap', test_stuck_magnetometer), &
+                    new_unittest('inconsistent-sizes-are-refused', test_sizes), &
+                    new_unittest('impossible-setup-is-refused', test_setup)]
+    end subroutine collect_preprocessing
+
+    !> A minute of curves that no interpolation reproduces; body attitudes (4, 120) beside it.
+    subroutine example(observations, attitudes, error)
+        type(observation_set_t), intent(out) :: observations
+        real(dp), intent(out) :: attitudes(4, 120)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        associate (knowledge => observations%knowledge)
+            knowledge%duration = 60
+            knowledge%mass = 420
+            knowledge%inertia = reshape([70.0_dp, -3.0_dp, 0.0_dp, -3.0_dp, 345.0_dp, 0.0_dp, &
+                                     0.0_dp, 0.0_dp, 389.0_dp], [3, 3])
+            knowledge%mounting(:, 1) = MOUNTING
+            knowledge%mounting(:, 2) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+            knowledge%guess_quaternion = normalised([-0.7_dp, 0.1_dp, 0.7_dp, 0.1_dp])
+            call new_harmonic_manoeuvre(knowledge%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
+                                        failure)
+        end associate
+        call check_passes(error, message_of(failure))
+        observations%accelerometer_time = [(0.1_dp*i, i=1, 600)]
+        observations%acceleration = reshape([(1e-6_dp*cos(0.37_dp*i), i=1, 1800)], [3, 600])
+        observations%magnetometer_time = [(1.0_dp*i, i=1, 60)]
+        observations%field = reshape([(3e-5_dp*sin(0.11_dp*i**2), i=1, 180)], [3, 60])
+        observations%star_camera_time = [(0.5_dp*i, i=1, 120)]
+        observations%star_camera_head = [(1, i=1, 120)]
+        allocate (observations%quaternion(4, 120))
+        do i = 1, 120
+            attitudes(:, i) = quaternion_product( &
+                              quaternion_from_axis_angle(unit([1.0_dp, cos(0.1_dp*i), 0.3_dp]), &
+                                                         0.02_dp*i + 0.1_dp*sin(0.9_dp*i)), &
+                              observations%knowledge%guess_quaternion)
+            observations%quaternion(:, i) = quaternion_product(MOUNTING, attitudes(:, i))
+        end do
+    end subroutine example
+
+    !> Formulae (4-38), (4-40), (4-42) with k = int(t/0.5) + 1, then (4-44). They are written for
+    !> t(k) = 0.5 k. (At a sample two of them meet, so rounding of t does not matter.)
+    subroutine test_quaternions(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120), expected(4), t
+        integer :: i, k
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(data%attitude_epoch), 600)
+        if (allocated(error)) return
+        do i = 1, 600
+            call check(error, data%attitude_epoch(i), i)
+            if (allocated(error)) return
+            t = 0.1_dp*i
+            k = floor(t/0.5_dp) + 1
+            if (k == 1) then
+                expected = q(:, 1) - 2*(q(:, 2) - q(:, 1))*(0.5_dp - t)
+            else if (k < 121) then
+                expected = q(:, k - 1) + 2*(q(:, k) - q(:, k - 1))*(t - 0.5_dp*(k - 1))
+            else
+                expected = q(:, 120)
+            end if
+            expected = expected/norm2(expected)
+            call check(error, maxval(abs(data%quaternion(:, i) - expected)), 0.0_dp, thr=1e-14_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_quaternions
+
+    !> m x B at every half step, B after (4-39), (4-41), (4-43) with k = int(t) + 1.
+    subroutine test_torque(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120), field(3), moment(3), t
+        integer :: j, k
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(data%torque, 2), 1201)
+        if (allocated(error)) return
+        do j = 0, 1200
+            t = 0.05_dp*j
+            k = floor(t) + 1
+            associate (b => observations%field)
+                if (k == 1) then
+                    field = b(:, 1) - (b(:, 2) - b(:, 1))*(1 - t)
+                else if (k < 61) then
+                    field = b(:, k - 1) + (b(:, k) - b(:, k - 1))*(t - k + 1)
+                else
+                    field = b(:, 60)
+                end if
+            end associate
+            moment = [0, -1, 1]*30*sin(TWO_PI*0.1_dp*t)
+            call check(error, maxval(abs(data%torque(:, j + 1) - cross(moment, field))), 0.0_dp, &
+                       thr=1e-16_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_torque
+
+    subroutine test_accelerations(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+        integer :: i
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
+        if (allocated(error)) return
+        call check(error, all(data%accelerometer_epoch == [(i, i=1, 600)]))
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%acceleration - observations%acceleration)), 0.0_dp)
+    end subroutine test_accelerations
+
+    subroutine test_mounting(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
+    end subroutine test_mounting
+
+    subroutine test_sign_flips(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: clean, flipped
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+        integer :: i
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, clean, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        do i = 1, 120
+            if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
+        end do
+        call preprocess(observations, flipped, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
+        if (allocated(error)) return
+        observations%quaternion = -observations%quaternion
+        call preprocess(observations, flipped, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
+    end subroutine test_sign_flips
+
+    !> Samples of head 2, of another attitude and between those of head 1, change nothing.
+    subroutine test_other_head(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations, both
+        type(fitting_data_t) :: alone, data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+        integer :: i
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, alone, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        both = observations
+        both%star_camera_time = [(0.25_dp*i, i=1, 240)]
+        both%star_camera_head = [(1 + mod(i, 2), i=1, 240)]     ! heads 2, 1, 2, 1, ...
+        deallocate (both%quaternion)
+        allocate (both%quaternion(4, 240))
+        both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
+        both%quaternion(:, 2::2) = observations%quaternion
+        call preprocess(both, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
+    end subroutine test_other_head
+
+    !> Without some star-camera samples.
+    subroutine drop_stars(observations, keep)
+        type(observation_set_t), intent(inout) :: observations
+        logical, intent(in) :: keep(:)
+        integer :: i
+
+        observations%quaternion = observations%quaternion(:, pack([(i, i=1, size(keep))], keep))
+        observations%star_camera_time = pack(observations%star_camera_time, keep)
+        observations%star_camera_head = pack(observations%star_camera_head, keep)
+    end subroutine drop_stars
+
+    !> Without the sample at 10 s, the straight line from 9.5 s to 10.5 s.
+    subroutine test_bridge(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(data%attitude_epoch), 600)
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%quaternion(:, 98) - &
+                                     normalised(0.7_dp*q(:, 19) + 0.3_dp*q(:, 21)))), 0.0_dp, &
+                   thr=1e-14_dp)
+    end subroutine test_bridge
+
+    !> Six lost frames: no pseudo-observation between 20 s and 23 s, all others there and unchanged.
+    subroutine test_gap(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: whole, data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+        integer :: i, k
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call preprocess(observations, whole, failure)
+        call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
+        if (allocated(error)) return
+        call check(error, all([(any(data%attitude_epoch == k), k=1, 199)]) .and. &
+                   all([(any(data%attitude_epoch == k), k=231, 600)]))
+        if (allocated(error)) return
+        call check(error, size(data%quaternion, 2) == size(data%attitude_epoch) .and. &
+                   size(data%attitude_source) == size(data%attitude_epoch))
+        if (allocated(error)) return
+        do i = 1, size(data%attitude_epoch)
+            k = data%attitude_epoch(i)
+            if (k == 230) cycle     ! the first one after the gap
+            call check(error, maxval(abs(data%quaternion(:, i) - whole%quaternion(:, k))), 0.0_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_gap
+
+    !> After the last sample, at 50 s, its value is kept for one interval and no longer.
+    subroutine test_early_end(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        call drop_stars(observations, observations%star_camera_time < 50.1_dp)
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(data%attitude_epoch), 505)
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%quaternion(:, 503) - q(:, 100))), 0.0_dp, thr=1e-15_dp)
+    end subroutine test_early_end
+
+    subroutine test_missing_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(observations, q, error)
+        if (allocated(error)) return
+        observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
+        observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
+        call preprocess(observations, data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
+        if (allocated(error)) return
+        call check(error, size(data%torque, 2), 1201)
+    end subroutine test_missing_samples
+
+    subroutine test_times(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(300:301) = [30.1_dp, 30.0_dp]
+        call refused(bad, [character(W) :: 'accelerometer', 'must increase', &
+                     '30 s follows 30.1 s'], &
+                     error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(301) = bad%accelerometer_time(300)
+        call refused(bad, [character(W) :: 'accelerometer', 'must increase'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%magnetometer_time(7) = 6
+        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '6 s follows 6 s'], &
+                     error)
+        if (allocated(error)) return
+        bad = good
+        bad%magnetometer_time(7) = 5.5_dp
+        call refused(bad, [character(W) :: 'magnetometer', 'must increase', '5.5 s follows 6 s'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(7) = 0.6001_dp
+        call refused(bad, [character(W) :: 'accelerometer', 'two samples near 0.6001 s'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%star_camera_time(7) = 2
+        call refused(bad, [character(W) :: 'star camera 1', 'must increase'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(300) = 30.03_dp
+        call refused(bad, [character(W) :: 'accelerometer', '30.03 s', 'not a multiple', '0.1 s'], &
+                     error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(600) = 60.1_dp
+        call refused(bad, [character(W) :: 'accelerometer', '60.1 s', 'outside', '60 s'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%accelerometer_time(1) = -0.1_dp
+        call refused(bad, [character(W) :: 'accelerometer', '-0.1 s', 'outside'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%star_camera_time(4) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, [character(W) :: 'star camera', 'NaN'], error)
+    end subroutine test_times
+
+    subroutine test_values(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%acceleration(2, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, [character(W) :: 'accelerometer', 'NaN'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%field(3, 17) = ieee_value(1.0_dp, ieee_positive_inf)
+        call refused(bad, [character(W) :: 'magnetometer', 'infinite'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%field = 1e9_dp*bad%field
+        call refused(bad, [character(W) :: 'magnetometer', 'have to be in T'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%acceleration(2, 17) = 1e300_dp
+        call refused(bad, [character(W) :: 'accelerometer', 'have to be in m/s^2'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%quaternion(1, 17) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, [character(W) :: 'star camera', 'NaN'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%quaternion(:, 17) = 1.01_dp*bad%quaternion(:, 17)
+        call refused(bad, [character(W) :: 'star camera', 'unit length'], error)
+        if (allocated(error)) return
+        bad%quaternion(:, 17) = 0
+        call refused(bad, [character(W) :: 'star camera', 'unit length'], error)
+    end subroutine test_values
+
+    subroutine test_too_few(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+        integer :: i
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%acceleration = bad%acceleration(:, :1)
+        bad%accelerometer_time = bad%accelerometer_time(:1)
+        call refused(bad, [character(W) :: 'accelerometer', 'fewer than two'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%field = bad%field(:, :0)
+        bad%magnetometer_time = bad%magnetometer_time(:0)
+        call refused(bad, [character(W) :: 'magnetometer', 'fewer than two'], error)
+        if (allocated(error)) return
+        bad = good
+        call drop_stars(bad, [(i <= 1, i=1, 120)])
+        call refused(bad, [character(W) :: 'star camera', 'fewer than two'], error)
+        if (allocated(error)) return
+        bad = good
+        call drop_stars(bad, [(i == 20 .or. i == 70, i=1, 120)])
+        call refused(bad, [character(W) :: 'star camera', 'too few'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%camera = 3
+        call refused(bad, [character(W) :: 'star camera', 'head 3'], error)
+    end subroutine test_too_few
+
+    subroutine test_magnetometer_gap(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%magnetometer_time = pack(good%magnetometer_time, abs(good%magnetometer_time - 31) > &
+                                     2.5_dp)
+        bad%field = good%field(:, nint(bad%magnetometer_time))
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 28'], error)
+        if (allocated(error)) return
+        bad%magnetometer_time = good%magnetometer_time(:50)
+        bad%field = good%field(:, :50)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 51'], error)
+        if (allocated(error)) return
+        bad%magnetometer_time = good%magnetometer_time(5:)
+        bad%field = good%field(:, 5:)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 0 s'], error)
+    end subroutine test_magnetometer_gap
+
+    !> A magnetometer that keeps its value for 4 s has a gap there; 3 s pass.
+    subroutine test_stuck_magnetometer(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
+        call preprocess(bad, data, failure)
+        call check(error,.not. allocated(failure), message_of(failure))
+        if (.not. allocated(error)) call check(error, size(data%warnings), 0)
+        if (allocated(error)) return
+        bad%field(:, 34) = good%field(:, 30)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 30', 'repetitions of one value'], error)
+        if (allocated(error)) return
+        bad%field(:, 31:) = spread(good%field(:, 30), 2, 30)
+        call refused(bad, [character(W) :: 'magnetometer', 'no samples near 31', 'repetitions of one value'], error)
+    end subroutine test_stuck_magnetometer
+
+    subroutine test_sizes(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%acceleration = bad%acceleration(:, :599)
+        call refused(bad, [character(W) :: 'accelerometer', '600', '599'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%field = bad%field(:, :59)
+        call refused(bad, [character(W) :: 'magnetometer', '60', '59'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%quaternion = bad%quaternion(:, :119)
+        call refused(bad, [character(W) :: 'star camera', '120', '119'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%star_camera_head = bad%star_camera_head(:119)
+        call refused(bad, [character(W) :: 'star camera', '120', '119'], error)
+        if (allocated(error)) return
+        bad = good
+        deallocate (bad%field)
+        call refused(bad, [character(W) :: 'missing altogether'], error)
+    end subroutine test_sizes
+
+    subroutine test_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: good, bad
+        real(dp) :: q(4, 120)
+
+        call example(good, q, error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%duration = 0
+        call refused(bad, [character(W) :: 'duration'], error)
+        if (allocated(error)) return
+        bad%knowledge%duration = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(bad, [character(W) :: 'duration'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%accelerometer_interval = 0
+        call refused(bad, [character(W) :: 'sampling intervals', 'positive'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%inertia = 0
+        call refused(bad, [character(W) :: 'inertia', 'positive definite'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%inertia(1, 2) = 5
+        call refused(bad, [character(W) :: 'inertia', 'symmetric'], error)
+        if (allocated(error)) return
+        bad = good
+        bad%knowledge%inertia(3, 3) = 800
+        call refused(bad, [character(W) :: 'inertia', 'sum of the two others'], error)
+    end subroutine test_setup
+
+    !> Preprocessing must fail with a message that has every one of the parts.
+    subroutine refused(observations, parts, error)
+        type(observation_set_t), intent(in) :: observations
+        character(*), intent(in) :: parts(:)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+
+        call preprocess(observations, data, failure)
+        call check_fails(error, message_of(failure), parts)
+    end subroutine refused
+end module test_preprocessing

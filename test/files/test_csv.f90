@@ -1,0 +1,247 @@
+!> CSV files: one corrupted file for each failure, and exact round trips.
+module test_csv
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_csv
+    use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
+    use gracecg_base_text, only: string_t
+    use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_csv
+
+    character(*), parameter :: LF = achar(10), CR = achar(13), PATH = FOLDER//'table.csv'
+    character(6), parameter :: COLUMNS(3) = [character(6) :: 'time_s', 'ax', 'ay']
+
+contains
+
+    subroutine collect_csv(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('read', test_read), &
+                    new_unittest('windows-line-ends', test_windows), &
+                    new_unittest('header-fails', test_header_fails), &
+                    new_unittest('column-count-fails', test_count_fails), &
+                    new_unittest('values-fail', test_values_fail), &
+                    new_unittest('empty-fails', test_empty_fails), &
+                    new_unittest('blank-line-within-fails', test_blank_fails), &
+                    new_unittest('round-trip-is-exact', test_round_trip), &
+                    new_unittest('labels', test_labels), &
+                    new_unittest('writer-refuses', test_writer_refuses)]
+    end subroutine collect_csv
+
+    !> Reads a file with the given content.
+    subroutine read_content(error, content, table, failure, comments)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: content
+        real(dp), allocatable, intent(out) :: table(:, :)
+        type(error_t), allocatable, intent(out) :: failure
+        type(string_t), allocatable, intent(out), optional :: comments(:)
+
+        call make_file(error, 'table.csv', content)
+        if (allocated(error)) return
+        call read_csv(PATH, COLUMNS, table, failure, comments)
+        call remove_file(PATH)
+    end subroutine read_content
+
+    !> The content must be refused with all of the parts in the message.
+    subroutine check_refused(error, content, parts)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: content, parts(:)
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+
+        call read_content(error, content, table, failure)
+        if (allocated(error)) return
+        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
+    end subroutine check_refused
+
+    subroutine test_read(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: comments(:)
+
+        call read_content(error, '# seed 1'//LF//'#'//LF//'time_s,ax,ay'//LF//'0,1e-9,-2.5D-3'// &
+                          LF//'0.1, 3 ,4'//LF//LF//'  '//LF, table, failure, comments)
+        if (allocated(error)) return
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(shape(table) == [2, 3]) .and. &
+                   all(abs(table(1, :) - [0.0_dp, 1e-9_dp, -2.5e-3_dp]) <= 0) .and. &
+                   all(abs(table(2, :) - [0.1_dp, 3.0_dp, 4.0_dp]) <= 0))
+        if (allocated(error)) return
+        call check(error, size(comments) == 2 .and. comments(1)%text == 'seed 1' .and. &
+                   comments(2)%text == '')
+    end subroutine test_read
+
+    subroutine test_windows(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+
+        call read_content(error, 'time_s,ax,ay'//CR//LF//'1,2,3'//CR//LF//'4,5,6', table, failure)
+        if (allocated(error)) return
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(table(:, 3) - [3.0_dp, 6.0_dp]) <= 0))
+    end subroutine test_windows
+
+    subroutine test_header_fails(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_refused(error, '# x'//LF//'time_s,ay,ax'//LF//'1,2,3'//LF, [character(60) :: &
+                           ':2:', 'column 2 is "ay", expected "ax"', 'time_s,ax,ay', &
+                           '| time_s,ay,ax'])
+        if (allocated(error)) return
+        call check_refused(error, 'time_s,ax'//LF//'1,2'//LF, [character(60) :: &
+                           ':1:', '2 columns, expected 3'])
+        if (allocated(error)) return
+        call check_refused(error, 'time_s,ax,ay,az'//LF//'1,2,3,4'//LF, [character(60) :: &
+                           ':1:', '4 columns, expected 3'])
+        if (allocated(error)) return
+        call check_refused(error, '1,2,3'//LF, [character(60) :: ':1:', 'column 1 is "1"'])
+    end subroutine test_header_fails
+
+    subroutine test_count_fails(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: BEGIN = 'time_s,ax,ay'//LF//'1,2,3'//LF
+
+        call check_refused(error, BEGIN//'4,5', [character(60) :: ':3:', '2 columns, expected 3', &
+                                                 '| 4,5'])
+        if (allocated(error)) return
+        call check_refused(error, BEGIN//'4,5,6,7'//LF, [character(60) :: ':3:', &
+                                                         '4 columns, expected 3'])
+        if (allocated(error)) return
+        call check_refused(error, BEGIN//'4,5,'//LF, [character(60) :: ':3:', 'column ay: ""'])
+    end subroutine test_count_fails
+
+    subroutine test_values_fail(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(8), parameter :: BAD(*) = [character(8) :: 'NaN', '-inf', '1.2.3', 'abc', &
+                                             '1e999', '', '1 2']
+        integer :: i
+
+        do i = 1, size(BAD)
+            call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//'4,'//trim(BAD(i))//',6'// &
+                               LF, [character(60) :: ':3:', 'column ax: "'//trim(BAD(i))//'"', &
+                                'not a finite number'])
+            if (allocated(error)) return
+        end do
+    end subroutine test_values_fail
+
+    subroutine test_empty_fails(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), allocatable :: table(:, :)
+        type(error_t), allocatable :: failure
+
+        call check_refused(error, '', [character(60) :: 'is empty', 'time_s,ax,ay'])
+        if (allocated(error)) return
+        call check_refused(error, '# only'//LF//'# comments'//LF//LF, [character(60) :: 'is empty'])
+        if (allocated(error)) return
+        call check_refused(error, 'time_s,ax,ay'//LF, [character(60) :: 'no row'])
+        if (allocated(error)) return
+        call read_csv(FOLDER//'missing.csv', COLUMNS, table, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(60) :: FOLDER//'missing.csv', 'no such file'])
+    end subroutine test_empty_fails
+
+    subroutine test_blank_fails(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_refused(error, 'time_s,ax,ay'//LF//'1,2,3'//LF//LF//'4,5,6'//LF, &
+                           [character(60) :: ':3:', 'column time_s: ""'])
+    end subroutine test_blank_fails
+
+    subroutine test_round_trip(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(csv_writer_t) :: writer
+        type(error_t), allocatable :: failure
+        type(text_file_t) :: file
+        type(string_t), allocatable :: comments(:)
+        real(dp), allocatable :: table(:, :)
+        real(dp) :: rows(50, 3)
+        integer :: i
+
+        do i = 1, size(rows, 1)
+            rows(i, :) = [0.1_dp*i, sin(1.0_dp*i)*10.0_dp**(-i), -exp(13.7_dp*i)]
+        end do
+        rows(1, :) = [tiny(1.0_dp), huge(1.0_dp), 0.0_dp]
+        call make_folder(error)
+        if (allocated(error)) return
+        call writer%open(PATH, 'time_s,ax,ay', [character(8) :: 'seed 1', 'two'], failure)
+        do i = 1, size(rows, 1)
+            call writer%row(rows(i, :))
+        end do
+        call check(error,.not. file_exists(PATH))
+        call writer%commit(failure)
+        if (allocated(error)) return
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_csv(PATH, COLUMNS, table, failure, comments)
+        call read_text_file(PATH, file, failure)
+        call remove_file(PATH)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(table - rows) <= 0) .and. comments(2)%text == 'two')
+        if (allocated(error)) return
+        call check(error, index(file%text(file%first(3):), ' '), 0, 'blanks below the comments')
+    end subroutine test_round_trip
+
+    subroutine test_labels(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(csv_writer_t) :: writer
+        type(error_t), allocatable :: failure
+        type(text_file_t) :: file
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call writer%open(PATH, 'case,axis,runs', [character(1) ::], failure)
+        call writer%row([15.0_dp], labels=[character(8) :: 'front-1', 'x'])
+        call writer%commit(failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_text_file(PATH, file, failure)
+        call remove_file(PATH)
+        call check(error, file%text, 'case,axis,runs'//LF//'front-1,x,15'//LF)
+    end subroutine test_labels
+
+    subroutine test_writer_refuses(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp) :: nan, infinity
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        infinity = ieee_value(infinity, ieee_positive_inf)
+        call check_row_refused(error, [1.0_dp, nan, nan], [character(60) :: 'row 2', 'column ax', &
+                                                           'NaN'])
+        if (allocated(error)) return
+        call check_row_refused(error, [1.0_dp, 2.0_dp, infinity], &
+                               [character(60) :: 'row 2', 'column ay', 'Inf'])
+        if (allocated(error)) return
+        call check_row_refused(error, [1.0_dp, 2.0_dp], [character(60) :: 'row 2', &
+                                                         '2 values, expected 3'])
+    end subroutine test_writer_refuses
+
+    !> A bad row after a good one: the failure comes at commit, and there is no file.
+    subroutine check_row_refused(error, row, parts)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in) :: row(:)
+        character(*), intent(in) :: parts(:)
+        type(csv_writer_t) :: writer
+        type(error_t), allocatable :: failure
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)
+        call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
+        call writer%row(row)
+        call writer%row([1.0_dp, 2.0_dp, 3.0_dp])
+        call writer%commit(failure)
+        call check_fails(error, message_of(failure), [character(60) :: PATH, parts])
+        if (allocated(error)) return
+        call check(error,.not. (file_exists(PATH) .or. file_exists(PATH//'.part1')))
+    end subroutine check_row_refused
+end module test_csv

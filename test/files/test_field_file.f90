@@ -1,0 +1,109 @@
+!> Text tables of fields: what counts as a row, and messages with the line of the file.
+module test_field_file
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_numeric_table
+    use gracecg_base_text, only: string_t
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_field_file
+
+    character(*), parameter :: LF = achar(10), TAB = achar(9)
+    integer, parameter :: W = 60    !! Length of the parts of a message
+
+contains
+
+    subroutine collect_field_file(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('rows-and-fields', test_rows), &
+                    new_unittest('wrong-rows', test_wrong_rows), &
+                    new_unittest('no-rows', test_no_rows)]
+    end subroutine collect_field_file
+
+    !> A file with two rows, in its lines 3 and 5.
+    subroutine read_sample(error, file)
+        type(error_type), allocatable, intent(out) :: error
+        type(field_file_t), intent(out) :: file
+        type(error_t), allocatable :: failure
+
+        call make_file(error, 'fields.txt', '# head'//LF//'  '//LF//' 1'//TAB//'-2.5e3 # note'// &
+                       LF//TAB//'#'//LF//'three 4 5#6')
+        if (allocated(error)) return
+        call read_field_file(FOLDER//'fields.txt', file, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine read_sample
+
+    subroutine test_rows(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(field_file_t) :: file
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        real(dp) :: value
+
+        call read_sample(error, file)
+        if (allocated(error)) return
+        call check(error, file%row_count(), 2)
+        if (allocated(error)) return
+        call check(error, size(file%fields(0)) + size(file%fields(3)), 0)
+        if (allocated(error)) return
+        call file%get_fields(1, 2, 'a, b', fields, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call file%get_real(1, fields(2), 'b', value, failure, -2500.0_dp, 0.0_dp)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, value, -2500.0_dp)
+        if (allocated(error)) return
+        call file%get_fields(2, 3, 'a, b, c', fields, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, fields(1)%text//'|'//fields(2)%text//'|'//fields(3)%text, 'three|4|5')
+    end subroutine test_rows
+
+    subroutine test_wrong_rows(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(field_file_t) :: file
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        real(dp) :: value
+
+        call read_sample(error, file)
+        if (allocated(error)) return
+        call file%get_fields(1, 3, 'a, b, c', fields, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'fields.txt:3:', '2 fields instead of 3: a, b, c', &
+                          '|  1'])
+        if (allocated(error)) return
+        fields = file%fields(2)
+        call file%get_real(2, fields(1), 'length', value, failure, unit='m')
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'fields.txt:5:', 'length: "three" is not', 'in m', &
+                          '| three 4'])
+        if (allocated(error)) return
+        call file%get_real(2, fields(2), 'length', value, failure, 0.0_dp, 3.0_dp)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'fields.txt:5:', '4 is outside', 'from 0 to 3'])
+        if (allocated(error)) return
+        call file%fail_at(3, 'a row is missing', failure)
+        call check_fails(error, message_of(failure), &
+                         [character(W) :: 'fields.txt:6: a row is missing'])
+    end subroutine test_wrong_rows
+
+    subroutine test_no_rows(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(field_file_t) :: file
+        type(error_t), allocatable :: failure
+
+        call read_field_file(FOLDER//'missing.txt', file, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'missing.txt: no such file'])
+        if (allocated(error)) return
+        call make_file(error, 'fields.txt', '# only'//LF//LF)
+        if (allocated(error)) return
+        call read_field_file(FOLDER//'fields.txt', file, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'fields.txt: holds no data'])
+    end subroutine test_no_rows
+end module test_field_file

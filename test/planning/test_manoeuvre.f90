@@ -1,0 +1,332 @@
+!> Manoeuvres with all waveforms on a satellite: what the integrators make of them, their limits, and
+!> how case files state them.
+module test_manoeuvre
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross
+    use gracecg_spacecraft_torque_rods
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, OMEGA, ATTITUDE
+    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, new_attitude_fit
+    use gracecg_simulation_case, only: case_t, read_case, case_text
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, propagate_case
+    use gracecg_simulation_limits
+    use fixture, only: check_fails, check_passes, make_file, FOLDER
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_manoeuvre
+
+    integer, parameter :: W = 60
+
+contains
+
+    subroutine collect_manoeuvre(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('truth-resolves-every-waveform', test_truth_converges), &
+                    new_unittest('fit-resolves-every-waveform', test_fit_converges), &
+                    new_unittest('taper-keeps-the-attitude', test_taper_in_flight), &
+                    new_unittest('rate-limit', test_rate_limit), &
+                    new_unittest('pointing-limit', test_pointing_limit), &
+                    new_unittest('sampling-limit', test_sampling_limit), &
+                    new_unittest('case-file', test_case_file), &
+                    new_unittest('old-case-file', test_old_case_file)]
+    end subroutine collect_manoeuvre
+
+    !> Front case 1 with all three rods at 5, 6 and 7 cycles a minute.
+    subroutine example(waveform, case, error)
+        integer, intent(in) :: waveform
+        type(case_t), intent(out) :: case
+        type(error_type), allocatable, intent(out) :: error
+
+        type(rod_activation_t) :: activations(3)
+        type(error_t), allocatable :: failure
+        integer :: axis
+
+        call report_case('front-1', case, failure)
+        do axis = 1, 3
+            activations(axis) = rod_activation_t(axis, 30.0_dp, (4 + axis)/60.0_dp, 0.3_dp*axis, 0.0_dp, &
+                                                 60.0_dp, waveform)
+            if (waveform == TAPERED) activations(axis)%taper = 5
+        end do
+        if (.not. allocated(failure)) call new_torque_rods(case%knowledge%rods, activations, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine example
+
+    !> Steps of 0.1 s against steps of 0.0125 s, over 20 s: of the 3e-5 rad/s that the rods give, the
+    !> smooth waveforms agree to rounding and a square wave with edges of 1 s to 1e-7.
+    subroutine test_truth_converges(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(satellite_dynamics_t) :: dynamics
+        type(truth_arc_t) :: coarse, fine
+        type(error_t), allocatable :: failure
+        integer :: waveform
+
+        do waveform = SINE, SQUARE
+            call example(waveform, case, error)
+            if (allocated(error)) return
+            case%density_model = 'none'
+            case%gravity_model = 'point-mass'
+            call build_dynamics(case, dynamics, failure)
+            dynamics%with_earth_radiation = .false.
+            dynamics%with_solar_radiation = .false.
+            call propagate_arc(dynamics, initial_state(case), 0.1_dp, 200, coarse, failure)
+            call propagate_arc(dynamics, initial_state(case), 0.0125_dp, 1600, fine, failure)
+            call check(error, maxval(abs(coarse%state(OMEGA, :) - fine%state(OMEGA, ::8))) < &
+                       merge(2e-12_dp, 1e-16_dp, waveform == SQUARE), WAVEFORM_NAMES(waveform))
+            if (allocated(error)) return
+        end do
+    end subroutine test_truth_converges
+
+    !> The estimators' Runge-Kutta steps, of order 4, in a constant field: halving the step leaves
+    !> less than a twelfth of the error for the smooth waveforms and less than a sixth for the square
+    !> one, whose third derivative jumps at the edges; at 0.1 s it is below 1e-10 rad/s.
+    subroutine test_fit_converges(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: FIELD(3) = [-24.4e-6_dp, -3.6e-6_dp, 7.5e-6_dp]
+        type(case_t) :: case
+        type(fitted_rotation_t) :: reference, trial
+        real(dp) :: errors(2)
+        integer :: waveform, i
+
+        do waveform = SINE, SQUARE
+            call example(waveform, case, error)
+            if (allocated(error)) return
+            reference = fitted(case, 0.00625_dp)
+            do i = 1, 2
+                trial = fitted(case, 0.2_dp/2**i)
+                errors(i) = maxval(abs(trial%omega - reference%omega(:, ::32/2**i)))
+            end do
+            call check(error, errors(1) < 1e-10_dp, WAVEFORM_NAMES(waveform))
+            if (allocated(error)) return
+            call check(error, errors(2) < errors(1)/merge(6, 12, waveform == SQUARE), WAVEFORM_NAMES(waveform))
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        function fitted(case, step) result(rotation)
+            type(case_t), intent(in) :: case
+            real(dp), intent(in) :: step
+            type(fitted_rotation_t) :: rotation
+
+            type(attitude_fit_t) :: fit
+            real(dp), allocatable :: torque(:, :)
+            integer :: j, n
+
+            n = nint(60/step)
+            allocate (torque(3, 0:2*n))
+            do j = 0, 2*n
+                torque(:, j) = cross(dipole_moment(case%knowledge%rods, j*step/2), FIELD)
+            end do
+            fit = new_attitude_fit(case%knowledge%inertia, step, torque)
+            call fit%fit_rotation(case%angular_velocity, rotation)
+        end function fitted
+    end subroutine test_fit_converges
+
+    !> A sine of the report's frequency that starts abruptly leaves a mean rate that turns the
+    !> satellite away; with tapers of one period the greatest turn is less than half
+    !> of that (what is left is the turn by the gravity gradient).
+    subroutine test_taper_in_flight(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(attitude_motion_t) :: abrupt, smooth
+
+        call report_motion(abrupt)
+        if (allocated(error)) return
+        case%knowledge%rods%activations%waveform = TAPERED
+        case%knowledge%rods%activations%taper = 10
+        call motion_of(smooth)
+        if (allocated(error)) return
+        call check(error, abrupt%excursion > 0.05_dp*DEGREE .and. smooth%excursion < abrupt%excursion/2)
+
+    contains
+
+        subroutine report_motion(motion)
+            type(attitude_motion_t), intent(out) :: motion
+            type(error_t), allocatable :: failure
+
+            call report_case('front-2', case, failure)
+            call check_passes(error, message_of(failure))
+            if (.not. allocated(error)) call motion_of(motion)
+        end subroutine report_motion
+
+        subroutine motion_of(motion)
+            type(attitude_motion_t), intent(out) :: motion
+
+            type(truth_arc_t) :: arc
+            type(error_t), allocatable :: failure
+
+            call propagate_case(case, arc, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            motion = attitude_motion(arc%interval, arc%state(OMEGA, :), arc%state(ATTITUDE, :))
+        end subroutine motion_of
+    end subroutine test_taper_in_flight
+
+    !> Front case 2 with a constant moment about x: 2e-5 rad/s^2 carry it over 0.1 deg/s.
+    subroutine test_rate_limit(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case('front-2', case, failure)
+        call new_torque_rods(case%knowledge%rods, &
+                             [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
+        case%knowledge%duration = 90
+        case%knowledge%pointing_limit = PI
+        call new_simulator(case, simulator, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
+                                                      'at most 0.1 deg/s', 'rate_deg_s'])
+        if (allocated(error)) return
+        case%knowledge%rate_limit = 0.15_dp*DEGREE
+        call new_simulator(case, simulator, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine test_rate_limit
+
+    subroutine test_pointing_limit(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case('front-2', case, failure)
+        case%knowledge%pointing_limit = 0.05_dp*DEGREE
+        call new_simulator(case, simulator, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case front-2', &
+                                                      'away from its attitude', 'at most 0.05 deg', &
+                                                      'pointing_deg'])
+        if (allocated(error)) return
+        ! free flight is not a manoeuvre
+        call new_torque_rods(case%knowledge%rods, [rod_activation_t ::], failure)
+        case%knowledge%rate_limit = 1e-5_dp
+        call new_simulator(case, simulator, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine test_pointing_limit
+
+    subroutine test_sampling_limit(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        case%knowledge%rods%activations%frequency = 5
+        call new_simulator(case, simulator, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case front-1', 'frequency = 5 Hz', &
+                                                      'below 5 Hz'])
+    end subroutine test_sampling_limit
+
+    !> Waveform, taper, edges and limits are written and read back; what is wrong is refused with
+    !> file and line.
+    subroutine test_case_file(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case, again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        integer :: waveform
+
+        do waveform = SINE, SQUARE
+            call example(waveform, case, error)
+            if (allocated(error)) return
+            case%knowledge%rods%activations%rise_time = 1.25_dp
+            case%knowledge%rate_limit = 0.09_dp*DEGREE
+            case%knowledge%pointing_limit = 0.4_dp*DEGREE
+            call case_text(case, text, failure)
+            call make_file(error, 'manoeuvre.nml', text)
+            if (allocated(error)) return
+            call read_case(FOLDER//'manoeuvre.nml', again, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            associate (a => case%knowledge%rods%activations(:3), b => again%knowledge%rods%activations(:3))
+                call check(error, all(a%waveform == b%waveform .and. a%taper == b%taper .and. &
+                                      a%rise_time == b%rise_time))
+            end associate
+            if (allocated(error)) return
+            call check(error, again%knowledge%rate_limit == case%knowledge%rate_limit .and. &
+                       again%knowledge%pointing_limit == case%knowledge%pointing_limit)
+            if (allocated(error)) return
+        end do
+        call refused(replaced(text, "'square'", "'sqare'"), [character(W) :: 'waveform', 'sqare', 'square'])
+        if (allocated(error)) return
+        call refused(replaced(text, "'square'", "'tapered'"), [character(W) :: 'needs a taper'])
+        if (allocated(error)) return
+        call refused(replaced(text, '1.25', '0.2'), [character(W) :: 'manoeuvre.nml', 'rise_time = 0.2'])
+        if (allocated(error)) return
+        call refused(replaced(text, 'rate_deg_s = 9', 'rate_deg_s = -9'), [character(W) :: 'rate_deg_s'])
+
+    contains
+
+        subroutine refused(content, parts)
+            character(*), intent(in) :: content, parts(:)
+
+            call make_file(error, 'manoeuvre.nml', content)
+            if (allocated(error)) return
+            call read_case(FOLDER//'manoeuvre.nml', again, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine refused
+    end subroutine test_case_file
+
+    !> The text with the first `old` replaced.
+    function replaced(text, old, new) result(changed)
+        character(*), intent(in) :: text, old, new
+        character(:), allocatable :: changed
+
+        integer :: i
+
+        i = index(text, old)
+        changed = text(:i - 1)//new//text(i + len(old):)
+        if (i == 0) changed = 'the text has no '//old
+    end function replaced
+
+    !> A case file without any of the keys of this room reads as it always did.
+    subroutine test_old_case_file(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case, again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, old
+        integer :: first, last
+        logical :: in_limits
+
+        call report_case('front-3', case, failure)
+        call case_text(case, text, failure)
+        old = ''
+        first = 1
+        in_limits = .false.
+        do while (first <= len(text))
+            last = first + index(text(first:), new_line('a')) - 1
+            if (last < first) last = len(text)
+            associate (line => text(first:last))
+                if (index(line, '&limits') == 1) in_limits = .true.
+                if (.not. in_limits .and. index(line, 'waveform') == 0 .and. index(line, 'taper') == 0 .and. &
+                    index(line, 'rise_time') == 0) old = old//line
+                if (index(line, '/') == 1) in_limits = .false.
+            end associate
+            first = last + 1
+        end do
+        call check(error, len(old) < len(text) - 200, 'nothing was left out')
+        if (allocated(error)) return
+        call make_file(error, 'old.nml', old)
+        if (allocated(error)) return
+        call read_case(FOLDER//'old.nml', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call case_text(again, old, failure)
+        call check(error, old == text)
+    end subroutine test_old_case_file
+end module test_manoeuvre

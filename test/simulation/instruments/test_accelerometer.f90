@@ -1,0 +1,213 @@
+!> The accelerometer: kinematics at the proof mass, polynomial, noise, limits.
+module test_accelerometer
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: unit
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_from_axis_angle
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_coloured_noise, only: coloured_noise_t
+    use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration, &
+        WARNING_LENGTH
+    use statistics, only: Z_999, mean, correlation
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_accelerometer
+
+    real(dp), parameter :: OMEGA(3) = [1e-4_dp, -1.1e-3_dp, 3e-4_dp]        !! rad/s
+    real(dp), parameter :: OMEGA_DOT(3) = [2e-5_dp, 6e-6_dp, -4e-6_dp]      !! rad/s^2
+    real(dp), parameter :: D(3) = [3e-4_dp, -2e-4_dp, 5e-4_dp]              !! m
+    real(dp), parameter :: A_NG(3) = [-6e-7_dp, 1e-8_dp, 3e-8_dp]           !! m/s^2
+    real(dp), parameter :: R = 6837865.0_dp                                 !! m
+
+contains
+
+    subroutine collect_accelerometer(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('parts-by-printed-matrices', test_matrices), &
+                    new_unittest('rotation-by-numerical-derivative', test_rotation), &
+                    new_unittest('gravity-gradient-by-difference', test_gravity_gradient), &
+                    new_unittest('polynomial', test_polynomial), &
+                    new_unittest('noise-of-each-axis', test_noise), &
+                    new_unittest('limits-of-the-specification', test_limits), &
+                    new_unittest('rejects-bad-settings', test_settings)]
+    end subroutine collect_accelerometer
+
+    !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d.
+    subroutine test_matrices(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(pmc_acceleration_t) :: a
+        real(dp) :: c(3), m(3, 3)
+        integer :: i
+
+        c = unit([0.1_dp, -0.2_dp, -0.9_dp])
+        a = pmc_acceleration(OMEGA, OMEGA_DOT, D, c, EARTH_GM, R, A_NG)
+        associate (w => OMEGA, wd => OMEGA_DOT)
+            m(1, :) = [0.0_dp, -wd(3), wd(2)]
+            m(2, :) = [wd(3), 0.0_dp, -wd(1)]
+            m(3, :) = [-wd(2), wd(1), 0.0_dp]
+            call check(error, maxval(abs(matmul(m, D) - a%acceleration)) < 1e-22_dp)
+            if (allocated(error)) return
+            m(1, :) = [-w(2)**2 - w(3)**2, w(1)*w(2), w(1)*w(3)]
+            m(2, :) = [w(1)*w(2), -w(1)**2 - w(3)**2, w(2)*w(3)]
+            m(3, :) = [w(1)*w(3), w(2)*w(3), -w(1)**2 - w(2)**2]
+        end associate
+        call check(error, maxval(abs(matmul(m, D) - a%velocity)) < 1e-24_dp)
+        if (allocated(error)) return
+        m = 0
+        do i = 1, 3
+            m(i, i) = 1
+            m(i, :) = EARTH_GM/R**3*(m(i, :) - 3*c(i)*c)
+        end do
+        call check(error, maxval(abs(matmul(m, D) - a%gravity_gradient)) < 1e-23_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(matmul(m, D) + a%velocity + a%acceleration + A_NG - a%total)) &
+                   < 1e-21_dp)
+    end subroutine test_matrices
+
+    !> The second derivative of a body-fixed point of a body that turns about a fixed axis with
+    !> growing speed.
+    subroutine test_rotation(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SPEED = 0.4_dp, GROWTH = 0.7_dp, STEP = 1e-3_dp
+        type(pmc_acceleration_t) :: a
+        real(dp) :: axis(3), numerical(3)
+
+        axis = unit([0.3_dp, -0.5_dp, 0.8_dp])
+        a = pmc_acceleration(SPEED*axis, GROWTH*axis, D, axis, 0.0_dp, 1.0_dp, 0*A_NG)
+        numerical = (inertial(STEP) - 2*inertial(0.0_dp) + inertial(-STEP))/STEP**2
+        call check(error, maxval(abs(a%total - numerical)) < 1e-6_dp*norm2(D))
+
+    contains
+
+        function inertial(t) result(position)
+            real(dp), intent(in) :: t
+            real(dp) :: position(3)
+
+            position = matmul(transpose(rotation_matrix( &
+                quaternion_from_axis_angle(axis, SPEED*t + GROWTH*t**2/2))), D)
+        end function inertial
+    end subroutine test_rotation
+
+    !> What is sensed is gravity at the COM less gravity at the PMC; here with d of a kilometre.
+    subroutine test_gravity_gradient(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(pmc_acceleration_t) :: a
+        real(dp) :: zero(3), position(3), offset(3), difference(3)
+
+        zero = 0
+        position = R*unit([1.0_dp, 2.0_dp, -0.5_dp])
+        offset = 1000*unit([0.4_dp, -0.1_dp, 0.7_dp])
+        a = pmc_acceleration(zero, zero, offset, unit(position), EARTH_GM, R, zero)
+        difference = gravity(position - offset/2) - gravity(position + offset/2)
+        call check(error, norm2(a%total - difference)/norm2(difference) < 1e-7_dp)
+
+    contains
+
+        function gravity(x) result(g)
+            real(dp), intent(in) :: x(3)
+            real(dp) :: g(3)
+
+            g = -EARTH_GM*x/norm2(x)**3
+        end function gravity
+    end subroutine test_gravity_gradient
+
+    !> a = 2e-5, -1e-5, 4e-5 m/s^2 by hand.
+    subroutine test_polynomial(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(accelerometer_t) :: accelerometer
+
+        accelerometer%scale1 = [1.01_dp, 0.98_dp, 1.0_dp]
+        accelerometer%scale2 = [10.0_dp, -20.0_dp, 5.0_dp]
+        accelerometer%scale3 = [1e4_dp, 2e5_dp, -1e4_dp]
+        accelerometer%bias = [1e-6_dp, -3e-5_dp, 0.0_dp]
+        associate (output => accelerometer%response([2e-5_dp, -1e-5_dp, 4e-5_dp]))
+            call check(error, output(1), 2.12040800e-5_dp, thr=1e-18_dp)
+            if (allocated(error)) return
+            call check(error, output(2), -3.98022e-5_dp, thr=1e-18_dp)
+            if (allocated(error)) return
+            call check(error, output(3), 4.000736e-5_dp, thr=1e-18_dp)
+        end associate
+    end subroutine test_polynomial
+
+    !> Samples of many runs have the variance of the noise, and the axes are independent.
+    subroutine test_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: RUNS = 4000
+        type(accelerometer_t) :: accelerometer
+        type(coloured_noise_t) :: noise
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: zero(3, 2), measured(3, 2), x(RUNS, 3), r(1)
+        integer :: i
+
+        zero = 0
+        do i = 1, RUNS
+            stream = new_stream(41, 0, 0, i, 0)
+            call accelerometer%measure(zero, stream, measured, failure)
+            x(i, :) = measured(:, 2) - accelerometer%bias
+        end do
+        do i = 1, 3
+            noise = accelerometer%noise_of_axis(i, failure)
+            r = noise%autocovariance([0])
+            call check(error, mean(x(:, i)**2)/r(1), 1.0_dp, thr=Z_999*sqrt(2.0_dp/RUNS))
+            if (allocated(error)) return
+            call check(error, abs(correlation(x(:, i), x(:, 1 + mod(i, 3)))) &
+                       < Z_999/sqrt(real(RUNS, dp)))
+            if (allocated(error)) return
+        end do
+    end subroutine test_noise
+
+    !> The scale factors of section 5.2 are all three beyond the 1 % of section 3.2.1, nothing else.
+    subroutine test_limits(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(accelerometer_t) :: accelerometer
+        character(WARNING_LENGTH), allocatable :: warnings(:)
+
+        warnings = accelerometer%exceeded_limits()
+        call check(error, size(warnings), 3)
+        if (allocated(error)) return
+        call check(error, all(index(warnings, 'scale1') > 0), warnings(1))
+        if (allocated(error)) return
+        accelerometer%scale1 = 1
+        warnings = accelerometer%exceeded_limits()
+        call check(error, size(warnings), 0)
+        if (allocated(error)) return
+        accelerometer%bias(1) = 3e-6_dp
+        accelerometer%scale2(2) = -51
+        accelerometer%scale3(3) = ieee_value(1.0_dp, ieee_quiet_nan)
+        warnings = accelerometer%exceeded_limits()
+        call check(error, size(warnings), 3)
+    end subroutine test_limits
+
+    subroutine test_settings(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(accelerometer_t) :: accelerometer
+
+        accelerometer%noise_level(2) = -1
+        call expect_failure('y axis')
+        accelerometer = accelerometer_t(noise_sides=0)
+        call expect_failure('sides')
+        accelerometer = accelerometer_t(bias=ieee_value([0.0_dp, 0.0_dp, 0.0_dp], ieee_quiet_nan))
+        call expect_failure('not finite')
+
+    contains
+
+        subroutine expect_failure(word)
+            character(*), intent(in) :: word
+
+            type(random_stream_t) :: stream
+            type(error_t), allocatable :: failure
+            real(dp) :: measured(3, 2)
+
+            if (allocated(error)) return
+            call accelerometer%measure(spread(A_NG, 2, 2), stream, measured, failure)
+            call check_fails(error, message_of(failure), [word])
+        end subroutine expect_failure
+    end subroutine test_settings
+end module test_accelerometer

@@ -1,0 +1,139 @@
+!> The magnetometer: bias, noise, range and resolution.
+module test_magnetometer
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_simulation_magnetometer, only: magnetometer_t
+    use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
+    use fixture, only: check_fails
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_magnetometer
+
+    integer, parameter :: N = 20000, LAGS = 20
+    real(dp), parameter :: FIELD(3) = [28e-6_dp, -3e-6_dp, 12e-6_dp]    !! T
+
+contains
+
+    subroutine collect_magnetometer(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('bias-and-noise', test_noise), &
+                    new_unittest('whiteness', test_whiteness), &
+                    new_unittest('range-limit', test_range), &
+                    new_unittest('resolution', test_resolution), &
+                    new_unittest('rejects-bad-settings', test_settings)]
+    end subroutine collect_magnetometer
+
+    subroutine take_samples(magnetometer, measured)
+        type(magnetometer_t), intent(in) :: magnetometer
+        real(dp), intent(out) :: measured(3, N)
+
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+
+        stream = new_stream(31, 0, 0, 0, 0)
+        call magnetometer%measure(spread(FIELD, 2, N), stream, measured, failure)
+        if (allocated(failure)) measured = ieee_value(measured, ieee_quiet_nan)
+    end subroutine take_samples
+
+    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 section 5.2.
+    subroutine test_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: BIAS(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp], NOISE = 3e-9_dp
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: measured(3, N)
+        integer :: i
+
+        call take_samples(magnetometer, measured)
+        do i = 1, 3
+            call check(error, mean(measured(i, :)) - FIELD(i), BIAS(i), &
+                       thr=Z_999*NOISE/sqrt(real(N, dp)))
+            if (allocated(error)) return
+            call check(error, variance(measured(i, :))/NOISE**2, 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
+            if (allocated(error)) return
+            call check(error, abs(correlation(measured(i, :), measured(1 + mod(i, 3), :))) &
+                       < Z_999/sqrt(real(N, dp)))
+            if (allocated(error)) return
+        end do
+    end subroutine test_noise
+
+    subroutine test_whiteness(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: measured(3, N), limits(2)
+        integer :: i
+
+        call take_samples(magnetometer, measured)
+        limits = chi_square_limits(LAGS)
+        do i = 1, 3
+            call check(error, ljung_box(measured(i, :), LAGS) < limits(2))
+            if (allocated(error)) return
+        end do
+    end subroutine test_whiteness
+
+    subroutine test_range(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: measured(3, N)
+
+        magnetometer%limited = .true.
+        magnetometer%range = 20e-6_dp
+        magnetometer%bias(2) = -1e-3_dp
+        call take_samples(magnetometer, measured)
+        call check(error, all(measured(1, :) == 20e-6_dp) .and. all(measured(2, :) == -20e-6_dp))
+        if (allocated(error)) return
+        call check(error, variance(measured(3, :)) > 0)
+    end subroutine test_range
+
+    !> Samples are multiples of the step, and half a step at most off where the noise (five sigma)
+    !> alone would put them.
+    subroutine test_resolution(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: measured(3, N), steps(3, N)
+
+        magnetometer%quantised = .true.
+        call take_samples(magnetometer, measured)
+        steps = measured/25e-9_dp
+        call check(error, maxval(abs(steps - anint(steps))) < 1e-9_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(measured - spread(FIELD + magnetometer%bias, 2, N))) &
+                   < 28e-9_dp)
+    end subroutine test_resolution
+
+    subroutine test_settings(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: nan
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        magnetometer%noise = -1e-9_dp
+        call expect_failure('noise')
+        magnetometer = magnetometer_t(noise=nan)
+        call expect_failure('noise')
+        magnetometer = magnetometer_t(limited=.true., range=0.0_dp)
+        call expect_failure('range')
+        magnetometer = magnetometer_t(quantised=.true., resolution=-1.0_dp)
+        call expect_failure('resolution')
+        magnetometer = magnetometer_t(bias=[0.0_dp, nan, 0.0_dp], limited=.true.)
+        call expect_failure('not finite')
+
+    contains
+
+        subroutine expect_failure(word)
+            character(*), intent(in) :: word
+
+            type(random_stream_t) :: stream
+            type(error_t), allocatable :: failure
+            real(dp) :: measured(3, 2)
+
+            if (allocated(error)) return
+            call magnetometer%measure(spread(FIELD, 2, 2), stream, measured, failure)
+            call check_fails(error, message_of(failure), [word])
+        end subroutine expect_failure
+    end subroutine test_settings
+end module test_magnetometer

@@ -1,0 +1,274 @@
+!> The star camera: mounting, field of view, noise of the attitudes.
+module test_star_camera
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
+        normalised, rotation_angle_between
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
+    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, N_HEADS
+    use statistics, only: Z_999, chi_square_limits, ljung_box
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_star_camera
+
+    real(dp), parameter :: ATTITUDE(4) = [-0.7008547308853075_dp, -3.115068773005844e-6_dp, &
+                                          0.7133040348803767_dp, 3.059634305881649e-6_dp]
+    !! Front satellite, case 1: CSR-TM-00-01 section 5.2 (not quite a unit quaternion)
+
+contains
+
+    subroutine collect_star_camera(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('mounting', test_mounting), &
+                    new_unittest('stars-inside-the-field', test_field), &
+                    new_unittest('no-noise-no-error', test_noiseless), &
+                    new_unittest('errors-match-their-covariance', test_covariance), &
+                    new_unittest('errors-are-white', test_whiteness), &
+                    new_unittest('roll-about-boresight-is-worst', test_roll), &
+                    new_unittest('observe-is-see-and-draw', test_observe), &
+                    new_unittest('rejects-bad-settings', test_settings)]
+    end subroutine collect_star_camera
+
+    function random_attitude(stream) result(q)
+        type(random_stream_t), intent(inout) :: stream
+        real(dp) :: q(4)
+
+        call stream%normals(q)
+        q = normalised(q)
+    end function random_attitude
+
+    !> Boresights at +-45 deg from -z in the y-z plane, camera x along body x.
+    subroutine test_mounting(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: H = sqrt(0.5_dp)
+        type(star_camera_t) :: camera
+        real(dp) :: m(3, 3)
+
+        m = transpose(rotation_matrix(camera%mounting(1)))      ! camera axes in columns
+        call check(error, maxval(abs(m(:, 3) - [0.0_dp, H, -H])) < 1e-15_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(m(:, 1) - [1.0_dp, 0.0_dp, 0.0_dp])) < 1e-15_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(m(:, 2) - cross(m(:, 3), m(:, 1)))) < 1e-15_dp)
+        if (allocated(error)) return
+        m = transpose(rotation_matrix(camera%mounting(2)))
+        call check(error, maxval(abs(m(:, 3) - [0.0_dp, -H, -H])) < 1e-15_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(m(:, 1) - [1.0_dp, 0.0_dp, 0.0_dp])) < 1e-15_dp)
+    end subroutine test_mounting
+
+    !> Lines of sight lie in the field; they are the catalogue's directions through the mounting.
+    subroutine test_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
+        type(star_catalogue_t) :: catalogue
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4), m(3, 3)
+        integer :: i, head
+
+        catalogue = builtin_star_catalogue()
+        stream = new_stream(71, 0, 0, 0, 0)
+        do i = 1, 100
+            q = random_attitude(stream)
+            head = 1 + mod(i, N_HEADS)
+            call camera%see(catalogue, q, head, frame, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            associate (v => frame%line_of_sight)
+                call check(error, size(v, 2) <= 20 .and. all(v(3, :) > 0) .and. &
+                           all(abs(v(1, :)) <= v(3, :)*tan(11*DEGREE)) .and. &
+                           all(abs(v(2, :)) <= v(3, :)*tan(8*DEGREE)))
+                if (allocated(error)) return
+                m = matmul(rotation_matrix(camera%mounting(head)), rotation_matrix(q))
+                call check(error, maxval(abs(matmul(m, frame%reference) - v)) < 1e-15_dp)
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine test_field
+
+    subroutine test_noiseless(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera
+        type(star_catalogue_t) :: catalogue
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4), q_observed(4), covariance(3, 3)
+        integer :: i, head, n_stars
+
+        catalogue = builtin_star_catalogue()
+        camera%catalogue_noise = 0
+        camera%measurement_noise = 0
+        stream = new_stream(72, 0, 0, 0, 0)
+        do i = 1, 50
+            q = random_attitude(stream)
+            head = 1 + mod(i, N_HEADS)
+            call camera%observe(catalogue, q, head, stream, q_observed, covariance, n_stars, &
+                                failure)
+            call check(error, rotation_angle_between( &
+                       q_observed, quaternion_product(camera%mounting(head), q)), 0.0_dp, &
+                       thr=1e-13_dp)
+            if (allocated(error)) return
+            call check(error, all(covariance == 0))
+            if (allocated(error)) return
+        end do
+    end subroutine test_noiseless
+
+    !> Chi-square of the errors of many attitudes: the noise is 1" and 3" in quadrature.
+    subroutine test_covariance(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: ATTITUDES = 50, FRAMES = 40
+        type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
+        type(star_catalogue_t) :: catalogue
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4), q_observed(4), covariance(3, 3), e(3), statistic, limits(2)
+        integer :: i, k
+
+        call check(error, camera%noise(), sqrt(10.0_dp)*ARCSECOND, thr=1e-20_dp)
+        if (allocated(error)) return
+        catalogue = builtin_star_catalogue()
+        stream = new_stream(73, 0, 0, 0, 0)
+        statistic = 0
+        do i = 1, ATTITUDES
+            q = random_attitude(stream)
+            call camera%see(catalogue, q, 1, frame, failure)
+            do k = 1, FRAMES
+                call frame%draw(stream, q_observed, covariance, failure)
+                e = error_vector(q_observed, quaternion_product(camera%mounting(1), q))
+                statistic = statistic + dot_product(e, matmul(inverse_3x3(covariance), e))
+            end do
+        end do
+        limits = chi_square_limits(3*ATTITUDES*FRAMES)
+        call check(error, statistic > limits(1) .and. statistic < limits(2))
+    end subroutine test_covariance
+
+    !> Vector part of the small rotation from the true to the observed attitude.
+    pure function error_vector(q_observed, q_true) result(e)
+        real(dp), intent(in) :: q_observed(4), q_true(4)
+        real(dp) :: e(3)
+
+        real(dp) :: difference(4)
+
+        difference = quaternion_product(q_observed, conjugate_quaternion(q_true))
+        e = difference(1:3)*sign(1.0_dp, difference(4))
+    end function error_vector
+
+    subroutine test_whiteness(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: FRAMES = 5000, LAGS = 20
+        type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4), q_observed(4), covariance(3, 3), e(FRAMES, 3), limits(2)
+        integer :: i
+
+        q = normalised(ATTITUDE)
+        call camera%see(builtin_star_catalogue(), q, 1, frame, failure)
+        stream = new_stream(74, 0, 0, 0, 0)
+        do i = 1, FRAMES
+            call frame%draw(stream, q_observed, covariance, failure)
+            e(i, :) = error_vector(q_observed, quaternion_product(camera%mounting(1), q))
+        end do
+        limits = chi_square_limits(LAGS)
+        do i = 1, 3
+            call check(error, ljung_box(e(:, i), LAGS) < limits(2))
+            if (allocated(error)) return
+        end do
+    end subroutine test_whiteness
+
+    !> In a narrow field the angle about the boresight is the least certain by far.
+    subroutine test_roll(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q_observed(4), covariance(3, 3)
+
+        call camera%see(builtin_star_catalogue(), normalised(ATTITUDE), 2, frame, failure)
+        stream = new_stream(75, 0, 0, 0, 0)
+        call frame%draw(stream, q_observed, covariance, failure)
+        call check(error, covariance(3, 3) > 20*max(covariance(1, 1), covariance(2, 2)))
+        if (allocated(error)) return
+        ! Across the boresight, 20 stars: about noise/sqrt(20), halved.
+        call check(error, sqrt(covariance(1, 1))/(camera%noise()/sqrt(20.0_dp)/2), 1.0_dp, &
+                   thr=0.2_dp)
+    end subroutine test_roll
+
+    subroutine test_observe(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera
+        type(star_frame_t) :: frame
+        type(star_catalogue_t) :: catalogue
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q_whole(4), q_split(4), p_whole(3, 3), p_split(3, 3)
+        integer :: n_stars
+
+        catalogue = builtin_star_catalogue()
+        stream = new_stream(76, 0, 0, 0, 0)
+        call camera%observe(catalogue, normalised(ATTITUDE), 2, stream, q_whole, p_whole, n_stars, &
+                            failure)
+        stream = new_stream(76, 0, 0, 0, 0)
+        call camera%see(catalogue, normalised(ATTITUDE), 2, frame, failure)
+        call frame%draw(stream, q_split, p_split, failure)
+        call check(error, all(q_whole == q_split) .and. all(p_whole == p_split))
+        if (allocated(error)) return
+        call check(error, n_stars == size(frame%reference, 2) .and. q_whole(4) >= 0)
+    end subroutine test_observe
+
+    subroutine test_settings(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera
+        real(dp) :: nan
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        call expect_failure('head', normalised(ATTITUDE), 3)
+        call expect_failure('quaternion', 2*ATTITUDE, 1)
+        call expect_failure('quaternion', [nan, 0.0_dp, 0.0_dp, 1.0_dp], 1)
+        camera = star_camera_t(field_of_view=[PI, 0.1_dp])
+        call expect_failure('field of view', normalised(ATTITUDE), 1)
+        camera = star_camera_t(field_of_view=[0.1_dp*DEGREE, 0.1_dp*DEGREE])
+        call expect_failure('sees', normalised(ATTITUDE), 1)
+        camera = star_camera_t(minimum_stars=1)
+        call expect_failure('number of stars', normalised(ATTITUDE), 1)
+        camera = star_camera_t(star_count=3, minimum_stars=4)
+        call expect_failure('number of stars', normalised(ATTITUDE), 1)
+        camera = star_camera_t(measurement_noise=-1.0_dp)
+        call expect_failure('noise', normalised(ATTITUDE), 1)
+        camera = star_camera_t(catalogue_noise=nan)
+        call expect_failure('noise', normalised(ATTITUDE), 1)
+        camera = star_camera_t(elevation=[nan, 0.0_dp])
+        call expect_failure('elevation', normalised(ATTITUDE), 2)
+
+    contains
+
+        subroutine expect_failure(words, q, head)
+            character(*), intent(in) :: words
+            real(dp), intent(in) :: q(4)
+            integer, intent(in) :: head
+
+            type(random_stream_t) :: stream
+            type(error_t), allocatable :: failure
+            real(dp) :: q_observed(4), covariance(3, 3)
+            integer :: n_stars
+
+            if (allocated(error)) return
+            call camera%observe(builtin_star_catalogue(), q, head, stream, q_observed, covariance, &
+                                n_stars, failure)
+            call check_fails(error, message_of(failure), [words])
+        end subroutine expect_failure
+    end subroutine test_settings
+end module test_star_camera

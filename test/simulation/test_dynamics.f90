@@ -1,0 +1,503 @@
+!> The coupled equations of motion: what they conserve, their symmetries, their parts.
+module test_equations_of_motion
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, DEGREE
+    use gracecg_base_error, only: error_t
+    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, quaternion_from_axis_angle, &
+        rotation_angle_between
+    use gracecg_base_runge_kutta, only: rkf78_step
+    use gracecg_environment_geopotential, only: geopotential_t, point_mass_gravity_t, egm96
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_simulation_dynamics
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_equations_of_motion
+
+    real(dp), parameter :: PERIOD = 5627.0_dp       !! Of the orbit, about, s
+    !> A low orbit of eccentricity 0.02 and an attitude that turns about all axes
+    real(dp), parameter :: STATE_0(STATE_SIZE) = [6.8e6_dp, 1.0e5_dp, -2.0e5_dp, &
+                                                  300.0_dp, 1000.0_dp, 7660.0_dp, &
+                                                  0.004_dp, 0.011_dp, -0.006_dp, &
+                                                  0.1_dp, -0.5_dp, 0.5_dp, 0.7_dp]
+    real(dp), parameter :: INERTIA(3, 3) = reshape([70.23_dp, -3.0_dp, -2.883_dp, &
+                                                    -3.0_dp, 345.14_dp, -0.348_dp, &
+                                                    -2.883_dp, -0.348_dp, 388.84_dp], [3, 3])
+
+contains
+
+    subroutine collect_equations_of_motion(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('kepler-orbit-conserves', test_kepler), &
+                    new_unittest('free-rotation-conserves', test_free_rotation), &
+                    new_unittest('symmetric-top-precesses', test_symmetric_top), &
+                    new_unittest('energy-in-the-rotating-frame', test_jacobi), &
+                    new_unittest('order-eight', test_order), &
+                    new_unittest('turned-about-the-pole', test_turned_world), &
+                    new_unittest('satellite-turned-about-z', test_turned_satellite), &
+                    new_unittest('rate-is-the-slope', test_slope), &
+                    new_unittest('length-of-the-quaternion-does-not-matter', &
+                                 test_quaternion_length), &
+                    new_unittest('each-effect-is-switched-alone', test_switches), &
+                    new_unittest('density-wave-scales-the-drag', test_density_wave), &
+                    new_unittest('rate-is-the-sum-of-the-loads', test_sum)]
+    end subroutine collect_equations_of_motion
+
+    !> A point mass pulls, and nothing else acts.
+    function bare_dynamics(inertia_tensor) result(dynamics)
+        real(dp), intent(in) :: inertia_tensor(3, 3)
+        type(satellite_dynamics_t) :: dynamics
+
+        dynamics%gravity = point_mass_gravity_t(EARTH_GM)
+        dynamics%mass = 420
+        dynamics%inertia = inertia_tensor
+        dynamics%inverse_inertia = inverse_3x3(inertia_tensor)
+        dynamics%with_drag = .false.
+        dynamics%with_solar_radiation = .false.
+        dynamics%with_earth_radiation = .false.
+        dynamics%with_gravity_gradient = .false.
+        dynamics%with_rods = .false.
+    end function bare_dynamics
+
+    !> Every effect, as in case 1 of the report.
+    subroutine full_dynamics(dynamics, state, error)
+        type(satellite_dynamics_t), intent(out) :: dynamics
+        real(dp), intent(out) :: state(STATE_SIZE)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call build_dynamics(case, dynamics, failure)
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+        end if
+        state = initial_state(case)
+    end subroutine full_dynamics
+
+    !> The state after `steps` steps of length h from t = 0.
+    function propagated(dynamics, start, h, steps) result(state)
+        type(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: start(STATE_SIZE), h
+        integer, intent(in) :: steps
+        real(dp) :: state(STATE_SIZE), next(STATE_SIZE)
+
+        integer :: k
+
+        state = start
+        do k = 0, steps - 1
+            call rkf78_step(dynamics, k*h, state, h, next)
+            state = next
+        end do
+    end function propagated
+
+    !> Energy, angular momentum and the direction of the perigee over one revolution. At 10 s the
+    !> method's own error is 1e-13; at 0.1 s it is rounding alone.
+    subroutine test_kepler(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: STEPS(3) = [0.1_dp, 1.0_dp, 10.0_dp]
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: state(STATE_SIZE), momentum(3)
+        integer :: i
+
+        dynamics = bare_dynamics(INERTIA)
+        momentum = orbital_momentum(STATE_0)
+        do i = 1, size(STEPS)
+            state = propagated(dynamics, STATE_0, STEPS(i), nint(PERIOD/STEPS(i)))
+            call check(error, energy(state), energy(STATE_0), thr=1e-12_dp, rel=.true.)
+            if (allocated(error)) return
+            call check(error, norm2(orbital_momentum(state) - momentum), 0.0_dp, &
+                       thr=1e-12_dp*norm2(momentum))
+            if (allocated(error)) return
+            call check(error, norm2(perigee(state) - perigee(STATE_0)), 0.0_dp, thr=2e-12_dp)
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        pure real(dp) function energy(y)
+            real(dp), intent(in) :: y(:)
+
+            energy = dot_product(y(VELOCITY), y(VELOCITY))/2 - EARTH_GM/norm2(y(POSITION))
+        end function energy
+
+        pure function orbital_momentum(y) result(h)
+            real(dp), intent(in) :: y(:)
+            real(dp) :: h(3)
+
+            h = cross(y(POSITION), y(VELOCITY))
+        end function orbital_momentum
+
+        !> The eccentricity vector.
+        pure function perigee(y) result(e)
+            real(dp), intent(in) :: y(:)
+            real(dp) :: e(3)
+
+            e = cross(y(VELOCITY), orbital_momentum(y))/EARTH_GM - y(POSITION)/norm2(y(POSITION))
+        end function perigee
+    end subroutine test_kepler
+
+    !> An hour at 0.1 s without torque: rotational energy, angular momentum in inertial axes and the
+    !> length of the quaternion.
+    subroutine test_free_rotation(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: state(STATE_SIZE)
+
+        dynamics = bare_dynamics(INERTIA)
+        state = propagated(dynamics, STATE_0, 0.1_dp, 36000)
+        call check(error, energy(state), energy(STATE_0), thr=1e-12_dp, rel=.true.)
+        if (allocated(error)) return
+        call check(error, norm2(momentum(state) - momentum(STATE_0)), 0.0_dp, &
+                   thr=1e-12_dp*norm2(momentum(STATE_0)))
+        if (allocated(error)) return
+        call check(error, norm2(state(ATTITUDE)), 1.0_dp, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, rotation_angle_between(state(ATTITUDE), STATE_0(ATTITUDE)) > 0.1_dp)
+
+    contains
+
+        pure real(dp) function energy(y)
+            real(dp), intent(in) :: y(:)
+
+            energy = dot_product(y(OMEGA), matmul(INERTIA, y(OMEGA)))/2
+        end function energy
+
+        pure function momentum(y) result(l)
+            real(dp), intent(in) :: y(:)
+            real(dp) :: l(3)
+
+            l = matmul(transpose(rotation_matrix(y(ATTITUDE))), matmul(INERTIA, y(OMEGA)))
+        end function momentum
+    end subroutine test_free_rotation
+
+    !> A free symmetric top (A, A, C): omega goes round the axis at (C - A)/A omega_z.
+    subroutine test_symmetric_top(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: A = 350, C = 70, T = 600
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: state(STATE_SIZE), angle, expected(3)
+
+        dynamics = bare_dynamics(reshape([A, 0.0_dp, 0.0_dp, 0.0_dp, A, 0.0_dp, 0.0_dp, 0.0_dp, &
+                                 C], &
+                                         [3, 3]))
+        state = propagated(dynamics, STATE_0, 1.0_dp, 600)
+        angle = (C - A)/A*STATE_0(9)*T
+        expected = [STATE_0(7)*cos(angle) - STATE_0(8)*sin(angle), &
+                    STATE_0(7)*sin(angle) + STATE_0(8)*cos(angle), STATE_0(9)]
+        call check(error, maxval(abs(state(OMEGA) - expected)), 0.0_dp, thr=1e-14_dp)
+    end subroutine test_symmetric_top
+
+    !> In a field that turns with the Earth v^2/2 - U - omega_E (r x v)_z is constant, while the
+    !> energy itself is not.
+    subroutine test_jacobi(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        type(geopotential_t) :: gravity
+        type(error_t), allocatable :: failure
+        real(dp) :: state(STATE_SIZE), t
+
+        dynamics = bare_dynamics(INERTIA)
+        call egm96(20, 20, gravity, failure)
+        call check(error, .not. allocated(failure))
+        if (allocated(error)) return
+        deallocate (dynamics%gravity)
+        allocate (dynamics%gravity, source=gravity)
+        dynamics%sidereal_angle = 1.7_dp
+        t = nint(PERIOD/10)*10.0_dp
+        state = propagated(dynamics, STATE_0, 10.0_dp, nint(PERIOD/10))
+        call check(error, integral(t, state, EARTH_ROTATION_RATE), &
+                   integral(0.0_dp, STATE_0, EARTH_ROTATION_RATE), thr=1e-12_dp, rel=.true.)
+        if (allocated(error)) return
+        call check(error, abs(integral(t, state, 0.0_dp) - integral(0.0_dp, STATE_0, 0.0_dp)) > &
+                   1e-8_dp* &
+                   abs(integral(0.0_dp, STATE_0, 0.0_dp)))
+
+    contains
+
+        real(dp) function integral(time, y, earth_rate)
+            real(dp), intent(in) :: time, y(:), earth_rate
+            real(dp) :: potential, momentum(3)
+
+            call gravity%potential(matmul(rotation_z(dynamics%sidereal_angle + &
+                                                     EARTH_ROTATION_RATE*time), y(POSITION)), &
+                                                         potential)
+            momentum = cross(y(POSITION), y(VELOCITY))
+            integral = dot_product(y(VELOCITY), y(VELOCITY))/2 - potential - earth_rate*momentum(3)
+        end function integral
+    end subroutine test_jacobi
+
+    !> Orbit and attitude coupled by the gravity gradient: half the step leaves the 2^8th part of
+    !> the error.
+    subroutine test_order(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: ARC = 4800
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: start(STATE_SIZE), reference(STATE_SIZE), coarse(STATE_SIZE), fine(STATE_SIZE)
+        real(dp) :: order(3)
+        character(60) :: found
+
+        dynamics = bare_dynamics(INERTIA)
+        dynamics%with_gravity_gradient = .true.
+        start = STATE_0
+        start(OMEGA) = STATE_0(OMEGA)/4
+        reference = propagated(dynamics, start, ARC/480, 480)
+        coarse = propagated(dynamics, start, ARC/40, 40) - reference
+        fine = propagated(dynamics, start, ARC/80, 80) - reference
+        order = log([norm2(coarse(POSITION))/norm2(fine(POSITION)), &
+                     norm2(coarse(OMEGA))/norm2(fine(OMEGA)), &
+                     norm2(coarse(ATTITUDE))/norm2(fine(ATTITUDE))])/log(2.0_dp)
+        write (found, '(a, 3f7.2)') 'orders of r, omega, q:', order
+        call check(error, all(order > 7.5_dp .and. order < 9.5_dp), trim(found))
+    end subroutine test_order
+
+    !> Satellite and Earth turned about the pole together: the motion is turned, too. (The Sun stays
+    !> where it is, so its radiation is off.)
+    subroutine test_turned_world(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: ANGLE = 0.8_dp
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: start(STATE_SIZE), straight(STATE_SIZE), turned(STATE_SIZE)
+
+        call full_dynamics(dynamics, start, error)
+        if (allocated(error)) return
+        dynamics%with_solar_radiation = .false.
+        dynamics%with_earth_radiation = .false.
+        straight = propagated(dynamics, start, 1.0_dp, 60)
+        dynamics%sidereal_angle = dynamics%sidereal_angle + ANGLE
+        turned = propagated(dynamics, turn(start), 1.0_dp, 60)
+        straight = turn(straight)
+        call check(error, norm2(turned(POSITION) - straight(POSITION)), 0.0_dp, thr=1e-7_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(VELOCITY) - straight(VELOCITY)), 0.0_dp, thr=1e-10_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(OMEGA) - straight(OMEGA)), 0.0_dp, thr=1e-16_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(ATTITUDE) - straight(ATTITUDE)), 0.0_dp, thr=1e-13_dp)
+
+    contains
+
+        function turn(y) result(z)
+            real(dp), intent(in) :: y(STATE_SIZE)
+            real(dp) :: z(STATE_SIZE)
+
+            z(POSITION) = matmul(y(POSITION), rotation_z(ANGLE))
+            z(VELOCITY) = matmul(y(VELOCITY), rotation_z(ANGLE))
+            z(OMEGA) = y(OMEGA)
+            z(ATTITUDE) = quaternion_product(y(ATTITUDE), &
+                                             quaternion_from_axis_angle([0.0_dp, 0.0_dp, 1.0_dp], &
+                                                 ANGLE))
+        end function turn
+    end subroutine test_turned_world
+
+    !> The prism looks the same after half a turn about z. With inertia, centre of mass, rods and
+    !> angular velocity turned, too, the orbit is the same and the rotation is the turned one.
+    subroutine test_turned_satellite(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SIGNS(3) = [-1.0_dp, -1.0_dp, 1.0_dp], HALF_TURN(4) = [0, 0, 1, 0]
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: start(STATE_SIZE), straight(STATE_SIZE), turned(STATE_SIZE)
+        integer :: i
+
+        call full_dynamics(dynamics, start, error)
+        if (allocated(error)) return
+        straight = propagated(dynamics, start, 1.0_dp, 60)
+
+        dynamics%inertia = dynamics%inertia*spread(SIGNS, 2, 3)*spread(SIGNS, 1, 3)
+        dynamics%inverse_inertia = inverse_3x3(dynamics%inertia)
+        dynamics%centre_of_mass = SIGNS*dynamics%centre_of_mass
+        do i = 1, dynamics%rods%count
+            associate (rod => dynamics%rods%activations(i))
+                rod%amplitude = SIGNS(rod%axis)*rod%amplitude
+            end associate
+        end do
+        start(OMEGA) = SIGNS*start(OMEGA)
+        start(ATTITUDE) = quaternion_product(HALF_TURN, start(ATTITUDE))
+        turned = propagated(dynamics, start, 1.0_dp, 60)
+
+        call check(error, norm2(turned(POSITION) - straight(POSITION)), 0.0_dp, thr=1e-7_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(VELOCITY) - straight(VELOCITY)), 0.0_dp, thr=1e-10_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(OMEGA) - SIGNS*straight(OMEGA)), 0.0_dp, thr=1e-16_dp)
+        if (allocated(error)) return
+        call check(error, norm2(turned(ATTITUDE) - &
+                   quaternion_product(HALF_TURN, straight(ATTITUDE))), 0.0_dp, thr=1e-13_dp)
+    end subroutine test_turned_satellite
+
+    !> dX/dt against central differences of fourth order of the propagated state, all effects on.
+    subroutine test_slope(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: H = 0.2_dp
+        integer, parameter :: PLACES(4) = [-2, -1, 1, 2]
+        real(dp), parameter :: WEIGHTS(4) = [1, -8, 8, -1]/(12*H)
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: start(STATE_SIZE), state(STATE_SIZE), next(STATE_SIZE), slope(STATE_SIZE), &
+            rate(STATE_SIZE)
+        integer :: i
+
+        call full_dynamics(dynamics, start, error)
+        if (allocated(error)) return
+        state = propagated(dynamics, start, 0.5_dp, 26)
+        slope = 0
+        do i = 1, 4
+            call rkf78_step(dynamics, 13.0_dp, state, PLACES(i)*H, next)
+            slope = slope + WEIGHTS(i)*(next - state)
+        end do
+        call dynamics%rate(13.0_dp, state, rate)
+        ! the differences err by H^4/30 of the fifth derivative: of the rods' (2 pi 0.1 Hz)^4 times
+        ! 1e-5 rad/s^2, of the orbit's (1.1e-3 Hz)^4 times 8.5 m/s^2
+        call check(error, maxval(abs(slope(POSITION) - rate(POSITION))), 0.0_dp, thr=3e-8_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(slope(VELOCITY) - rate(VELOCITY))), 0.0_dp, thr=3e-11_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(slope(OMEGA) - rate(OMEGA))), 0.0_dp, &
+                   thr=H**4/30*(0.628_dp)**4*1e-5_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(slope(ATTITUDE) - rate(ATTITUDE))), 0.0_dp, thr=1e-9_dp)
+    end subroutine test_slope
+
+    !> The quaternion's length, which integration does not keep exactly, acts on nothing but its own
+    !> rate.
+    subroutine test_quaternion_length(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        real(dp) :: start(STATE_SIZE), rate(STATE_SIZE), scaled(STATE_SIZE)
+
+        call full_dynamics(dynamics, start, error)
+        if (allocated(error)) return
+        call dynamics%rate(2.0_dp, start, rate)
+        start(ATTITUDE) = -1.01_dp*start(ATTITUDE)
+        call dynamics%rate(2.0_dp, start, scaled)
+        call check(error, maxval(abs(scaled(VELOCITY) - rate(VELOCITY))), 0.0_dp, thr=1e-14_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(scaled(OMEGA) - rate(OMEGA))), 0.0_dp, thr=1e-19_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(scaled(ATTITUDE) + 1.01_dp*rate(ATTITUDE))), 0.0_dp, &
+                   thr=1e-18_dp)
+    end subroutine test_quaternion_length
+
+    !> Without one effect its loads are zero and all others are what they were.
+    subroutine test_switches(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics, less
+        type(loads_t) :: all_loads
+        real(dp) :: state(STATE_SIZE), with_all(3, 8)
+        integer :: i
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        call dynamics%loads(2.0_dp, state, all_loads)
+        with_all = listed(all_loads)
+        do i = 1, 8
+            call check(error, any(with_all(:, i) /= 0))
+            if (allocated(error)) return
+        end do
+        less = dynamics
+        less%with_drag = .false.
+        call check_missing([1, 4])
+        less = dynamics
+        less%with_solar_radiation = .false.
+        call check_missing([2, 5])
+        less = dynamics
+        less%with_earth_radiation = .false.
+        call check_missing([3])
+        less = dynamics
+        less%with_gravity_gradient = .false.
+        call check_missing([6])
+        less = dynamics
+        less%with_rods = .false.
+        call check_missing([7])
+        less = dynamics
+        deallocate (less%gravity)
+        call check_missing([8])
+        less = dynamics
+        deallocate (less%atmosphere)
+        call check_missing([1, 4])
+        less = dynamics
+        deallocate (less%field)
+        call check_missing([7])
+
+    contains
+
+        pure function listed(acting) result(vectors)
+            type(loads_t), intent(in) :: acting
+            real(dp) :: vectors(3, 8)
+
+            vectors = reshape([acting%drag, acting%srp, acting%erp, acting%torque_aero, &
+                               acting%torque_solar, acting%torque_gravity, acting%torque_magnetic, &
+                               acting%gravity], [3, 8])
+        end function listed
+
+        subroutine check_missing(places)
+            integer, intent(in) :: places(:)
+            type(loads_t) :: acting
+            real(dp) :: expected(3, 8)
+
+            if (allocated(error)) return
+            expected = with_all
+            expected(:, places) = 0
+            call less%loads(2.0_dp, state, acting)
+            call check(error, maxval(abs(listed(acting) - expected)), 0.0_dp)
+        end subroutine check_missing
+    end subroutine test_switches
+
+    !> The wave changes drag and aerodynamic torque by its relative amount and nothing else.
+    subroutine test_density_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: T = 2
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: calm, waving
+        real(dp) :: state(STATE_SIZE), factor
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        dynamics%density_wave = density_wave_t()
+        call dynamics%loads(T, state, calm)
+        dynamics%density_wave = density_wave_t(0.1_dp, 8.0_dp, 30*DEGREE)
+        call dynamics%loads(T, state, waving)
+        factor = 1 + 0.1_dp*sin(90*DEGREE + 30*DEGREE)/dynamics%density_scale
+        call check(error, norm2(waving%drag - factor*calm%drag), 0.0_dp, &
+                   thr=1e-14_dp*norm2(calm%drag))
+        if (allocated(error)) return
+        call check(error, norm2(waving%torque_aero - factor*calm%torque_aero), 0.0_dp, &
+                   thr=1e-14_dp*norm2(calm%torque_aero))
+        if (allocated(error)) return
+        call check(error, norm2(waving%srp - calm%srp) + norm2(waving%erp - calm%erp) + &
+                   norm2(waving%torque_solar - calm%torque_solar), 0.0_dp)
+    end subroutine test_density_wave
+
+    !> The rate is put together from the loads: forces in inertial axes over mass, torques in body
+    !> axes (2-16), so J domega/dt + omega x J omega is the sum of the torques.
+    subroutine test_sum(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        real(dp) :: state(STATE_SIZE), rate(STATE_SIZE), force(3), torque(3), found(3)
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        call dynamics%loads(2.0_dp, state, acting)
+        call dynamics%rate(2.0_dp, state, rate)
+        force = acting%drag + acting%srp + acting%erp
+        found = matmul(rotation_matrix(state(ATTITUDE)), rate(VELOCITY) - acting%gravity)
+        call check(error, norm2(found - force) < 1e-14_dp)      ! rounding of gravity, 8.5 m/s^2
+        if (allocated(error)) return
+        torque = acting%torque_aero + acting%torque_solar + acting%torque_gravity + &
+            acting%torque_magnetic
+        found = matmul(dynamics%inertia, rate(OMEGA)) + &
+                       cross(state(OMEGA), matmul(dynamics%inertia, &
+                                                                                 state(OMEGA)))
+        call check(error, norm2(found - torque), 0.0_dp, thr=1e-12_dp*norm2(torque))
+        if (allocated(error)) return
+        call check(error, norm2(rate(POSITION) - state(VELOCITY)), 0.0_dp)
+    end subroutine test_sum
+end module test_equations_of_motion

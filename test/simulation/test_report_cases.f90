@@ -1,0 +1,295 @@
+!> The report's six cases: consistent in themselves and with what the report says of them.
+module test_report_cases
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: rotation_z
+    use gracecg_environment_time, only: seconds_between, gmst_1982
+    use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
+    use gracecg_spacecraft_torque_rods, only: report_pattern, dipole_moment
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
+    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
+    use gracecg_simulation_case, only: case_t, read_case, case_text
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_files_file, only: remove_file
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_report_cases
+
+contains
+
+    subroutine collect_report_cases(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('names', test_names), &
+                    new_unittest('unit-quaternions', test_quaternions), &
+                    new_unittest('rods-follow-the-rule', test_rods), &
+                    new_unittest('places', test_places), &
+                    new_unittest('sidereal-angles', test_sidereal_angles), &
+                    new_unittest('pair', test_pair), &
+                    new_unittest('cases-lie-on-one-orbit', test_one_orbit), &
+                    new_unittest('written-and-read', test_round_trip)]
+    end subroutine collect_report_cases
+
+    subroutine get(name, case, error)
+        character(*), intent(in) :: name
+        type(case_t), intent(out) :: case
+        type(error_type), allocatable, intent(out) :: error
+        type(error_t), allocatable :: failure
+
+        call report_case(name, case, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine get
+
+    subroutine test_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        do i = 1, 6
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call check(error, case%knowledge%name == REPORT_CASE_NAMES(i) .and. &
+                       case%satellite == merge('front', 'back ', i <= 3) .and. &
+                       case%number == mod(i - 1, 3) + 1)
+            if (allocated(error)) return
+        end do
+        call report_case('front-4', case, failure)
+        call check_fails(error, message_of(failure), ['front-4'])
+    end subroutine test_names
+
+    subroutine test_quaternions(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        integer :: i
+
+        do i = 1, 6
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call check(error, norm2(case%quaternion), 1.0_dp, thr=1e-15_dp)
+            if (allocated(error)) return
+            call check(error, norm2(case%knowledge%guess_quaternion), 1.0_dp, thr=1e-15_dp)
+            if (allocated(error)) return
+            ! the guess is one of the true attitude: within some degrees
+            call check(error, dot_product(case%quaternion, case%knowledge%guess_quaternion) > &
+                       cos(3*DEGREE/2))
+            if (allocated(error)) return
+        end do
+    end subroutine test_quaternions
+
+    !> The signs printed for the rods are those of section 4.2 for the field where the case begins.
+    subroutine test_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        type(error_t), allocatable :: failure
+        integer :: pattern(3), i
+
+        do i = 1, 6
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call build_dynamics(case, dynamics, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call dynamics%loads(0.0_dp, initial_state(case), acting)
+            pattern = report_pattern(acting%field)
+            associate (moment => dipole_moment(case%knowledge%rods, 2.5_dp))
+                call check(error, min(maxval(abs(moment - 30*pattern)), &
+                                      maxval(abs(moment + 30*pattern))), 0.0_dp, &
+                           REPORT_CASE_NAMES(i), thr=1e-13_dp)
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine test_rods
+
+    !> Of the front satellite: 101 W 0 N, 107 W 89 N, 67 E 10 N, printed in whole degrees.
+    subroutine test_places(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: LONGITUDE(3) = [-101.0_dp, -107.0_dp, 67.0_dp]
+        real(dp), parameter :: LATITUDE(3) = [0.0_dp, 89.0_dp, 10.0_dp]
+        type(case_t) :: case
+        real(dp) :: lon, lat, height
+        integer :: i
+
+        do i = 1, 3
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call earth_fixed_to_geodetic(matmul(rotation_z(case%sidereal_angle), case%position), &
+                                         lat, lon, height)
+            call check(error, lon/DEGREE, LONGITUDE(i), thr=1.0_dp)
+            if (allocated(error)) return
+            call check(error, lat/DEGREE, LATITUDE(i), thr=1.0_dp)
+            if (allocated(error)) return
+            call check(error, height > 440e3_dp .and. height < 490e3_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_places
+
+    !> The printed angle of case 1 is Greenwich mean sidereal time with the UT1 - UTC of that day,
+    !> -0.117 s; it runs on at the Earth's rate.
+    subroutine test_sidereal_angles(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: first, case
+        real(dp) :: angle
+        integer :: i
+
+        call get('front-1', first, error)
+        if (allocated(error)) return
+        angle = gmst_1982(first%knowledge%epoch, -0.1174_dp)
+        call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
+                   180*DEGREE, &
+                   thr=1e-6_dp*DEGREE)
+        if (allocated(error)) return
+        do i = 1, 6
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call check(error, case%sidereal_angle - first%sidereal_angle, EARTH_ROTATION_RATE* &
+                       seconds_between(first%knowledge%epoch, case%knowledge%epoch), thr=1e-14_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_sidereal_angles
+
+    !> The satellites fly 220 km apart within 50 km, in opposite attitudes, at nearly one speed.
+    subroutine test_pair(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: front, back
+        integer :: i
+
+        do i = 1, 3
+            call get(REPORT_CASE_NAMES(i), front, error)
+            if (allocated(error)) return
+            call get(REPORT_CASE_NAMES(i + 3), back, error)
+            if (allocated(error)) return
+            call check(error, norm2(front%position - back%position), 220e3_dp, thr=50e3_dp)
+            if (allocated(error)) return
+            call check(error, norm2(front%velocity), norm2(back%velocity), thr=10.0_dp)
+            if (allocated(error)) return
+            call check(error, front%angular_velocity(2), -back%angular_velocity(2), thr=1e-7_dp)
+            if (allocated(error)) return
+            ! half a turn about the vertical, and the angle between the verticals
+            call check(error, abs(dot_product(front%quaternion, back%quaternion)) < 0.05_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_pair
+
+    !> Case 1 propagated by 1400 s and 2658 s without a manoeuvre meets the printed states of cases
+    !> 2 and 3. (In case 2 of the front satellite the printed y, +50.38 m, has the wrong sign: the
+    !> orbit comes to -50.38 m, and x and z agree to a metre.)
+    subroutine test_one_orbit(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer :: i
+
+        do i = 0, 3, 3
+            call compare(REPORT_CASE_NAMES(i + 1), REPORT_CASE_NAMES(i + 2), 1400.0_dp)
+            if (allocated(error)) return
+            call compare(REPORT_CASE_NAMES(i + 1), REPORT_CASE_NAMES(i + 3), 2658.0_dp)
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine compare(from, to, time)
+            character(*), intent(in) :: from, to
+            real(dp), intent(in) :: time        !! s
+            type(case_t) :: first, later
+            type(satellite_dynamics_t) :: dynamics
+            type(truth_arc_t) :: arc
+            type(error_t), allocatable :: failure
+            real(dp) :: expected(3)
+            integer :: steps
+
+            call get(from, first, error)
+            if (allocated(error)) return
+            call get(to, later, error)
+            if (allocated(error)) return
+            call build_dynamics(first, dynamics, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            dynamics%with_rods = .false.
+            steps = nint(time/20)
+            call propagate_arc(dynamics, initial_state(first), time/steps, steps, arc, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            expected = later%position
+            if (to == 'front-2') expected(2) = -expected(2)
+            call check(error, norm2(arc%state(POSITION, steps) - expected), 0.0_dp, to// &
+                       ', position', &
+                       thr=10.0_dp)
+            if (allocated(error)) return
+            call check(error, norm2(arc%state(VELOCITY, steps) - later%velocity), 0.0_dp, &
+                       to//', velocity', thr=0.02_dp)
+        end subroutine compare
+    end subroutine test_one_orbit
+
+    !> Every case as a file and back: the same text again, and the same numbers to the last digit
+    !> where the file has no unit of its own.
+    subroutine test_round_trip(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case, again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, text_again
+        integer :: i
+
+        do i = 1, 6
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            call case_text(case, text, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call make_file(error, 'case.nml', text)
+            if (allocated(error)) return
+            call read_case(FOLDER//'case.nml', again, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check_same(case, again)
+            if (allocated(error)) return
+            again%quaternion = case%quaternion      ! normalised again: another last digit
+            call case_text(again, text_again, failure)
+            call check(error, text_again == text, 'the text of '//REPORT_CASE_NAMES(i)//' changes')
+            if (allocated(error)) return
+        end do
+        call remove_file(FOLDER//'case.nml')
+
+    contains
+
+        subroutine check_same(a, b)
+            type(case_t), intent(in) :: a, b
+            real(dp) :: difference
+
+            call check(error, a%knowledge%name == b%knowledge%name .and. a%satellite == b%satellite .and. &
+                       a%number == b%number .and. a%wind_model == b%wind_model .and. &
+                       a%earth_radiation_constants == b%earth_radiation_constants .and. &
+                       (a%density_wave_random .eqv. b%density_wave_random))
+            if (allocated(error)) return
+            call check(error, seconds_between(a%knowledge%epoch, b%knowledge%epoch), 0.0_dp)
+            if (allocated(error)) return
+            difference = maxval(abs(a%position - b%position)) + &
+                                maxval(abs(a%velocity - b%velocity)) + &
+                         maxval(abs(a%angular_velocity - b%angular_velocity)) + &
+                         maxval(abs(a%knowledge%inertia - b%knowledge%inertia)) + &
+                         maxval(abs(a%centre_of_mass - b%centre_of_mass)) + &
+                         maxval(abs(a%accelerometer%scale3 - b%accelerometer%scale3)) + &
+                         maxval(abs(a%accelerometer%noise_level - b%accelerometer%noise_level)) + &
+                         maxval(abs(a%knowledge%accelerometer_weight - &
+                                b%knowledge%accelerometer_weight)) + &
+                         maxval(abs(dipole_moment(a%knowledge%rods, 1.3_dp) - &
+                                dipole_moment(b%knowledge%rods, 1.3_dp)))
+            call check(error, difference, 0.0_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(a%quaternion - b%quaternion)), 0.0_dp, thr=4e-16_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(a%offset - b%offset)), 0.0_dp, thr=1e-18_dp)
+            if (allocated(error)) return
+            call check(error, maxval(abs(a%magnetometer%bias - b%magnetometer%bias)), 0.0_dp, &
+                       thr=1e-22_dp)
+            if (allocated(error)) return
+            call check(error, a%sidereal_angle, b%sidereal_angle, thr=2e-14_dp)
+        end subroutine check_same
+    end subroutine test_round_trip
+end module test_report_cases

@@ -1,0 +1,474 @@
+!> Simulated observations: their epochs, their noise, and that they are the same again.
+module test_simulation
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI, EARTH_GM
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: cross
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_angle_between
+    use statistics, only: chi_square_limits, Z_999
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_simulation_dynamics, only: OMEGA, POSITION, ATTITUDE
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
+        drawn_wave
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_simulation
+
+    integer, parameter :: SEED = 1
+    integer, parameter :: RUNS = 20     !! For statistics
+
+contains
+
+    subroutine collect_simulation(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('epochs', test_epochs), &
+                    new_unittest('same-again', test_same_again), &
+                    new_unittest('different-names-different-numbers', test_different), &
+                    new_unittest('used-head-alone', test_used_head), &
+                    new_unittest('observables-from-the-truth', test_observables), &
+                    new_unittest('accelerometer-noise', test_accelerometer_noise), &
+                    new_unittest('magnetometer-noise', test_magnetometer_noise), &
+                    new_unittest('star-camera-noise', test_star_camera_noise), &
+                    new_unittest('density-wave-in-the-acceleration', test_wave), &
+                    new_unittest('drawn-wave', test_drawn_wave), &
+                    new_unittest('wave-in-the-dynamics', test_wave_in_dynamics), &
+                    new_unittest('the-truth-stays-behind', test_no_truth), &
+                    new_unittest('intervals-are-refused', test_intervals)]
+    end subroutine collect_simulation
+
+    subroutine prepare(simulator, error)
+        type(simulator_t), intent(out) :: simulator
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine prepare
+
+    subroutine test_epochs(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(shape(observations%acceleration) == [3, 600]) .and. &
+                   all(shape(observations%quaternion) == [4, 240]) .and. &
+                   all(shape(observations%field) == [3, 60]))
+        if (allocated(error)) return
+        call check(error, maxval(abs(observations%accelerometer_time - [(i/10.0_dp, i=1, 600)])), &
+                   0.0_dp, thr=1e-13_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(observations%magnetometer_time - [(i, i=1, 60)])), 0.0_dp, &
+                   thr=1e-13_dp)
+        if (allocated(error)) return
+        do i = 1, 2
+            call check(error, count(observations%star_camera_head == i), 120)
+            if (allocated(error)) return
+            call check_star_times(pack(observations%star_camera_time, &
+                                       observations%star_camera_head == i))
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine check_star_times(times)
+            real(dp), intent(in) :: times(:)
+            integer :: k
+
+            call check(error, maxval(abs(times - [(k/2.0_dp, k=1, 120)])), 0.0_dp, thr=1e-13_dp)
+        end subroutine check_star_times
+    end subroutine test_epochs
+
+    !> Greatest differences of accelerations, quaternions and field, in that order.
+    pure function differences(a, b) result(greatest)
+        type(observation_set_t), intent(in) :: a, b
+        real(dp) :: greatest(3)
+
+        greatest = [maxval(abs(a%acceleration - b%acceleration)), &
+                    maxval(abs(a%quaternion - b%quaternion)), maxval(abs(a%field - b%field))]
+    end function differences
+
+    !> The same seed and run, whatever was drawn in between, and from another simulator of the case.
+    subroutine test_same_again(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator, another
+        type(observation_set_t) :: first, between, again
+        type(error_t), allocatable :: failure
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call prepare(another, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, 7, first, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call observe(simulator, SEED, 3, between, failure)
+        call observe(simulator, SEED, 7, again, failure)
+        call check(error, maxval(differences(first, again)), 0.0_dp)
+        if (allocated(error)) return
+        call observe(another, SEED, 7, again, failure)
+        call check(error, maxval(differences(first, again)), 0.0_dp)
+    end subroutine test_same_again
+
+    !> Another run, seed, case number or satellite draws other numbers in every instrument. (The
+    !> truth is the same simulator's, so that only the noise can differ.)
+    subroutine test_different(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator, other
+        type(observation_set_t) :: reference, changed
+        type(error_t), allocatable :: failure
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, 7, reference, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        other = simulator
+        call observe(other, SEED, 8, changed, failure)
+        call check_changed('run')
+        if (allocated(error)) return
+        call observe(other, SEED + 1, 7, changed, failure)
+        call check_changed('seed')
+        if (allocated(error)) return
+        other%case%number = 2
+        call observe(other, SEED, 7, changed, failure)
+        call check_changed('case')
+        if (allocated(error)) return
+        other = simulator
+        other%case%satellite = 'back'
+        call observe(other, SEED, 7, changed, failure)
+        call check_changed('satellite')
+
+    contains
+
+        subroutine check_changed(what)
+            character(*), intent(in) :: what
+
+            call check(error, all(differences(reference, changed) > &
+                       [1e-10_dp, 1e-7_dp, 1e-10_dp]), what)
+        end subroutine check_changed
+    end subroutine test_different
+
+    subroutine test_used_head(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: full, alone
+        type(error_t), allocatable :: failure
+        integer :: head, i
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        do head = 1, 2
+            simulator%case%knowledge%camera = head
+            call observe(simulator, SEED, 4, full, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call observe(simulator, SEED, 4, alone, failure, only_used_head=.true.)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, all(alone%star_camera_head == head) .and. &
+                       size(alone%star_camera_head) == 120)
+            if (allocated(error)) return
+            associate (used => pack([(i, i=1, 240)], full%star_camera_head == head))
+                call check(error, maxval(abs(alone%quaternion - full%quaternion(:, used))), 0.0_dp)
+                if (allocated(error)) return
+                call check(error, maxval(abs(alone%star_camera_time - &
+                           full%star_camera_time(used))), 0.0_dp)
+                if (allocated(error)) return
+            end associate
+            call check(error, maxval(abs(alone%acceleration - full%acceleration)) + &
+                       maxval(abs(alone%field - full%field)), 0.0_dp)
+            if (allocated(error)) return
+        end do
+    end subroutine test_used_head
+
+    !> Without noise: eqs. (3-1), (3-7)-(3-10) and (3-23) and the mounting, from the true arc.
+    subroutine test_observables(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        real(dp) :: a(3), expected(3), d(3), radius
+        integer :: i, k
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        d = simulator%case%offset
+        associate (arc => simulator%arc, instrument => simulator%case%accelerometer)
+            do k = 1, 600
+                radius = norm2(arc%state(POSITION, k))
+                a = arc%loads(k)%drag + arc%loads(k)%srp + arc%loads(k)%erp + &
+                    cross(arc%omega_dot(:, k), d) + &
+                    cross(arc%state(OMEGA, k), cross(arc%state(OMEGA, k), d)) + &
+                    EARTH_GM/radius**3*(d - 3*dot_product(arc%loads(k)%vertical, &
+                                        d)*arc%loads(k)%vertical)
+                expected = instrument%bias + instrument%scale1*a + instrument%scale2*a**2 + &
+                           instrument%scale3*a**3
+                call check(error, maxval(abs(observations%acceleration(:, k) - expected)), 0.0_dp, &
+                           thr=1e-19_dp)
+                if (allocated(error)) return
+            end do
+            do i = 1, 60
+                expected = arc%loads(10*i)%field + [50e-9_dp, -30e-9_dp, 25e-9_dp]
+                call check(error, maxval(abs(observations%field(:, i) - expected)), 0.0_dp, &
+                           thr=1e-19_dp)
+                if (allocated(error)) return
+            end do
+            do i = 1, 120
+                call check(error, rotation_angle_between( &
+                           observations%quaternion(:, i), quaternion_product( &
+                           simulator%case%star_camera%mounting(1), arc%state(ATTITUDE, 5*i))), &
+                               0.0_dp, &
+                           thr=1e-14_dp)
+                if (allocated(error)) return
+            end do
+        end associate
+    end subroutine test_observables
+
+    !> White noise of (3-2) with the corner at 0: variance = two-sided level times 10 Hz. Variance
+    !> by chi-square, mean by the normal distribution, both with 99.9 % limits.
+    subroutine test_accelerometer_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SIGMA(3) = [3.16227766e-10_dp, 3.16227766e-9_dp, 3.16227766e-10_dp]
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: clean, noisy
+        type(error_t), allocatable :: failure
+        real(dp) :: squares(3), total(3)
+        integer :: run
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        simulator%case%accelerometer%noise_corner = 0
+        squares = 0
+        total = 0
+        do run = 1, RUNS
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call observe_without_noise(simulator, drawn_wave(simulator, SEED, run), clean)
+            squares = squares + sum((noisy%acceleration - clean%acceleration)**2, 2)
+            total = total + sum(noisy%acceleration - clean%acceleration, 2)
+        end do
+        call check_white(squares/SIGMA**2, total/SIGMA, 600*RUNS, error)
+    end subroutine test_accelerometer_noise
+
+    !> 3 nT on every axis.
+    subroutine test_magnetometer_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: clean, noisy
+        type(error_t), allocatable :: failure
+        real(dp) :: squares(3), total(3)
+        integer :: run
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), clean)
+        squares = 0
+        total = 0
+        do run = 1, RUNS
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            squares = squares + sum((noisy%field - clean%field)**2, 2)
+            total = total + sum(noisy%field - clean%field, 2)
+        end do
+        call check_white(squares/3e-9_dp**2, total/3e-9_dp, 60*RUNS, error)
+    end subroutine test_magnetometer_noise
+
+    !> Turns about the camera's axes have the noise that the operator is told.
+    subroutine test_star_camera_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: clean, noisy
+        type(error_t), allocatable :: failure
+        real(dp) :: squares(3), total(3), turn(4)
+        integer :: run, i
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), clean)
+        squares = 0
+        total = 0
+        do run = 1, RUNS
+            call observe(simulator, SEED, run, noisy, failure, only_used_head=.true.)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            do i = 1, 120
+                turn = quaternion_product(noisy%quaternion(:, i), &
+                                          conjugate_quaternion(clean%quaternion(:, i)))
+                turn = 2*sign(1.0_dp, turn(4))*turn
+                squares = squares + turn(1:3)**2
+                total = total + turn(1:3)
+            end do
+        end do
+        associate (sigma => noisy%knowledge%star_camera_sigma)
+            call check(error, sigma(3) > 3*max(sigma(1), sigma(2)))     ! boresight: the weak axis
+            if (allocated(error)) return
+            call check_white(squares/sigma**2, total/sigma, 120*RUNS, error)
+        end associate
+    end subroutine test_star_camera_noise
+
+    subroutine check_white(squares, total, n, error)
+        real(dp), intent(in) :: squares(3), total(3)    !! Sums of n numbers in units of sigma
+        integer, intent(in) :: n
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp) :: limits(2)
+        character(80) :: found
+
+        limits = chi_square_limits(n)
+        write (found, '(a, 3f10.2, a, 2f10.2)') 'squares', squares, ' limits', limits
+        call check(error, all(squares > limits(1) .and. squares < limits(2)), trim(found))
+        if (allocated(error)) return
+        call check(error, maxval(abs(total)), 0.0_dp, 'sum', thr=Z_999*sqrt(real(n, dp)))
+    end subroutine check_white
+
+    !> A wave of a tenth of the model's density adds a tenth of the drag over the density scale, as the
+    !> accelerometer's slope shows it.
+    subroutine test_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: AMPLITUDE = 0.1_dp, PERIOD = 12, PHASE = 0.4_dp
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: calm, waving
+        real(dp) :: expected(3)
+        integer :: k
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), calm)
+        call observe_without_noise(simulator, density_wave_t(AMPLITUDE, PERIOD, PHASE), waving)
+        do k = 1, 600
+            expected = AMPLITUDE*sin(TWO_PI*0.1_dp*k/PERIOD + PHASE)*simulator%arc%loads(k)%drag/ &
+                       simulator%case%density_scale* &
+                       simulator%case%accelerometer%scale1
+            ! quadratic scale factors up to 33 s^2/m, drag up to 7e-7 m/s^2: slope good to 5e-5
+            call check(error, maxval(abs(waving%acceleration(:, k) - calm%acceleration(:, k) - &
+                       expected)), &
+                       0.0_dp, thr=5e-5_dp*AMPLITUDE*norm2(simulator%arc%loads(k)%drag))
+            if (allocated(error)) return
+        end do
+        call check(error, maxval(abs(waving%quaternion - calm%quaternion)) + &
+                   maxval(abs(waving%field - calm%field)), 0.0_dp)
+    end subroutine test_wave
+
+    !> Amplitude and period are the case's; the phase is another in every run and spread over the
+    !> circle.
+    subroutine test_drawn_wave(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 400
+        type(simulator_t) :: simulator
+        type(density_wave_t) :: wave
+        complex(dp) :: resultant
+        integer :: run
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        resultant = 0
+        do run = 1, N
+            wave = drawn_wave(simulator, SEED, run)
+            call check(error, wave%amplitude == 0.003_dp .and. wave%period == 12 .and. &
+                       wave%phase >= 0 .and. wave%phase <= TWO_PI)
+            if (allocated(error)) return
+            resultant = resultant + exp(cmplx(0.0_dp, wave%phase, dp))
+        end do
+        ! Rayleigh's test: P(|R|^2/n > z) = exp(-z); exp(-6.9) = 0.001
+        call check(error, abs(resultant)**2/N < 6.9_dp)
+        if (allocated(error)) return
+        simulator%case%density_wave_random = .false.
+        wave = drawn_wave(simulator, SEED, 1)
+        call check(error, wave%amplitude, 0.0_dp)
+    end subroutine test_drawn_wave
+
+    !> A wave of known phase goes into the equations of motion. What it does to the rotation is too
+    !> little to see, so the samples are those with the wave put on the drag.
+    subroutine test_wave_in_dynamics(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: drawn, fixed
+        type(case_t) :: case
+        type(observation_set_t) :: a, b, calm
+        type(error_t), allocatable :: failure
+
+        call prepare(drawn, error)
+        if (allocated(error)) return
+        case = drawn%case
+        case%density_wave_random = .false.
+        case%density_wave%phase = 0.4_dp
+        call new_simulator(case, fixed, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call observe_without_noise(fixed, drawn_wave(fixed, SEED, 1), a)
+        call observe_without_noise(drawn, case%density_wave, b)
+        call observe_without_noise(drawn, density_wave_t(), calm)
+        call check(error, maxval(abs(b%acceleration - calm%acceleration)) > 1e-9_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(a%acceleration - b%acceleration)), 0.0_dp, thr=1e-12_dp)
+    end subroutine test_wave_in_dynamics
+
+    !> What the operator is told is the setup, the instruments' nominal noise and the mounting.
+    subroutine test_no_truth(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        call observe(simulator, SEED, 1, observations, failure)
+        associate (knowledge => observations%knowledge, case => simulator%case)
+            call check(error, norm2(knowledge%guess_offset - case%offset) > 1e-4_dp .and. &
+                       norm2(knowledge%guess_angular_velocity - case%angular_velocity) > 1e-5_dp .and. &
+                       norm2(knowledge%guess_quaternion - case%quaternion) > 1e-4_dp)
+            if (allocated(error)) return
+            call check(error, all(knowledge%accelerometer_psd_level == &
+                       case%accelerometer%noise_level) .and. &
+                       all(knowledge%accelerometer_psd_corner == &
+                           case%accelerometer%noise_corner) .and. &
+                       knowledge%accelerometer_psd_sides == case%accelerometer%noise_sides .and. &
+                       all(knowledge%mounting(:, 1) == case%star_camera%mounting(1)) .and. &
+                       all(knowledge%mounting(:, 2) == case%star_camera%mounting(2)))
+        end associate
+    end subroutine test_no_truth
+
+    !> A sampling interval that is not a multiple of the arc's.
+    subroutine test_intervals(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(case_t) :: case, bad
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        bad = case
+        bad%knowledge%star_camera_interval = 0.25_dp
+        call new_simulator(bad, simulator, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(12) :: 'front-1', 'star camera', '0.25 s', '0.1 s'])
+        if (allocated(error)) return
+        bad = case
+        bad%accelerometer%sampling_interval = 0.05_dp
+        call new_simulator(bad, simulator, failure)
+        call check_fails(error, message_of(failure), &
+                         [character(13) :: 'accelerometer', '0.05 s', '0.1 s'])
+        if (allocated(error)) return
+        bad = case
+        bad%knowledge%magnetometer_interval = 1.04_dp
+        call new_simulator(bad, simulator, failure)
+        call check_fails(error, message_of(failure), [character(12) :: 'magnetometer', '1.04 s'])
+    end subroutine test_intervals
+end module test_simulation

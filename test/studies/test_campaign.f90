@@ -1,0 +1,274 @@
+!> Campaigns in shards: the files of the shards, and what merging makes of them.
+module test_campaign
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
+    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs
+    use gracecg_studies_campaign_merge, only: merge_campaigns
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
+    implicit none
+    private
+    public :: collect_campaign
+
+    integer, parameter :: W = 80, RUNS = 5
+    character(*), parameter :: LF = new_line('a')
+    character(10), parameter :: ALGORITHMS(2) = [character(10) :: 'assest-fde', 'ascrest']
+
+contains
+
+    subroutine collect_campaign(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('every-run-in-one-shard', test_shards), &
+                    new_unittest('merged-is-the-whole', test_merged), &
+                    new_unittest('missing-and-repeated-runs', test_missing), &
+                    new_unittest('what-does-not-fit-together', test_misfits), &
+                    new_unittest('names-that-cannot-be-written', test_names), &
+                    new_unittest('broken-files', test_broken)]
+    end subroutine collect_campaign
+
+    subroutine test_shards(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: shard
+        integer :: count_of(20), k
+
+        count_of = 0
+        do k = 1, 7
+            shard = new_campaign(ALGORITHMS, 1, 1, 20, k, 7)
+            count_of(shard_runs(shard)) = count_of(shard_runs(shard)) + 1
+            call check(error, all(mod(shard_runs(shard) - 1, 7) == k - 1))
+            if (allocated(error)) return
+        end do
+        call check(error, all(count_of == 1))
+    end subroutine test_shards
+
+    !> A campaign of a built-in case and of one of the user's, which has blanks in its name.
+    subroutine run_campaign(error, name, shard, shards, threads, campaign, seed)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name            !! Of its files, below FOLDER
+        integer, intent(in) :: shard, shards, threads
+        type(campaign_t), intent(out) :: campaign
+        integer, intent(in), optional :: seed
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+        integer :: i, a
+
+        call make_folder(error)
+        if (allocated(error)) return
+        campaign = new_campaign(ALGORITHMS, 2, 4, RUNS, shard, shards)
+        if (present(seed)) campaign%seed = seed
+        do i = 1, 2
+            if (i == 1) call report_case('front-3', case, failure)
+            if (i == 2) call report_case('back-1', case, failure)
+            if (i == 2) case%knowledge%name = 'my own case'
+            if (.not. allocated(failure)) call add_case(campaign, i, case, failure)
+            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+            do a = 1, size(ALGORITHMS)
+                if (.not. allocated(failure)) call run_entry(campaign, a, i, simulator, threads, failure)
+            end do
+        end do
+        if (.not. allocated(failure)) call write_runs(FOLDER//name//'_runs.csv', campaign, 'test', failure)
+        if (.not. allocated(failure)) call write_table(FOLDER//name//'_table.csv', campaign, 'test', failure)
+        call check_passes(error, message_of(failure))
+    end subroutine run_campaign
+
+    !> Reads the runs of some campaigns back and merges them.
+    subroutine merge(names, whole, missing, failure)
+        character(*), intent(in) :: names(:)
+        type(campaign_t), intent(out) :: whole
+        integer, intent(out) :: missing
+        type(error_t), allocatable, intent(out) :: failure
+
+        type(campaign_t), allocatable :: parts(:)
+        integer :: i
+
+        missing = -1
+        allocate (parts(size(names)))
+        do i = 1, size(names)
+            call read_runs(FOLDER//trim(names(i))//'_runs.csv', parts(i), failure)
+            if (allocated(failure)) return
+        end do
+        call merge_campaigns(parts, names, whole, missing, failure)
+    end subroutine merge
+
+    !> File for file, comment lines included, on whatever number of threads.
+    subroutine test_merged(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, whole
+        type(error_t), allocatable :: failure
+        integer :: missing
+
+        call run_campaign(error, 'whole', 1, 1, 1, campaign)
+        if (.not. allocated(error)) call run_campaign(error, 'shard1', 1, 3, 2, campaign)
+        if (.not. allocated(error)) call run_campaign(error, 'shard2', 2, 3, 1, campaign)
+        if (.not. allocated(error)) call run_campaign(error, 'shard3', 3, 3, 2, campaign)
+        if (allocated(error)) return
+        call merge([character(6) :: 'shard3', 'shard1', 'shard2'], whole, missing, failure)
+        if (.not. allocated(failure)) call write_runs(FOLDER//'merged_runs.csv', whole, 'test', failure)
+        if (.not. allocated(failure)) call write_table(FOLDER//'merged_table.csv', whole, 'test', failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, missing, 0)
+        if (.not. allocated(error)) call same_file(error, 'whole_runs.csv', 'merged_runs.csv')
+        if (.not. allocated(error)) call same_file(error, 'whole_table.csv', 'merged_table.csv')
+    end subroutine test_merged
+
+    subroutine same_file(error, first, second)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: first, second
+        type(text_file_t) :: a, b
+        type(error_t), allocatable :: failure
+
+        call read_text_file(FOLDER//first, a, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//second, b, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, a%text == b%text, first//' differs from '//second)
+    end subroutine same_file
+
+    subroutine test_missing(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, whole
+        type(error_t), allocatable :: failure
+        integer :: missing
+
+        call run_campaign(error, 'shard1', 1, 3, 2, campaign)
+        if (.not. allocated(error)) call run_campaign(error, 'shard2', 2, 3, 2, campaign)
+        if (allocated(error)) return
+        call merge([character(6) :: 'shard1', 'shard2', 'shard1'], whole, missing, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, missing, 4)      ! run 3 of four entries
+        if (.not. allocated(error)) call check(error, all(whole%entries(1, 2)%run == [1, 2, 4, 5]))
+    end subroutine test_missing
+
+    subroutine test_misfits(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, whole, changed
+        type(error_t), allocatable :: failure
+        integer :: missing
+
+        call run_campaign(error, 'shard1', 1, 3, 2, campaign)
+        if (.not. allocated(error)) call run_campaign(error, 'seed7', 2, 3, 2, changed, seed=7)
+        if (allocated(error)) return
+        call merge([character(6) :: 'shard1', 'seed7'], whole, missing, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'shard1', 'seed7', &
+                                                      'different seeds: 4 and 7'])
+        if (allocated(error)) return
+
+        changed = campaign
+        changed%runs = 6
+        call refused([character(W) :: 'campaigns of 5 and 6 runs'])
+        changed = campaign
+        changed%cases(2)%name = 'another'
+        call refused([character(W) :: 'different cases or algorithms'])
+        changed = campaign
+        changed%cases(2)%checksum = changed%cases(2)%checksum + 1
+        call refused([character(W) :: 'different settings of the case my own case'])
+        changed = campaign
+        changed%entries(2, 1)%predicted = 2*changed%entries(2, 1)%predicted
+        call refused([character(W) :: 'different settings of the case front-3'])
+        changed = campaign
+        changed%entries(2, 1)%offset(3, 2) = changed%entries(2, 1)%offset(3, 2) + 1e-4
+        call refused([character(W) :: 'contradict each other: front-3, ascrest, run 4'])
+        changed = campaign
+        changed%entries(1, 2)%converged(1) = .false.
+        call refused([character(W) :: 'contradict each other: my own case, assest-fde, run 1'])
+
+    contains
+
+        !> The changed campaign must not go with the first one.
+        subroutine refused(parts)
+            character(*), intent(in) :: parts(:)
+
+            if (allocated(error)) return
+            call merge_campaigns([campaign, changed], ['a', 'b'], whole, missing, failure)
+            call check_fails(error, message_of(failure), [character(W) :: 'a and b', parts])
+        end subroutine refused
+    end subroutine test_misfits
+
+    subroutine test_names(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+
+        campaign = new_campaign(ALGORITHMS, 2, 1, 5, 1, 1)
+        call report_case('front-1', case, failure)
+        call add_case(campaign, 1, case, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call add_case(campaign, 2, case, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'two cases have the name "front-1"'])
+        if (allocated(error)) return
+        case%knowledge%name = 'a, b'
+        call add_case(campaign, 2, case, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
+    end subroutine test_names
+
+    !> A file of runs with one line changed.
+    subroutine test_broken(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: ROW = 'front-3,assest-fde,1,'
+        type(campaign_t) :: campaign
+        type(text_file_t) :: sound
+        type(error_t), allocatable :: failure
+
+        call run_campaign(error, 'sound', 1, 2, 2, campaign)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'sound_runs.csv', sound, failure)
+        call check_passes(error, message_of(failure))
+        call broken('# gracecg', '# gracecg 0.0.0 montecarlo', [character(W) :: 'broken.csv:1', 'make it anew'])
+        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', '# seed S, runs 1 to N'])
+        call broken('# seed', '# seed x, runs 1 to 5', [character(W) :: 'broken.csv:2'])
+        call broken('# seed', '# seed 4, runs 1 to 0', [character(W) :: 'broken.csv:2'])
+        call broken('# case front-3', '# case front-3 offset_mm 1 2 3', [character(W) :: 'broken.csv:4'])
+        call broken('# case front-3', '# case front-3 checksum 1 offset_mm 1 2 x', &
+                    [character(W) :: 'broken.csv:4'])
+        call broken('# predicted front-3 ascrest', '# predicted front-3 1 2 3', &
+                    [character(W) :: 'broken.csv:6', '# predicted NAME'])
+        call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
+        call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
+                    [character(W) :: 'expected the prediction of my own case, ascrest'])
+        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: 'not a file of runs'])
+        call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'no comment line tells'])
+        call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
+        call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
+        call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
+        call broken(ROW, ROW//'1,2,3,yes', [character(W) :: 'column converged'])
+        call broken(ROW, 'front-3,assest-fde,3,1,2,3,1', [character(W) :: 'not in the order'])
+
+    contains
+
+        !> Replaces the first line that begins so (by nothing: takes it out). Reading must fail.
+        subroutine broken(beginning, replacement, parts)
+            character(*), intent(in) :: beginning, replacement, parts(:)
+
+            character(:), allocatable :: text
+            integer :: i
+            logical :: done
+
+            if (allocated(error)) return
+            text = ''
+            done = .false.
+            do i = 1, sound%line_count()
+                if (.not. done .and. index(sound%line(i), beginning) == 1) then
+                    if (replacement /= '') text = text//replacement//LF
+                    done = .true.
+                else
+                    text = text//sound%line(i)//LF
+                end if
+            end do
+            call check(error, done, beginning)
+            if (.not. allocated(error)) call make_file(error, 'broken.csv', text)
+            if (allocated(error)) return
+            call read_runs(FOLDER//'broken.csv', campaign, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine broken
+    end subroutine test_broken
+end module test_campaign

@@ -1,0 +1,143 @@
+!> What the report prints beside its large tables: the budget of the centre of mass and the limits of its
+!> axes; and the gravity gradient of its Figure 3.1.
+module test_report_numbers
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_vectors, only: rotation_z
+    use gracecg_base_quaternion, only: rotation_matrix
+    use gracecg_simulation_dynamics, only: POSITION, VELOCITY, ATTITUDE
+    use gracecg_environment_geopotential, only: point_mass_gravity_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_studies_com_budget
+    use gracecg_studies_published_axes
+    use gracecg_studies_gravity_gradient
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check_passes
+    implicit none
+    private
+    public :: collect_report_numbers
+
+contains
+
+    subroutine collect_report_numbers(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('com-budget', test_budget), &
+                    new_unittest('printed-axes', test_axes), &
+                    new_unittest('gradient-by-differences', test_gradient), &
+                    new_unittest('gradient-of-a-sphere', test_sphere)]
+    end subroutine collect_report_numbers
+
+    !> The RSS as printed, but for x of Table 1.1, where 0.28 must stand.
+    subroutine test_budget(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(com_budget_t) :: ground, flight, none
+
+        ground = com_budget('1.1')
+        flight = com_budget('1.2')
+        none = com_budget('9.9')
+        call check(error, all([size(ground%effect), size(flight%effect), size(none%effect)] == [12, 3, 0]))
+        if (allocated(error)) return
+        call check(error, all(abs(ground%rss - [0.28_dp, 0.23_dp, 0.24_dp]) <= 0.005_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(ground%printed_rss - [0.27_dp, 0.23_dp, 0.24_dp]) < 1e-12_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(flight%rss - flight%printed_rss) <= 0.00005_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(ground%requirement - 0.5_dp) < 1e-12_dp) .and. &
+                   all(abs(flight%requirement - 0.1_dp) < 1e-12_dp))
+        if (allocated(error)) return
+        call check(error, count(.not. is_stated(ground%error)), 10, 'printed ---')
+    end subroutine test_budget
+
+    subroutine test_axes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, all(abs(printed_axis('6.2', 'front', 'assest-rde', 'z') - [-7e-4_dp, -3e-4_dp]) < 1e-15_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(printed_axis('6.4', 'back', 'acceleration', 'all') - [0.0_dp, 2.5e-5_dp]) < 1e-15_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(printed_axis('6.5', 'front', 'ascfest', 'y') - [0.0_dp, 6e-5_dp]) < 1e-15_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(printed_axis('6.6', 'back', 'ascfest', 'y')) <= 0), 'no such panel')
+    end subroutine test_axes
+
+    subroutine fly(model, orbit, error)
+        character(*), intent(in) :: model           !! Of gravity
+        type(nominal_orbit_t), intent(out) :: orbit
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        case%gravity_model = model
+        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine fly
+
+    !> The sum of both parts is the difference of gravitation at the proof mass and the centre of mass, (3-4),
+    !> here by central differences over 200 m.
+    subroutine test_gradient(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: OFFSET(3) = [0.5e-3_dp, -0.7e-3_dp, 0.3e-3_dp], REACH = 1e5_dp
+        type(nominal_orbit_t) :: orbit
+        type(gradient_sample_t), allocatable :: samples(:)
+        real(dp) :: fixed(3, 3), r(3), v(3), d(3), ahead(3), behind(3), expected(3), radial(3), normal(3)
+        integer :: i, k
+
+        call fly('egm96', orbit, error)
+        if (allocated(error)) return
+        allocate (samples, source=gradient_along_orbit(orbit, OFFSET, 500))
+        call check(error, size(samples) == 12)
+        do i = 1, size(samples)
+            if (allocated(error)) return
+            k = nint(samples(i)%time)
+            r = orbit%state(POSITION, k)
+            v = orbit%state(VELOCITY, k)
+            fixed = rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*samples(i)%time)
+            d = matmul(fixed, matmul(OFFSET, rotation_matrix(orbit%state(ATTITUDE, k))))
+            call orbit%dynamics%gravity%acceleration(matmul(fixed, r) + REACH*d, ahead)
+            call orbit%dynamics%gravity%acceleration(matmul(fixed, r) - REACH*d, behind)
+            d = -matmul(ahead - behind, fixed)/(2*REACH)
+            radial = r/norm2(r)
+            normal = [r(2)*v(3) - r(3)*v(2), r(3)*v(1) - r(1)*v(3), r(1)*v(2) - r(2)*v(1)]
+            normal = normal/norm2(normal)
+            expected(1) = dot_product(d, radial)
+            expected(3) = dot_product(d, normal)
+            expected(2) = dot_product(d, v - dot_product(v, radial)*radial)/norm2(v - dot_product(v, radial)*radial)
+            call check(error, maxval(abs(samples(i)%central + samples(i)%others - expected)) < &
+                       1e-6_dp*maxval(abs(expected)))
+        end do
+    end subroutine test_gradient
+
+    !> For a point mass (3-6) holds, and nothing is left for the other terms.
+    subroutine test_sphere(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: OFFSET(3) = [1e-3_dp, 2e-3_dp, -1e-3_dp]
+        type(nominal_orbit_t) :: orbit
+        type(gradient_sample_t), allocatable :: samples(:)
+        real(dp) :: d(3), u(3), expected(3)
+        integer :: i, k
+
+        call fly('point-mass', orbit, error)
+        if (allocated(error)) return
+        allocate (samples, source=gradient_along_orbit(orbit, OFFSET, 1000))
+        do i = 1, size(samples)
+            k = nint(samples(i)%time)
+            d = matmul(OFFSET, rotation_matrix(orbit%state(ATTITUDE, k)))
+            u = orbit%state(POSITION, k)/norm2(orbit%state(POSITION, k))
+            expected = EARTH_GM/norm2(orbit%state(POSITION, k))**3*(d - 3*dot_product(u, d)*u)
+            call check(error, abs(samples(i)%central(1) - dot_product(expected, u)) < 1e-12_dp*norm2(expected), 'radial')
+            if (allocated(error)) return
+            call check(error, abs(norm2(samples(i)%central) - norm2(expected)) < 1e-12_dp*norm2(expected), 'length')
+            if (allocated(error)) return
+            call check(error, maxval(abs(samples(i)%others)) < 1e-12_dp*norm2(expected), 'others')
+            if (allocated(error)) return
+        end do
+    end subroutine test_sphere
+end module test_report_numbers
