@@ -2,6 +2,7 @@
 module gracecg_cli_errors
     use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
@@ -17,7 +18,6 @@ module gracecg_cli_errors
     public :: declare_errors, run_errors
 
     integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 
