@@ -23,7 +23,7 @@ module gracecg
     use gracecg_base_version, only: LIBRARY_VERSION => VERSION
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
-    use gracecg_base_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
     ! Time and frames
     use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
         julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
@@ -92,7 +92,7 @@ module gracecg
     private
 
     public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
-    public :: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    public :: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
     public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle

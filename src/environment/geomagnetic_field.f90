@@ -6,7 +6,7 @@
 module gracecg_environment_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_RADIUS_IGRF
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_base_error, only: error_t, add_context, fail, fail_out_of_range, nearest_name
     use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, &
         harmonic_function, differentiate
@@ -43,7 +43,6 @@ module gracecg_environment_geomagnetic_field
     end type igrf_t
 
     character(6), parameter :: GENERATIONS(*) = ['igrf95', 'igrf14']
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
     real(dp), parameter :: RATE_SPAN = 5        !! Years for which a secular variation is given
 
 contains

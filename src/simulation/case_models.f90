@@ -18,8 +18,7 @@ module gracecg_simulation_case_models
     use gracecg_spacecraft_plates, only: new_trapezoid
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_simulation_star_camera, only: N_HEADS
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
     use gracecg_simulation_case, only: case_t
     implicit none
     private
@@ -72,7 +71,7 @@ contains
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'
-        do head = 1, N_HEADS
+        do head = 1, HEADS
             knowledge%mounting(:, head) = case%star_camera%mounting(head)
         end do
     end function operator_setup
