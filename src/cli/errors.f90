@@ -7,8 +7,7 @@ module gracecg_cli_errors
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_calibration
-    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
-    use gracecg_studies_study_files, only: write_error_sources
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, write_error_sources, STUDY_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -47,7 +46,7 @@ contains
         type(case_t) :: case
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
-        integer :: runs, seed, threads, i
+        integer :: runs, seed, threads
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
         call arguments%get('--case', case_name, misuse, default='front-1')
@@ -60,11 +59,8 @@ contains
         call check_writable(path, error)
         if (.not. allocated(error)) call find_calibration(case_name, case, error)
         if (allocated(error)) return
-        do i = 1, size(STUDY_NAMES)
-            call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
-            if (allocated(error)) return
-        end do
+        call study_all_errors(case, algorithm, seed, runs, threads, studies, error, console)
+        if (allocated(error)) return
         call show(trim(case%knowledge%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
         if (path /= '') call write_error_sources(path, 'errors', trim(case%knowledge%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
