@@ -19,6 +19,7 @@ program tester
     use test_plates, only: collect_plates
     use test_surface_loads, only: collect_surface_loads
     use test_torque_rods, only: collect_torque_rods
+    use test_models, only: collect_models
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
@@ -103,6 +104,7 @@ program tester
              new_testsuite('plates', collect_plates), &
              new_testsuite('surface-loads', collect_surface_loads), &
              new_testsuite('torque-rods', collect_torque_rods), &
+             new_testsuite('models', collect_models), &
              new_testsuite('geopotential', collect_geopotential), &
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
