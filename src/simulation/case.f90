@@ -17,8 +17,8 @@ module gracecg_simulation_case
     use gracecg_simulation_accelerometer, only: accelerometer_t
     use gracecg_simulation_star_camera, only: star_camera_t
     use gracecg_simulation_magnetometer, only: magnetometer_t
-    use gracecg_observations_observation_set, only: operator_knowledge_t, describe_manoeuvre, describe_estimation, &
-        describe_noise_spectra, check_quaternion
+    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
+        describe_a_priori, describe_estimation, describe_noise_spectra, check_quaternion
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -154,6 +154,7 @@ contains
         call describe_surface(settings, case)
         call describe_accelerometer(settings, case)
         call describe_other_instruments(settings, case)
+        call describe_a_priori(settings, case%knowledge%a_priori)
         call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 

@@ -19,7 +19,7 @@ module gracecg_simulation_case_models
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use gracecg_simulation_star_camera, only: N_HEADS
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_simulation_case, only: case_t
     implicit none
     private

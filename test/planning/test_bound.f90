@@ -181,7 +181,7 @@ contains
         call report_case('front-3', case, failure)
         call bound_of_case(case, first, failure)
         case%accelerometer%noise%level = 4*case%accelerometer%noise%level
-        associate (limits => case%knowledge%optimal)
+        associate (limits => case%knowledge%a_priori)
             limits%sigma_scale_factors = 2*limits%sigma_scale_factors
             limits%sigma_rod_gain = 2*limits%sigma_rod_gain
             limits%sigma_magnetometer_bias = 2*limits%sigma_magnetometer_bias
