@@ -19,11 +19,12 @@ program tester
     use test_plates, only: collect_plates
     use test_surface_loads, only: collect_surface_loads
     use test_torque_rods, only: collect_torque_rods
+    use test_models, only: collect_models
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_file, only: collect_file
-    use test_field_file, only: collect_field_file
+    use test_table, only: collect_table
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
@@ -45,6 +46,7 @@ program tester
     use test_preprocessing, only: collect_preprocessing
     use test_square_root_filter, only: collect_square_root_filter
     use test_gauss_markov, only: collect_gauss_markov
+    use test_parallel, only: collect_parallel
     use test_statistics, only: collect_statistics
     use test_spike_screen, only: collect_spike_screen
     use test_sequential, only: collect_sequential
@@ -104,11 +106,12 @@ program tester
              new_testsuite('plates', collect_plates), &
              new_testsuite('surface-loads', collect_surface_loads), &
              new_testsuite('torque-rods', collect_torque_rods), &
+             new_testsuite('models', collect_models), &
              new_testsuite('geopotential', collect_geopotential), &
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('file', collect_file), &
-             new_testsuite('field-file', collect_field_file), &
+             new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
@@ -130,6 +133,7 @@ program tester
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('square-root-filter', collect_square_root_filter), &
              new_testsuite('gauss-markov', collect_gauss_markov), &
+             new_testsuite('parallel', collect_parallel), &
              new_testsuite('statistics', collect_statistics), &
              new_testsuite('spike-screen', collect_spike_screen), &
              new_testsuite('sequential', collect_sequential), &

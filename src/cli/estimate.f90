@@ -5,7 +5,8 @@ module gracecg_cli_estimate
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -121,7 +122,7 @@ contains
             call console%message('warning: '//solution%warnings(i)%text)
         end do
         if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
-        if (.not. all(knowledge%accelerometer_psd_level > 0)) &
+        if (.not. all(knowledge%accelerometer_noise%level > 0)) &
             call console%message('warning: the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')
         if (.not. all(knowledge%star_camera_sigma > 0)) &

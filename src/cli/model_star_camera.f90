@@ -6,10 +6,11 @@ module gracecg_cli_model_star_camera
     use gracecg_base_text, only: real_text
     use gracecg_base_quaternion, only: normalised, quaternion_product, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use gracecg_simulation_quest, only: quest, q_method
-    use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE, HEADS
+    use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none

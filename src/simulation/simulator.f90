@@ -14,7 +14,8 @@ module gracecg_simulation_simulator
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_star_camera, only: star_frame_t
-    use gracecg_observations_observation_set, only: observation_set_t, HEADS
+    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
     use gracecg_simulation_limits, only: check_manoeuvre_limits

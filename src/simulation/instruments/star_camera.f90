@@ -16,7 +16,7 @@ module gracecg_simulation_star_camera
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_random, only: random_stream_t
-    use gracecg_observations_observation_set, only: HEADS
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_quest, only: quest
     implicit none

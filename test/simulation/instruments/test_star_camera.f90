@@ -8,7 +8,7 @@ module test_star_camera
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_observations_observation_set, only: HEADS
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
     use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
