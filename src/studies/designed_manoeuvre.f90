@@ -5,7 +5,7 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
-    use gracecg_base_version, only: VERSION, file_comments
+    use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_spacecraft_torque_rods, only: SQUARE
     use gracecg_simulation_case, only: case_t
@@ -154,13 +154,14 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
+        character(200) :: comments(3)
         integer :: i
 
+        comments(:2) = file_comments(command, trim(study%case%satellite)//' satellite: theoretical limit of the CG '// &
+                                     'offset, the worst direction last, of the manoeuvre of case 1')
+        comments(3) = 'and of the designed one, started there'
         call file%open(path, 'time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
-                       'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', &
-                       [character(120) :: 'gracecg '//VERSION//' '//command, trim(study%case%satellite)// &
-                        ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
-                        'manoeuvre of case 1', 'and of the designed one, started there'], error)
+                       'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', comments, error)
         if (allocated(error)) return
         do i = 1, size(study%report)
             associate (a => study%report(i), b => study%designed(i))
