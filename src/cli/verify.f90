@@ -102,10 +102,10 @@ contains
         type(console_t), intent(inout) :: console
 
         if (case%number == CASE_WITH_WINDOWS) then
-            call show_windows(trim(case%knowledge%name), &
-                              check_windows(trim(case%satellite), verification), console)
+            call show_windows(trim(case%name), &
+                              check_windows(trim(case%satellite%name), verification), console)
         else
-            call show_ranges(trim(case%knowledge%name), verification, console)
+            call show_ranges(trim(case%name), verification, console)
         end if
     end subroutine show
 

@@ -11,7 +11,7 @@ module gracecg_observations_observation_files
     use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t, check_observations, &
-        describe_manoeuvre, describe_instruments, describe_estimation, has_orbit, HEADS, &
+        describe_satellite, describe_instruments, describe_estimation, has_orbit, HEADS, &
         SAMPLE_TOLERANCE
     implicit none
     private
@@ -156,7 +156,7 @@ contains
         class(settings_t), intent(inout) :: settings
         type(operator_knowledge_t), intent(inout) :: knowledge
 
-        call describe_manoeuvre(settings, knowledge)
+        call describe_satellite(settings, knowledge)
         call describe_instruments(settings, knowledge)
         call describe_estimation(settings, knowledge)
     end subroutine describe_setup

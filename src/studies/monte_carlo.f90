@@ -101,7 +101,7 @@ contains
             end if
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
-            results%normalised(i) = normalised_error(solution%offset - simulator%case%offset, solution%covariance)
+            results%normalised(i) = normalised_error(solution%offset - simulator%case%satellite%offset, solution%covariance)
         end do
         !$omp end parallel do
         if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
@@ -157,7 +157,7 @@ contains
         associate (random => simulator%case%density_wave_random)
             call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
             if (allocated(error)) return
-            prediction%bias = still%offset - simulator%case%offset
+            prediction%bias = still%offset - simulator%case%satellite%offset
             prediction%wave = 0
             if (random) then
                 wave = simulator%case%density_wave
