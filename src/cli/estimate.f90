@@ -12,7 +12,7 @@ module gracecg_cli_estimate
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_cli_running_file, only: write_running_estimate
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t, number_fields
     implicit none
     private
@@ -69,13 +69,12 @@ contains
         character(:), allocatable :: algorithm, output_format, page, running_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
-        if (.not. allocated(misuse)) call arguments%get('--report', page, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--running', running_file, misuse, default='')
-        if (.not. allocated(misuse) .and. running_file /= '' .and. algorithm /= 'sequential') &
-            call fail(misuse, '--running: '//algorithm//' estimates from all samples at once and has no '// &
-                      'running estimate; use --algorithm sequential')
+        call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        call arguments%get('--report', page, misuse, default='')
+        call arguments%get('--running', running_file, misuse, default='')
+        call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
+                       ' estimates from all samples at once and has no running estimate; use --algorithm '// &
+                       'sequential', misuse)
         if (allocated(misuse)) return
 
         call check_writable(page, error)
