@@ -148,7 +148,7 @@ contains
         call describe_state(settings, case)
         call describe_earth(settings, case)
         call describe_atmosphere(settings, case)
-        call describe_surface(settings, case%satellite%name)
+        call describe_surface(settings, case%satellite)
         call describe_radiation(settings, case)
         call describe_accelerometer(settings, case%satellite%accelerometer)
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
