@@ -156,7 +156,7 @@ contains
         integer, intent(in) :: a, i !! Numbers of algorithm and case
 
         associate (entry => campaign%entries(a, i), case => campaign%cases(i))
-            entry%statistics = statistics_of(entry%offset, case%satellite%offset)
+            entry%statistics = statistics_of(entry%offset, case%offset)
             entry%published = published_rms(trim(case%name), trim(campaign%algorithms(a)))
         end associate
     end subroutine summarise
