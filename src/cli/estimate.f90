@@ -4,7 +4,8 @@ module gracecg_cli_estimate
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t

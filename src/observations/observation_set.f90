@@ -3,58 +3,15 @@
 !> It holds what the instruments delivered and what an operator knows. It never holds the truth.
 module gracecg_observations_observation_set
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_files_settings, only: settings_t, FULL_RANGE
-    use gracecg_environment_time, only: utc_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
-    use gracecg_spacecraft_motion_limits, only: motion_limits_t
-    use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
-        describe_limits
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_rod_sampling
-    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
-    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
+    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
     private
-    public :: observation_set_t, operator_knowledge_t, check_observations, has_orbit
-    public :: HEADS, SAMPLE_TOLERANCE, NO_FIELD_MODEL
-    public :: describe_satellite, describe_instruments, describe_estimation, check_quaternion
-
-    integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
-    !> What stands for no field model
-    character(*), parameter :: NO_FIELD_MODEL = 'none'
-
-    !> What an operator knows of the satellite, the manoeuvre and the instruments.
-    type :: operator_knowledge_t
-        character(64) :: name = 'calibration'           !! For output
-        type(utc_t) :: epoch                            !! Time 0 of all time tags
-        real(dp) :: duration = 0                        !! Length of the arc, s
-        real(dp) :: mass = 0                            !! kg
-        real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
-        type(torque_rods_t) :: rods                     !! The manoeuvre
-        type(motion_limits_t) :: limits                 !! Of the manoeuvre
-        real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
-        real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
-        real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
-        real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
-        integer :: camera = 1                           !! The head whose quaternions are used
-        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
-        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
-        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
-        real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
-        character(16) :: field_model = NO_FIELD_MODEL
-        !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
-        real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
-        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
-        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
-        real(dp) :: guess_offset(3) = 0                 !! d*, m
-        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
-        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
-        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
-        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
-        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
-    end type operator_knowledge_t
+    public :: observation_set_t, check_observations, has_orbit, SAMPLE_TOLERANCE
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.
@@ -72,102 +29,11 @@ module gracecg_observations_observation_set
     end type observation_set_t
 
     real(dp), parameter :: MOST_EPOCHS = 1e6_dp             !! Of an arc: a day at ten samples a second
-    real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
     real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
     real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
     real(dp), parameter :: LARGEST_FIELD = 1e-3_dp          !! Fifteen times the Earth's, T
 
 contains
-
-    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rods, rod and limits.
-    subroutine describe_satellite(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        call describe_calibration(settings, knowledge%name, knowledge%epoch, knowledge%duration)
-        call describe_mass_properties(settings, knowledge%mass, knowledge%inertia)
-        call describe_manoeuvre(settings, knowledge%rods)
-        call describe_limits(settings, knowledge%limits)
-    end subroutine describe_satellite
-
-    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
-    !> geomagnetic_field.
-    subroutine describe_instruments(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        integer :: head
-
-        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
-        call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
-        call settings%real_values('noise_level', knowledge%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
-                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', knowledge%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                  unit='Hz')
-        call settings%integer_value('noise_sides', knowledge%accelerometer_psd_sides, 1, 2, &
-                                    'the spectrum is one- (1) or two-sided (2)')
-        call settings%end_group()
-        call settings%group('star_camera', 'Star camera: mounting and noise')
-        call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
-        call settings%integer_value('head', knowledge%camera, 1, HEADS, 'whose quaternions are used')
-        call settings%real_values('noise_about_axes', knowledge%star_camera_sigma, 0.0_dp, 1.0_dp, &
-                                  'rad, about camera x, y and boresight', unit='rad')
-        do head = 1, HEADS
-            call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
-                                      knowledge%mounting(:, head), -1.0_dp, 1.0_dp, &
-                                      'quaternion body to camera, scalar last', required=.true.)
-            call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
-                                  knowledge%mounting(:, head))
-        end do
-        call settings%end_group()
-        call settings%group('magnetometer', 'Magnetometer')
-        call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
-        call settings%end_group()
-        call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
-        call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
-                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
-        call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
-                                 'deg, of Greenwich at the epoch', DEGREE, 'deg')
-        call settings%end_group()
-    end subroutine describe_instruments
-
-    !> Initial guesses and weights: groups estimation, optimal and sequential.
-    subroutine describe_estimation(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        call settings%group('estimation', 'Initial guesses and weights of the estimators')
-        call settings%real_values('guess_quaternion', knowledge%guess_quaternion, -1.0_dp, 1.0_dp, &
-                                  'inertial to body, scalar last; normalised before use', required=.true.)
-        if (.not. norm2(knowledge%guess_quaternion) > 0.5_dp) then
-            call settings%reject('guess_quaternion', 'is too far from unit length')
-        end if
-        call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
-                                  'rad/s', unit='rad/s', required=.true.)
-        call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
-                                  1e-3_dp, 'mm')
-        call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
-                                  FULL_RANGE, 'of the axes')
-        call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
-                                 'of every attitude component, ASSEST')
-        call settings%real_value('combined_star_camera_weight', knowledge%combined_star_camera_weight, &
-                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
-        call settings%end_group()
-        call describe_optimal(settings, knowledge%optimal)
-        call describe_sequential(settings, knowledge%sequential)
-    end subroutine describe_estimation
-
-    !> Refuses a quaternion that is not of unit length.
-    subroutine check_quaternion(settings, key, quaternion)
-        class(settings_t), intent(inout) :: settings
-        character(*), intent(in) :: key         !! Name of the key, for the message
-        real(dp), intent(in) :: quaternion(4)   !! Scalar last
-
-        if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
-            call settings%reject(key, 'is not a unit quaternion: its length is '// &
-                                 number_text(norm2(quaternion))//'; allowed is 1 within 1e-6')
-        end if
-    end subroutine check_quaternion
 
     !> True when the set has an orbit.
     pure logical function has_orbit(observations)

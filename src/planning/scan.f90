@@ -10,7 +10,7 @@ module gracecg_planning_scan
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, report_pattern
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
     use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset

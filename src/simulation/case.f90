@@ -17,7 +17,8 @@ module gracecg_simulation_case
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
-    use gracecg_observations_observation_set, only: operator_knowledge_t, describe_estimation, check_quaternion
+    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_a_priori, describe_estimation, &
+        check_quaternion
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t
@@ -153,6 +154,7 @@ contains
         call describe_accelerometer(settings, case%satellite%accelerometer)
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
         call describe_magnetometer(settings, case%satellite%magnetometer)
+        call describe_a_priori(settings, case%operator%a_priori)
         call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 

@@ -19,7 +19,7 @@ module gracecg_simulation_case_models
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use gracecg_simulation_star_camera, only: N_HEADS
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_simulation_case, only: case_t
     implicit none
     private
@@ -75,6 +75,7 @@ contains
         knowledge%star_camera_interval = case%satellite%star_camera%sampling_interval
         knowledge%magnetometer_interval = case%satellite%magnetometer%sampling_interval
         knowledge%camera = case%operator%head
+        knowledge%a_priori = case%operator%a_priori
         knowledge%accelerometer_interval = case%satellite%accelerometer%sampling_interval
         knowledge%accelerometer_psd_level = case%satellite%accelerometer%noise_level
         knowledge%accelerometer_psd_corner = case%satellite%accelerometer%noise_corner

@@ -7,7 +7,7 @@ module test_noise_whitening
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: offset_information, gravity_gradient_matrix

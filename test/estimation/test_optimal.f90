@@ -362,9 +362,9 @@ contains
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
         if (allocated(error)) return
-        clean%knowledge%optimal%sigma_rod_gain = 1
-        clean%knowledge%optimal%sigma_magnetometer_bias = 1e-4_dp
-        clean%knowledge%optimal%sigma_scale_factors = 1e-6_dp
+        clean%knowledge%a_priori%sigma_rod_gain = 1
+        clean%knowledge%a_priori%sigma_magnetometer_bias = 1e-4_dp
+        clean%knowledge%a_priori%sigma_scale_factors = 1e-6_dp
         clean%knowledge%optimal%estimate_scale_factors = .true.
 
         observations = clean

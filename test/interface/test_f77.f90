@@ -125,7 +125,8 @@ contains
 
         call find_case('front-1', case, failure)
         call build_dynamics(case, dynamics, failure)
-        call gctrap(case%satellite%length, case%satellite%height, case%satellite%width_bottom, case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, ih, &
+        call gctrap(case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                    case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, ih, &
                     istat, msg)
         call check(error, istat, 0, msg)
         if (allocated(error)) return

@@ -181,7 +181,7 @@ contains
         call report_case('front-3', case, failure)
         call bound_of_case(case, first, failure)
         case%satellite%accelerometer%noise_level = 4*case%satellite%accelerometer%noise_level
-        associate (limits => case%knowledge%optimal)
+        associate (limits => case%operator%a_priori)
             limits%sigma_scale_factors = 2*limits%sigma_scale_factors
             limits%sigma_rod_gain = 2*limits%sigma_rod_gain
             limits%sigma_magnetometer_bias = 2*limits%sigma_magnetometer_bias

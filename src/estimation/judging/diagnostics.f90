@@ -9,7 +9,7 @@ module gracecg_estimation_diagnostics
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t, NOISE_SOURCES
     implicit none

@@ -6,7 +6,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_base_lapack, only: normal_equations
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_optimal_options, only: WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
@@ -147,9 +147,9 @@ contains
         integer :: i
 
         sigma = 0
-        sigma(SCALE_FACTORS) = knowledge%optimal%sigma_scale_factors
-        sigma(ROD_GAIN) = knowledge%optimal%sigma_rod_gain
-        sigma(FIELD_BIAS) = knowledge%optimal%sigma_magnetometer_bias
+        sigma(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
+        sigma(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
+        sigma(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         problem%known = pack([(i, i=1, size(estimated))], sigma(estimated) > 0)
         problem%known_sigma = sigma(estimated(problem%known))
     end subroutine take_prior

@@ -8,7 +8,8 @@ module gracecg_estimation_optimal
     use gracecg_base_text, only: append, string_t
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model
@@ -434,7 +435,7 @@ contains
         factor = 1
         sigma = 0
         free = knowledge
-        free%optimal%sigma_rod_gain = 0         ! no a-priori knowledge
+        free%a_priori%sigma_rod_gain = 0         ! no a-priori knowledge
         associate (estimated => problem%model%estimated)
             call with_parameters(free, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
         end associate

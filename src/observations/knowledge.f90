@@ -1,0 +1,200 @@
+!> What an operator knows of the satellite, the manoeuvre and the instruments, and how well: all that is told
+!> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
+module gracecg_observations_knowledge
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: number_text
+    use gracecg_files_settings, only: settings_t, FULL_RANGE
+    use gracecg_environment_time, only: utc_t
+    use gracecg_spacecraft_motion_limits, only: motion_limits_t
+    use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
+        describe_limits
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
+    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
+    implicit none
+    private
+    public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
+    public :: describe_satellite, describe_instruments, describe_a_priori, describe_estimation, check_quaternion
+
+    integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
+    !> What stands for no field model
+    character(*), parameter :: NO_FIELD_MODEL = 'none'
+    !> The group of files of version 0.1 in which the keys of `a_priori` stood
+    character(*), parameter :: FORMER_GROUP = 'optimal'
+    real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
+
+    !> The limits within which satellite and instruments are known: standard deviations.
+    !>
+    !> They serve twice: as a-priori knowledge of the parameters that are estimated, and, for those that are
+    !> not, in the consider covariance of the bound. The defaults are the true errors of the simulation of
+    !> CSR-TM-00-01, section 5.2, where it has such an error (scale factors, magnetometer bias); the others
+    !> are said below.
+    type :: a_priori_t
+        real(dp) :: sigma_scale_factors(3) = [0.0101_dp, 0.0159_dp, 0.0119_dp]
+        !! Of the accelerometer's scale factors, relative
+        real(dp) :: sigma_rod_gain = 0.005_dp
+        !! Of the dipole moment of the rods, relative; not in the report
+        real(dp) :: sigma_magnetometer_bias(3) = [50e-9_dp, 30e-9_dp, 25e-9_dp]     !! T
+        real(dp) :: sigma_inertia = 1e-3_dp
+        !! Of each element of the inertia tensor, in units of its smallest moment; not in the report
+        real(dp) :: sigma_torque = 1e-6_dp
+        !! Of the change of the unmodelled torque from the beginning to the end of the arc, N m: a
+        !! twentieth of the air's and the Sun's torque of some 2e-5 N m in Figures 5.6 and 5.7
+    end type a_priori_t
+
+    !> What an operator knows of the satellite, the manoeuvre and the instruments.
+    type :: operator_knowledge_t
+        character(64) :: name = 'calibration'           !! For output
+        type(utc_t) :: epoch                            !! Time 0 of all time tags
+        real(dp) :: duration = 0                        !! Length of the arc, s
+        real(dp) :: mass = 0                            !! kg
+        real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
+        type(torque_rods_t) :: rods                     !! The manoeuvre
+        type(motion_limits_t) :: limits                 !! Of the manoeuvre
+        real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
+        real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
+        real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
+        real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
+        integer :: camera = 1                           !! The head whose quaternions are used
+        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
+        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
+        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
+        real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
+        character(16) :: field_model = NO_FIELD_MODEL
+        !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
+        real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
+        type(a_priori_t) :: a_priori                    !! How well it is known
+        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
+        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
+        real(dp) :: guess_offset(3) = 0                 !! d*, m
+        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
+        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
+        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
+        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
+        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
+    end type operator_knowledge_t
+
+contains
+
+    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rods, rod and limits.
+    subroutine describe_satellite(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        call describe_calibration(settings, knowledge%name, knowledge%epoch, knowledge%duration)
+        call describe_mass_properties(settings, knowledge%mass, knowledge%inertia)
+        call describe_manoeuvre(settings, knowledge%rods)
+        call describe_limits(settings, knowledge%limits)
+    end subroutine describe_satellite
+
+    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
+    !> geomagnetic_field.
+    subroutine describe_instruments(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        integer :: head
+
+        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
+        call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
+        call settings%real_values('noise_level', knowledge%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
+                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
+        call settings%real_values('noise_corner', knowledge%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
+                                  unit='Hz')
+        call settings%integer_value('noise_sides', knowledge%accelerometer_psd_sides, 1, 2, &
+                                    'the spectrum is one- (1) or two-sided (2)')
+        call settings%end_group()
+        call settings%group('star_camera', 'Star camera: mounting and noise')
+        call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%integer_value('head', knowledge%camera, 1, HEADS, 'whose quaternions are used')
+        call settings%real_values('noise_about_axes', knowledge%star_camera_sigma, 0.0_dp, 1.0_dp, &
+                                  'rad, about camera x, y and boresight', unit='rad')
+        do head = 1, HEADS
+            call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
+                                      knowledge%mounting(:, head), -1.0_dp, 1.0_dp, &
+                                      'quaternion body to camera, scalar last', required=.true.)
+            call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
+                                  knowledge%mounting(:, head))
+        end do
+        call settings%end_group()
+        call settings%group('magnetometer', 'Magnetometer')
+        call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%end_group()
+        call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
+        call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
+                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
+        call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
+                                 'deg, of Greenwich at the epoch', DEGREE, 'deg')
+        call settings%end_group()
+    end subroutine describe_instruments
+
+    !> How well satellite and instruments are known: group a_priori. Files of version 0.1 have its keys in
+    !> another group.
+    subroutine describe_a_priori(settings, a_priori)
+        class(settings_t), intent(inout) :: settings
+        type(a_priori_t), intent(inout) :: a_priori
+
+        if (settings%holds(FORMER_GROUP)) call describe_sigmas(settings, FORMER_GROUP, a_priori)
+        call describe_sigmas(settings, 'a_priori', a_priori)
+    end subroutine describe_a_priori
+
+    subroutine describe_sigmas(settings, group, a_priori)
+        class(settings_t), intent(inout) :: settings
+        character(*), intent(in) :: group
+        type(a_priori_t), intent(inout) :: a_priori
+
+        real(dp), parameter :: SMALLEST = 1e-12_dp
+
+        call settings%group(group, 'How well satellite and instruments are known: standard deviations')
+        call settings%real_values('sigma_scale_factors', a_priori%sigma_scale_factors, SMALLEST, 1.0_dp, &
+                                  'of the accelerometer, relative')
+        call settings%real_value('sigma_rod_gain', a_priori%sigma_rod_gain, SMALLEST, 1.0_dp, &
+                                 'of all dipole moments, relative')
+        call settings%real_values('sigma_magnetometer_bias', a_priori%sigma_magnetometer_bias, SMALLEST, &
+                                  1e-3_dp, 'T', unit='T')
+        call settings%real_value('sigma_inertia', a_priori%sigma_inertia, 0.0_dp, 1.0_dp, &
+                                 'of the elements of the inertia tensor, in its smallest moment')
+        call settings%real_value('sigma_torque', a_priori%sigma_torque, 0.0_dp, 1.0_dp, &
+                                 'N m, of the change of the unmodelled torque over the arc', unit='N m')
+        call settings%end_group()
+    end subroutine describe_sigmas
+
+    !> Initial guesses and weights: groups estimation, optimal and sequential.
+    subroutine describe_estimation(settings, knowledge)
+        class(settings_t), intent(inout) :: settings
+        type(operator_knowledge_t), intent(inout) :: knowledge
+
+        call settings%group('estimation', 'Initial guesses and weights of the estimators')
+        call settings%real_values('guess_quaternion', knowledge%guess_quaternion, -1.0_dp, 1.0_dp, &
+                                  'inertial to body, scalar last; normalised before use', required=.true.)
+        if (.not. norm2(knowledge%guess_quaternion) > 0.5_dp) then
+            call settings%reject('guess_quaternion', 'is too far from unit length')
+        end if
+        call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
+                                  'rad/s', unit='rad/s', required=.true.)
+        call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
+                                  1e-3_dp, 'mm')
+        call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
+                                  FULL_RANGE, 'of the axes')
+        call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
+                                 'of every attitude component, ASSEST')
+        call settings%real_value('combined_star_camera_weight', knowledge%combined_star_camera_weight, &
+                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
+        call settings%end_group()
+        call describe_optimal(settings, knowledge%optimal)
+        call describe_sequential(settings, knowledge%sequential)
+    end subroutine describe_estimation
+
+    !> Refuses a quaternion that is not of unit length.
+    subroutine check_quaternion(settings, key, quaternion)
+        class(settings_t), intent(inout) :: settings
+        character(*), intent(in) :: key         !! Name of the key, for the message
+        real(dp), intent(in) :: quaternion(4)   !! Scalar last
+
+        if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
+            call settings%reject(key, 'is not a unit quaternion: its length is '// &
+                                 number_text(norm2(quaternion))//'; allowed is 1 within 1e-6')
+        end if
+    end subroutine check_quaternion
+end module gracecg_observations_knowledge
