@@ -77,9 +77,7 @@ contains
         knowledge%camera = case%operator%head
         knowledge%a_priori = case%operator%a_priori
         knowledge%accelerometer_interval = case%satellite%accelerometer%sampling_interval
-        knowledge%accelerometer_psd_level = case%satellite%accelerometer%noise_level
-        knowledge%accelerometer_psd_corner = case%satellite%accelerometer%noise_corner
-        knowledge%accelerometer_psd_sides = case%satellite%accelerometer%noise_sides
+        knowledge%accelerometer_noise = case%satellite%accelerometer%noise
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'

@@ -6,6 +6,7 @@ module gracecg_simulation_satellite
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_surface_loads, only: wall_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_observations_knowledge, only: describe_noise_spectra
     use gracecg_simulation_accelerometer, only: accelerometer_t
     use gracecg_simulation_star_camera, only: star_camera_t
     use gracecg_simulation_magnetometer, only: magnetometer_t
@@ -77,12 +78,7 @@ contains
         call settings%real_values('scale3', accelerometer%scale3, -1e9_dp, 1e9_dp, 's^4/m^2', &
                                   unit='s^4/m^2')
         call settings%real_values('bias', accelerometer%bias, -1.0_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
-        call settings%real_values('noise_level', accelerometer%noise_level, 0.0_dp, 1.0_dp, &
-                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', accelerometer%noise_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                  unit='Hz')
-        call settings%integer_value('noise_sides', accelerometer%noise_sides, 1, 2, &
-                                    'the spectrum is one- (1) or two-sided (2)')
+        call describe_noise_spectra(settings, accelerometer%noise)
         call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
                                  's, between samples', unit='s')
         call settings%end_group()

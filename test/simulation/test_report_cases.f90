@@ -275,7 +275,7 @@ contains
                          maxval(abs(a%satellite%inertia - b%satellite%inertia)) + &
                          maxval(abs(a%satellite%centre_of_mass - b%satellite%centre_of_mass)) + &
                          maxval(abs(a%satellite%accelerometer%scale3 - b%satellite%accelerometer%scale3)) + &
-                         maxval(abs(a%satellite%accelerometer%noise_level - b%satellite%accelerometer%noise_level)) + &
+                         maxval(abs(a%satellite%accelerometer%noise%level - b%satellite%accelerometer%noise%level)) + &
                          maxval(abs(a%knowledge%accelerometer_weight - &
                                 b%knowledge%accelerometer_weight)) + &
                          maxval(abs(dipole_moment(a%satellite%rods, 1.3_dp) - &
