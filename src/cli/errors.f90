@@ -61,8 +61,8 @@ contains
         if (allocated(error)) return
         call study_all_errors(case, algorithm, seed, runs, threads, studies, error, console)
         if (allocated(error)) return
-        call show(trim(case%knowledge%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
-        if (path /= '') call write_error_sources(path, 'errors', trim(case%knowledge%name)//', '//algorithm// &
+        call show(trim(case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(case%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 

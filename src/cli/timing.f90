@@ -66,10 +66,10 @@ contains
         type(console_t), intent(inout) :: console
 
         associate (case => study%case)
-            call console%line(trim(case%satellite)//' satellite: one revolution of '// &
+            call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
                               integer_text(nint(study%orbit%revolution))//' s from '// &
-                              utc_text(case%knowledge%epoch)//', a calibration of '// &
-                              integer_text(nint(case%knowledge%duration))//' s at every '// &
+                              utc_text(case%epoch)//', a calibration of '// &
+                              integer_text(nint(case%duration))//' s at every '// &
                               integer_text(study%step)//' s')
         end associate
         call console%line('field in body axes; amplitude of the angular acceleration; predicted '// &

@@ -81,11 +81,11 @@ contains
         if (.not. allocated(error)) call design_manoeuvre(view, sites, settings, study%design, error)
         if (allocated(error)) return
         times = [(i*MAP_STEP, i=0, int(last_time(orbit)/MAP_STEP))]
-        call map_manoeuvre(view, orbit, times, study%case%knowledge%rods, threads, study%report, error)
+        call map_manoeuvre(view, orbit, times, study%case%satellite%rods, threads, study%report, error)
         if (allocated(error)) return
         call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
         call take_design(study%design, study%case)
-        study%case%knowledge%name = satellite//'-design'
+        study%case%name = satellite//'-design'
     end subroutine study_design
 
     !> Standard deviation of the worst axis where it is least along the revolution, m.
@@ -126,14 +126,14 @@ contains
 
         call report_case(case_name, case, error)
         if (allocated(error)) return
-        case%knowledge%rods = design%rods
+        case%satellite%rods = design%rods
         call bound_of_case(case, bound, error)
         call take_design(design, case)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, seed, [(k, k=1, runs)], threads, &
                                                          results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = seed
         call repeat_trim(case, DESIGN_ALGORITHM, settings, trim_runs, threads, rounds, error)
@@ -157,7 +157,7 @@ contains
         character(200) :: comments(3)
         integer :: i
 
-        comments(:2) = file_comments(command, trim(study%case%satellite)//' satellite: theoretical limit of the CG '// &
+        comments(:2) = file_comments(command, trim(study%case%satellite%name)//' satellite: theoretical limit of the CG '// &
                                      'offset, the worst direction last, of the manoeuvre of case 1')
         comments(3) = 'and of the designed one, started there'
         call file%open(path, 'time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &

@@ -50,7 +50,7 @@ contains
         type(error_statistics_t) :: statistics
         integer :: a, k
 
-        study%case_name = case%knowledge%name
+        study%case_name = case%name
         study%runs = merge(min(runs, MOST_SEQUENTIAL_RUNS), runs, ESTIMATOR_NAMES == 'sequential')
         call switch_off(switches, 'systematic', error)
         if (.not. allocated(error)) call bound_of_case(case, bound, error)
@@ -63,7 +63,7 @@ contains
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), seed, [(k, k=1, study%runs(a))], threads, &
                                  results, error)
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
             study%rms(:, a) = statistics%rms*MILLIMETRE
             study%not_converged(a) = count(.not. results%converged)
         end do

@@ -180,7 +180,7 @@ contains
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), 5, [1, 2], 1, results, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         call check(error, all(abs(study%bound - bound%sigma) <= 0))
         if (.not. allocated(error)) call check(error, all(study%runs == 2) .and. all(study%not_converged == 0))
         if (.not. allocated(error)) &
@@ -225,7 +225,7 @@ contains
                                                trim(studies(3)%algorithm)//' '//trim(studies(8)%case_name), &
                                                'back-2 ascfest ascrest back-3')
         if (.not. allocated(error)) call check(error, all(abs(studies(8)%offset - study%offset) <= 0) .and. &
-                                               all(abs(studies(8)%true_offset - simulator%case%offset) <= 0))
+                                               all(abs(studies(8)%true_offset - simulator%case%satellite%offset) <= 0))
     end subroutine test_loss
 
     subroutine test_worst_places(error)
@@ -250,7 +250,7 @@ contains
 
         call report_case('back-3', case, failure)
         if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
-        design%rods = case%knowledge%rods
+        design%rods = case%satellite%rods
         if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1, 2, 1, 2, reached, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

@@ -32,12 +32,12 @@ contains
             if (.not. allocated(error)) call case_place(cases(i), latitude, longitude, height, error)
             if (allocated(error)) return
             associate (case => cases(i))
-                call rows%add(head_cell(trim(case%knowledge%name))//text_cell(trim(utc_text(case%knowledge%epoch)))// &
+                call rows%add(head_cell(trim(case%name))//text_cell(trim(utc_text(case%epoch)))// &
                               number_cells([TIME_OF_CASE(case%number)], 0)// &
                               number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))// &
                               number_cell(fixed_text(abs(longitude)/DEGREE, 1)//merge(' E', ' W', longitude >= 0))// &
-                              number_cells([height/1000], 0)//text_cell(without_unit(rods_text(case%knowledge%rods)))// &
-                              number_cells(case%offset/MILLIMETRE, 1))
+                              number_cells([height/1000], 0)//text_cell(without_unit(rods_text(case%satellite%rods)))// &
+                              number_cells(case%satellite%offset/MILLIMETRE, 1))
             end associate
         end do
         call book%page%chapter('simulation', 'What is simulated')
@@ -62,7 +62,7 @@ contains
         do i = 1, size(cases)
             call case_text(cases(i), text, error)
             if (allocated(error)) return
-            call book%page%details(trim(cases(i)%knowledge%name), text)
+            call book%page%details(trim(cases(i)%name), text)
         end do
     end subroutine add_simulation_chapter
 
