@@ -509,9 +509,9 @@ contains
         type(html_page_t), intent(inout) :: page
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: knowledge
+        type(text_file_t) :: setup
 
-        call read_text_file(source//'/setup.nml', knowledge, error)
+        call read_text_file(source//'/setup.nml', setup, error)
         if (allocated(error)) return
         call page%chapter('provenance', 'How this page was made')
         call page%paragraph('By gracecg '//VERSION//':')
@@ -519,7 +519,7 @@ contains
         call page%paragraph('The numbers of the figures (CSV) and their gnuplot scripts are in `'// &
                             page_folder(path)//'`; `gnuplot NAME.gp` there draws a figure again. The setup of the '// &
                             'observation set:')
-        call page%preformatted(knowledge%text)
+        call page%preformatted(setup%text)
     end subroutine write_provenance
 
     !> A figure, or its place.
