@@ -2,7 +2,7 @@
 !> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE
     use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t, FULL_RANGE
@@ -182,7 +182,7 @@ contains
         call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
                                   'rad/s', unit='rad/s', required=.true.)
         call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
-                                  1e-3_dp, 'mm')
+                                  MILLIMETRE, 'mm')
         call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
                                   FULL_RANGE, 'of the axes')
         call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &

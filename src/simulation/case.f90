@@ -6,7 +6,7 @@
 !> written to a namelist file (`describe_case`), and turned into models by gracecg_simulation_case_models.
 module gracecg_simulation_case
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, KILOMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: normalised
     use gracecg_files_settings, only: settings_t
@@ -172,7 +172,7 @@ contains
                                  [character(16) :: 'front', 'back'])
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
         call settings%real_values('offset_mm', case%satellite%offset, -1000.0_dp, 1000.0_dp, &
-                                  'mm, from the centre of mass to the proof-mass centre', 1e-3_dp, 'mm')
+                                  'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
                                   unit='m', required=.true.)
         call settings%real_values('velocity', case%velocity, -1e5_dp, 1e5_dp, 'm/s, inertial J2000', &
@@ -252,9 +252,9 @@ contains
         call settings%real_value('reference_density', case%reference_density, 0.0_dp, 1.0_dp, &
                                  'kg/m^3, exponential model', unit='kg/m^3')
         call settings%real_value('reference_height_km', case%reference_height, 0.0_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('scale_height_km', case%scale_height, 1e-3_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('density_wave_amplitude', case%density_wave%amplitude, 0.0_dp, 1.0_dp, &
                                  'of the short-period density perturbation, relative to the model''s density')
         call settings%real_value('density_wave_period', case%density_wave%period, 1e-3_dp, 1e6_dp, 's', &
