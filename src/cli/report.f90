@@ -1,6 +1,6 @@
 !> gracecg report: everything that CSR-TM-00-01 shows, as one HTML page.
 !>
-!> The studies compute; each chapter is a module gracecg_cli_chapter_*: it writes the CSV files of a study,
+!> The studies compute; each chapter is a module of cli/report: it writes the CSV files of a study,
 !> adds text, tables and figures to the book, and notes what was found for the summary.
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version

@@ -2,8 +2,9 @@
 !>
 !> A page is built from top to bottom: `begin`, then chapters with paragraphs, tables and figures, then
 !> `write`. A table is one call with its heads and its rows; a row is added with its cells, put together
-!> by //: `call rows%add(head_cell('x')//number_cells([0.5_dp, 0.1_dp], 3)//text_cell('good'))`. All texts are escaped; in them `^{...}` raises and `_{...}` lowers, as in gnuplot, and text
-!> between back quotes is set as code. Verdicts carry a mark and a word, so colour is never alone.
+!> by //: `call rows%add(head_cell('x')//number_cells([0.5_dp, 0.1_dp], 3)//text_cell('good'))`. All texts
+!> are escaped; in them `^{...}` raises and `_{...}` lowers, as in gnuplot, and text between back quotes is
+!> set as code. Verdicts carry a mark and a word, so colour is never alone.
 module gracecg_cli_html
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
