@@ -9,7 +9,7 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
-!> - estimators: `estimate_offset`; settings of two of them: `optimal_settings_t`, `sequential_settings_t`,
+!> - estimators: `estimate_offset`; settings of two of them: `optimal_options_t`, `sequential_options_t`,
 !>   components of the setup; the estimate on the way: `running_estimate_t`
 !> - the bound of an estimate: `bound_of_case`, and `bound_offset` from an information matrix
 !> - the planner of the manoeuvre: `plan_manoeuvre`, `map_case`
@@ -76,8 +76,8 @@ module gracecg
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    use gracecg_observations_optimal_options, only: optimal_settings_t
-    use gracecg_observations_sequential_options, only: sequential_settings_t
+    use gracecg_estimation_optimal_options, only: optimal_options_t
+    use gracecg_estimation_sequential_options, only: sequential_options_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
@@ -133,7 +133,7 @@ module gracecg
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
     public :: observation_set_t, operator_knowledge_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
-    public :: optimal_settings_t, sequential_settings_t, running_estimate_t, estimated_parameter_t
+    public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES

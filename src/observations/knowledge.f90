@@ -8,8 +8,8 @@ module gracecg_observations_knowledge
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, &
         MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
-    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
-    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
+    use gracecg_estimation_optimal_options, only: optimal_options_t, describe_optimal
+    use gracecg_estimation_sequential_options, only: sequential_options_t, describe_sequential
     implicit none
     private
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
@@ -72,8 +72,8 @@ module gracecg_observations_knowledge
         real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
         real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
         real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
-        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
-        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
+        type(optimal_options_t) :: optimal             !! Of the estimator `optimal`
+        type(sequential_options_t) :: sequential       !! Of the estimator `sequential`
     end type operator_knowledge_t
 
 contains

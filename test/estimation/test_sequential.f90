@@ -11,7 +11,7 @@ module test_sequential
     use gracecg_estimation_square_root_filter, only: process_filter_t, new_process_filter
     use gracecg_estimation_process_whitening, only: whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_sequential_options, only: STRAIGHT_LINE, GIVEN
+    use gracecg_estimation_sequential_options, only: STRAIGHT_LINE, GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t

@@ -21,7 +21,7 @@ module gracecg_estimation_physical_model
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
-    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_optimal_options, only: WAVE_GIVEN
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t

@@ -7,7 +7,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_base_lapack, only: normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_optimal_options, only: WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_estimation_physical_model

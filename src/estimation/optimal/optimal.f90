@@ -10,7 +10,7 @@ module gracecg_estimation_optimal
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &

@@ -14,7 +14,7 @@ module gracecg_estimation_sequential
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_sequential_options, only: ADAPTIVE, GIVEN, STRAIGHT_LINE
+    use gracecg_estimation_sequential_options, only: ADAPTIVE, GIVEN, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
