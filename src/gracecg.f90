@@ -23,7 +23,7 @@ module gracecg
     use gracecg_base_version, only: LIBRARY_VERSION => VERSION
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
-    use gracecg_base_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
     ! Time and frames
     use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
         julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
@@ -35,12 +35,19 @@ module gracecg
     use gracecg_environment_geopotential, only: gravity_model_t, point_mass_gravity_t, geopotential_t, &
         new_geopotential, egm96
     use gracecg_environment_gfc_file, only: read_gfc
+    use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components
     use gracecg_environment_shc_file, only: read_shc
-    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
-    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, &
-        new_dtm77, exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
+    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather, &
+        space_weather_source_t
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
+        density_wave_t, new_density_wave
+    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
+    use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
+    use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, &
         standard_rings, DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_EPOCH_JD, MAX_SEGMENTS
@@ -93,7 +100,7 @@ module gracecg
     private
 
     public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
-    public :: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    public :: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
     public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
@@ -102,8 +109,10 @@ module gracecg
     public :: earth_fixed_to_geodetic, geodetic_to_earth_fixed
 
     public :: gravity_model_t, point_mass_gravity_t, geopotential_t, new_geopotential, egm96, read_gfc
+    public :: new_gravity_model, GRAVITY_MODELS, new_geomagnetic_model, GEOMAGNETIC_MODELS
+    public :: new_density_model, density_settings_t, DENSITY_MODELS, new_wind_model, WIND_MODELS
     public :: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components, read_shc
-    public :: space_weather_t, embedded_space_weather, read_space_weather
+    public :: space_weather_t, embedded_space_weather, read_space_weather, space_weather_source_t
     public :: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, new_dtm77
     public :: exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
     public :: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind

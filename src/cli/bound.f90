@@ -1,6 +1,7 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: join, padded, integer_text
     use gracecg_simulation_case, only: case_t
@@ -16,7 +17,6 @@ module gracecg_cli_bound
         'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
     integer, parameter :: MOST_CASES = 1000
-    real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
 
 contains
 
@@ -55,7 +55,7 @@ contains
             if (output_format == 'csv') then
                 if (i == 1) call console%line(COLUMNS)
                 call console%line(trim(case%knowledge%name)//','//join(padded(number_fields( &
-                    [MILLIMETRES*[bound%sigma, bound%principal_sigma(3)], bound%direction(:, 3)])), ','))
+                    [[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])), ','))
             else
                 if (i > 1) call console%line('')
                 call print_text(case, bound, console)
@@ -75,7 +75,7 @@ contains
         call console%line(trim(case%knowledge%name)//': least standard deviation of the CG offset, mm')
         write (line, '(a, 3(a12))') '                           ', 'x', 'y', 'z'
         call console%line(trim(line))
-        write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', MILLIMETRES*bound%sigma
+        write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', bound%sigma/MILLIMETRE
         call console%line(trim(line))
         associate (asked => case%knowledge%optimal)
             estimated = pack(SOURCES(:3), [asked%estimate_scale_factors, asked%estimate_rod_gain, &
@@ -85,16 +85,16 @@ contains
             call console%line('  with the a-priori sigmas of '//join(estimated, ', ')//', which are estimated, too')
         do i = 1, size(SOURCES)
             if (.not. any(bound%by_source(:, i) > 0)) cycle
-            write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), MILLIMETRES*bound%by_source(:, i)
+            write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), bound%by_source(:, i)/MILLIMETRE
             call console%line(trim(line))
         end do
-        write (line, '(a27, 3f12.5)') 'all (consider covariance)  ', MILLIMETRES*bound%consider_sigma
+        write (line, '(a27, 3f12.5)') 'all (consider covariance)  ', bound%consider_sigma/MILLIMETRE
         call console%line(trim(line))
         call console%line('error ellipsoid of the bound')
         do i = 3, 1, -1
             write (line, '(a27, f12.5, a, 3f9.4, a)') merge('  worst direction          ', &
                                                             '                           ', i == 3), &
-                MILLIMETRES*bound%principal_sigma(i), '   along (', bound%direction(:, i), ')'
+                bound%principal_sigma(i)/MILLIMETRE, '   along (', bound%direction(:, i), ')'
             call console%line(trim(line))
         end do
     end subroutine print_text

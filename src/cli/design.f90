@@ -2,7 +2,7 @@
 !> orbit or along revolutions.
 module gracecg_cli_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
@@ -30,8 +30,6 @@ module gracecg_cli_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
     real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
     real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
     real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s

@@ -1,6 +1,7 @@
 !> gracecg errors: Figure 6.5 of CSR-TM-00-01, one error source off at a time.
 module gracecg_cli_errors
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
@@ -15,7 +16,6 @@ module gracecg_cli_errors
     private
     public :: declare_errors, run_errors
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 

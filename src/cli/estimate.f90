@@ -1,6 +1,7 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
@@ -23,7 +24,6 @@ module gracecg_cli_estimate
         'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
         'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
-    real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
 
 contains
 
@@ -138,8 +138,8 @@ contains
         type(string_t) :: fields(13)
 
         fields(1)%text = solution%algorithm
-        fields(2:4) = number_fields(MILLIMETRES*solution%offset)
-        fields(5:7) = number_fields(MILLIMETRES*sigmas(solution))
+        fields(2:4) = number_fields(solution%offset/MILLIMETRE)
+        fields(5:7) = number_fields(sigmas(solution)/MILLIMETRE)
         fields(8)%text = integer_text(solution%iterations)
         fields(9)%text = merge('T', 'F', solution%converged)
         fields(10:10) = number_fields([solution%condition])
@@ -171,7 +171,6 @@ contains
         type(solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         character(120) :: line
         real(dp) :: sigma(3)
         integer :: i
@@ -180,8 +179,8 @@ contains
         call console%line(trim(knowledge%name)//', '//solution%algorithm// &
                           ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
-            call console%line('  '//AXES(i)//fitting_text(MILLIMETRES*solution%offset(i), 12)// &
-                              ' mm   sigma'//fitting_text(MILLIMETRES*sigma(i), 10)//' mm')
+            call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
+                              ' mm   sigma'//fitting_text(sigma(i)/MILLIMETRE, 10)//' mm')
         end do
         call console%line('iterations        '//integer_text(solution%iterations)// &
                           trim(merge(' (converged)    ', ' (not converged)', solution%converged)))

@@ -12,7 +12,8 @@ module gracecg_cli_model
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf, spherical_components
     use gracecg_environment_shc_file, only: read_shc
     use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather
-    use gracecg_environment_thermosphere, only: dtm77_t, new_dtm77, atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_thermosphere, only: atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
     use gracecg_environment_wind, only: tabulated_wind_t, embedded_wind
     use gracecg_environment_sun, only: sun_position
     use gracecg_cli_arguments, only: arguments_t, refuse_if

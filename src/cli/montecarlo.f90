@@ -2,6 +2,7 @@
 !> theoretical prediction.
 module gracecg_cli_montecarlo
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_files_file, only: check_writable
@@ -23,7 +24,6 @@ module gracecg_cli_montecarlo
     public :: declare_montecarlo, run_montecarlo
 
     character(*), parameter :: COMMAND = 'montecarlo'
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
     !> What the user asks for.
     type :: plan_t

@@ -5,7 +5,7 @@
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
@@ -16,7 +16,7 @@ module gracecg_cli_report
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_cases, only: case_place, rods_text
-    use gracecg_cli_book, only: report_book_t, open_book, COMMAND, MILLIMETRE
+    use gracecg_cli_book, only: report_book_t, open_book, COMMAND
     use gracecg_cli_number_text, only: fixed_text, share_text
     use gracecg_cli_chapter_budget, only: add_budget_chapter
     use gracecg_cli_chapter_gradient, only: add_gradient_chapter

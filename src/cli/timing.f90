@@ -2,7 +2,7 @@
 module gracecg_cli_timing
     use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text
@@ -20,9 +20,6 @@ module gracecg_cli_timing
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: DEFAULT_STEP = 10, LONGEST_STEP = 600     !! s
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp                     !! m
-    real(dp), parameter :: NANOTESLA = 1e-9_dp                      !! T
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
 contains
 

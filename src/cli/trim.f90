@@ -1,6 +1,7 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_version, only: VERSION
@@ -22,8 +23,6 @@ module gracecg_cli_trim
     character(*), parameter :: STATISTICS_COLUMNS = 'round,dx_true_rms_mm,dy_true_rms_mm,dz_true_rms_mm,'// &
                                'dx_error_rms_mm,dy_error_rms_mm,dz_error_rms_mm,'// &
                                'sigma_x_mm,sigma_y_mm,sigma_z_mm'
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     integer, parameter :: MOST_ROUNDS = 1000
 
 contains

@@ -8,7 +8,7 @@ module gracecg_observations_observation_files
     use gracecg_files_file, only: directory_exists, file_exists, make_directory, remove_file, &
         text_file_t, read_text_file
     use gracecg_files_csv, only: read_csv, csv_writer_t
-    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
+    use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
         describe_instruments, describe_a_priori, describe_estimation, HEADS
@@ -140,16 +140,16 @@ contains
         type(operator_knowledge_t), intent(in) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(operator_knowledge_t) :: copy
         integer :: i
 
         do i = 1, size(comments)
-            call writer%file%comment(trim(comments(i)))
+            call settings%comment(trim(comments(i)))
         end do
         copy = knowledge
-        call describe_setup(writer, copy)
-        call writer%file%save(path_of(folder, SETUP_NAMELIST), error)
+        call describe_setup(settings, copy)
+        call settings%save(path_of(folder, SETUP_NAMELIST), error)
     end subroutine write_setup
 
     !> All that setup.nml holds.
@@ -272,10 +272,10 @@ contains
         type(operator_knowledge_t), intent(out) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open(path, error)
-        if (.not. allocated(error)) call take_setup(reader, path, knowledge, error)
+        call settings%open(path, error)
+        if (.not. allocated(error)) call take_setup(settings, path, knowledge, error)
     end subroutine read_setup
 
     !> A setup from the text of a setup.nml; `name` stands for the file in messages. Fails as
@@ -285,20 +285,20 @@ contains
         type(operator_knowledge_t), intent(out) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_setup(reader, name, knowledge, error)
+        call settings%open_text(text, name, error)
+        if (.not. allocated(error)) call take_setup(settings, name, knowledge, error)
     end subroutine setup_from_text
 
-    subroutine take_setup(reader, name, knowledge, error)
-        type(settings_reader_t), intent(inout) :: reader
+    subroutine take_setup(settings, name, knowledge, error)
+        type(settings_t), intent(inout) :: settings
         character(*), intent(in) :: name
         type(operator_knowledge_t), intent(inout) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        call describe_setup(reader, knowledge)
-        call reader%finish(error)
+        call describe_setup(settings, knowledge)
+        call settings%finish(error)
         if (allocated(error)) return
         call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia, &
                                                         [0.0_dp, 0.0_dp, 0.0_dp]), error)
@@ -311,12 +311,12 @@ contains
         character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(operator_knowledge_t) :: copy
 
         copy = knowledge
-        call describe_setup(writer, copy)
-        call writer%file%to_text(text, error)
+        call describe_setup(settings, copy)
+        call settings%to_text(text, error)
     end subroutine setup_text
 
     !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last

@@ -5,6 +5,7 @@
 !> statistics to the last bit.
 module gracecg_studies_campaign
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_simulation_case, only: case_t, case_text
     use gracecg_simulation_simulator, only: simulator_t
@@ -14,11 +15,7 @@ module gracecg_studies_campaign
     implicit none
     private
     public :: campaign_t, campaign_case_t, campaign_entry_t, verdict_t
-    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs, AXES
-
-    !> Names of the body axes
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs
 
     !> A case of a campaign.
     type :: campaign_case_t

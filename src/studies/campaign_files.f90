@@ -10,13 +10,14 @@
 !>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
 module gracecg_studies_campaign_files
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
         real_text, split, split_words
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_studies_campaign, only: campaign_t, campaign_case_t, AXES
+    use gracecg_studies_campaign, only: campaign_t, campaign_case_t
     implicit none
     private
     public :: write_table, write_runs, read_runs

@@ -2,6 +2,7 @@
 !> them switched off.
 module gracecg_studies_error_sources
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
@@ -22,8 +23,6 @@ module gracecg_studies_error_sources
     !> The five simulations of Figure 6.5, in its order
     character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
                                                   'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
-
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 

@@ -5,6 +5,7 @@
 !> constant over the arc in body axes, normal, drawn for every run.
 module gracecg_studies_magnetometer_loss
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -21,7 +22,6 @@ module gracecg_studies_magnetometer_loss
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp             !! m
     character(8), parameter :: FIELD_SOURCES(2) = [character(8) :: 'measured', 'model']
     !! Where the field comes from: without and with the field model
 

@@ -1,6 +1,7 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split_words
     use gracecg_files_file, only: text_file_t, text_file_of, read_text_file
@@ -24,7 +25,6 @@ module test_studies
     private
     public :: collect_studies
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 

@@ -2,7 +2,7 @@
 module test_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_geomagnetic_field
     use gracecg_environment_shc_file, only: read_shc
@@ -13,7 +13,6 @@ module test_geomagnetic_field
     public :: collect_geomagnetic_field
 
     character(*), parameter :: FIXTURES = 'test/fixtures/shc/'
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
 
     !> Earth-fixed places, m
     real(dp), parameter :: PLACES(3, 5) = reshape([ &

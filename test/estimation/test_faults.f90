@@ -6,7 +6,7 @@
 module test_faults
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, AXES
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
     use statistics, only: chi_square_limits
@@ -638,7 +638,6 @@ contains
     subroutine test_stuck_axis(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: good, bad
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         integer :: axis
 
         call fault_free(good, error)

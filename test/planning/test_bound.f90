@@ -1,7 +1,7 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
+    use gracecg_base_constants, only: PI, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
@@ -25,7 +25,6 @@ module test_bound
     private
     public :: collect_bound, collect_optimal_monte_carlo
 
-    real(dp), parameter :: MICROMETRE = 1e-6_dp
 
 contains
 

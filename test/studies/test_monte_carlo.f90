@@ -1,6 +1,7 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
@@ -14,7 +15,6 @@ module test_monte_carlo
     private
     public :: collect_monte_carlo
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp
 
 contains
 

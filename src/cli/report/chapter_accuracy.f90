@@ -1,6 +1,7 @@
 !> The report page: Tables 6.1 and 6.2 with Figures 6.2 and 6.3, the error of the offset.
 module gracecg_cli_chapter_accuracy
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
@@ -13,11 +14,10 @@ module gracecg_cli_chapter_accuracy
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_studies_published_rms, only: allowed_by_fifteen_runs, is_misprint
-    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
-        MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
@@ -261,7 +261,7 @@ contains
         do a = 1, size(REPORT_ESTIMATORS)
             do axis = 1, 3
                 place = 6*((a - 1)/2) + 2*(axis - 1) + 1 + mod(a - 1, 2)
-                limits = printed_axis('6.'//integer_text(satellite + 1), trim(SATELLITES(satellite)), &
+                limits = published_axis_limits('6.'//integer_text(satellite + 1), trim(SATELLITES(satellite)), &
                                       trim(REPORT_ESTIMATORS(a)), AXES(axis))/MILLIMETRE
                 panels(place)%title = trim(REPORT_ESTIMATORS(a))//': d_'//AXES(axis)//', mm'
                 panels(place)%has_limits = any(abs(limits) > 0)

@@ -2,7 +2,7 @@
 !> what the designed one reaches in the six cases.
 module gracecg_cli_chapter_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_base_version, only: VERSION
@@ -25,7 +25,7 @@ module gracecg_cli_chapter_design
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_cli_chapter_limit, only: MOST_LIMIT_RUNS
-    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, share_text
     implicit none
     private

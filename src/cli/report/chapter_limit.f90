@@ -1,6 +1,7 @@
 !> The report page, beyond the report: every estimator against the theoretical limit.
 module gracecg_cli_chapter_limit
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_statistics, only: median_of
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
@@ -16,7 +17,7 @@ module gracecg_cli_chapter_limit
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private

@@ -7,6 +7,7 @@
 !> nT. The error of the model itself is larger by far: the report assumes 150 nT along each axis.
 module gracecg_estimation_field_fallback
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_vectors, only: rotation_z
@@ -39,7 +40,6 @@ module gracecg_estimation_field_fallback
     !! angular acceleration of up to 2e-5 rad/s^2: 2e-3 rad, or 60 nT, at most
     integer, parameter :: FEWEST_COMMON = 5     !! Epochs that determine an offset of the model
     real(dp), parameter :: SLACK = 1e-6_dp      !! Of an interval, for rounding
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
 
 contains
 

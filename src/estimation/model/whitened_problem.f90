@@ -3,6 +3,7 @@
 !> a-priori knowledge. Every row has the weight 1, so the inverse normal matrix is the covariance.
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_base_lapack, only: normal_equations
@@ -35,7 +36,7 @@ module gracecg_estimation_whitened_problem
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
         logical, allocatable :: acceleration_kept(:, :) !! (3, accelerometer samples)
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
-        real(dp), allocatable :: left_over(:, :)        !! Accelerometer, observed minus computed, m/s^2
+        real(dp), allocatable :: acceleration_residual(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
         integer :: star_rows = 0, acceleration_rows = 0
         !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
@@ -84,7 +85,7 @@ contains
             problem%star_rows = 3*stars
             problem%acceleration_rows = 3*samples
             allocate (problem%star_kept(stars), problem%acceleration_kept(3, samples), source=.true.)
-            allocate (problem%star_angles(3, stars), problem%left_over(3, samples))
+            allocate (problem%star_angles(3, stars), problem%acceleration_residual(3, samples))
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
@@ -160,7 +161,6 @@ contains
         type(whitened_problem_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         type(coloured_noise_t) :: noise
         integer :: axis
 
@@ -190,13 +190,13 @@ contains
         call linearise_stars(self, partials, residuals)
         first = self%star_rows
         call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
-                                   self%left_over, self%acceleration_partials)
-        self%left_over = self%data%acceleration - self%left_over
+                                   self%acceleration_residual, self%acceleration_partials)
+        self%acceleration_residual = self%data%acceleration - self%acceleration_residual
         do axis = 1, 3
             associate (rows => partials(:, first + axis:first + self%acceleration_rows:3), &
                        observed => residuals(first + axis:first + self%acceleration_rows:3))
                 rows = self%acceleration_partials(:, axis, :)
-                observed = self%left_over(axis, :)
+                observed = self%acceleration_residual(axis, :)
                 call self%whiteners(axis)%whiten(rows)
                 call self%whiteners(axis)%whiten_series(observed)
             end associate

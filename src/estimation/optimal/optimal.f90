@@ -236,8 +236,8 @@ contains
 
         integer :: i
 
-        do i = 1, size(problem%left_over, 2)
-            problem%left_over(:, i) = problem%left_over(:, i) - &
+        do i = 1, size(problem%acceleration_residual, 2)
+            problem%acceleration_residual(:, i) = problem%acceleration_residual(:, i) - &
                                       matmul(batch%correction, problem%acceleration_partials(:, :, i))
         end do
     end subroutine refresh_residuals
@@ -259,7 +259,7 @@ contains
             regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
             associate (noise => problem%noise)
                 call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
-                                       problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
+                                       problem%acceleration_kept(axis, :), problem%acceleration_residual(axis, :), &
                                        regressors, level, corner, error)
                 if (allocated(error)) return
                 level = max(level, SMALLEST_LEVEL)
@@ -328,7 +328,7 @@ contains
         end associate
         solution%condition = batch%condition
         do axis = 1, 3
-            associate (left => pack(problem%left_over(axis, :), problem%acceleration_kept(axis, :)))
+            associate (left => pack(problem%acceleration_residual(axis, :), problem%acceleration_kept(axis, :)))
                 solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
             end associate
         end do
@@ -386,7 +386,7 @@ contains
         kept = pack([(i, i=1, size(problem%data%accelerometer_epoch))], all(problem%acceleration_kept, 1))
         record%interval = problem%model%interval
         record%epoch = problem%data%accelerometer_epoch(kept)
-        record%residual = problem%left_over(:, kept)
+        record%residual = problem%acceleration_residual(:, kept)
         allocate (record%partials(3, 3, size(kept)))
         do i = 1, size(kept)
             record%partials(:, :, i) = transpose(problem%acceleration_partials(OFFSET, :, kept(i)))

@@ -9,6 +9,7 @@
 !> that all others contradict are edited.
 module gracecg_estimation_sequential
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
@@ -60,7 +61,6 @@ module gracecg_estimation_sequential
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
     real(dp), parameter :: ALONG_THE_AIRFLOW = 0.7_dp   !! Cosine of the angle to an axis that drag acts along
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> The disturbances found in one axis.
     type :: found_t

@@ -1,6 +1,6 @@
 !> The physical calibration model: partials of every parameter against differences, torques against the
 !> dynamics of the simulation, conservation of angular momentum.
-module test_calibration_model
+module test_physical_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, message_of
@@ -19,7 +19,7 @@ module test_calibration_model
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_calibration_model, add_orbit
+    public :: collect_physical_model, add_orbit
 
     real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
     !> What a change of a parameter to measure its effect may be
@@ -33,7 +33,7 @@ module test_calibration_model
 
 contains
 
-    subroutine collect_calibration_model(testsuite)
+    subroutine collect_physical_model(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
@@ -42,7 +42,7 @@ contains
                     new_unittest('angular-momentum-is-conserved', test_momentum), &
                     new_unittest('turns-and-rotation-vectors-are-inverse', test_turns), &
                     new_unittest('no-orbit-no-gravity-gradient', test_no_orbit)]
-    end subroutine collect_calibration_model
+    end subroutine collect_physical_model
 
     !> A circular orbit that the satellite of the example follows, every 5 s.
     subroutine add_orbit(observations)
@@ -248,4 +248,4 @@ contains
         if (allocated(error)) return
         call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
     end subroutine test_no_orbit
-end module test_calibration_model
+end module test_physical_model
