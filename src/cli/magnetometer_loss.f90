@@ -5,6 +5,7 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
@@ -76,8 +77,8 @@ contains
                     call console%progress('magnetometer-loss: '//trim(case%knowledge%name)//', '// &
                                           ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), f == 2, plan%deviation_nt*NANOTESLA, &
-                                     plan%seed, plan%runs, plan%threads, studies(n), error)
+                    call study_field(simulator, ALGORITHMS(a), report_options(plan%satellite//'-'//NUMBERS(i)), f == 2, &
+                                     plan%deviation_nt*NANOTESLA,                                      plan%seed, plan%runs, plan%threads, studies(n), error)
                     if (allocated(error)) return
                 end do
             end do

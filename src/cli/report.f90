@@ -12,7 +12,8 @@ module gracecg_cli_report
     use gracecg_files_file, only: make_directory, check_writable
     use gracecg_cli_html, only: html_page_t, html_escaped, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_environment_time, only: utc_text
-    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_cases, only: case_place, rods_text
@@ -166,6 +167,7 @@ contains
         type(report_book_t), intent(inout) :: book
         type(error_t), allocatable, intent(out) :: error
 
+        type(calibration_t) :: calibration
         type(case_t) :: case
         character(:), allocatable :: text
         real(dp) :: latitude, longitude, height
@@ -220,10 +222,10 @@ contains
             call page%paragraph('Every setting of a case, with unit and meaning, as `gracecg cases show '// &
                                 'CASE` prints it:')
             do i = 1, size(REPORT_CASE_NAMES)
-                call report_case(REPORT_CASE_NAMES(i), case, error)
-                if (.not. allocated(error)) call case_text(case, text, error)
+                call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+                if (.not. allocated(error)) call calibration_text(calibration, text, error)
                 if (allocated(error)) return
-                call page%details(trim(case%knowledge%name), text)
+                call page%details(trim(REPORT_CASE_NAMES(i)), text)
             end do
         end associate
     end subroutine add_simulation

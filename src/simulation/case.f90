@@ -23,7 +23,7 @@ module gracecg_simulation_case
     use gracecg_simulation_star_camera, only: star_camera_t
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
-        describe_a_priori, describe_estimation, check_quaternion
+        describe_a_priori, check_quaternion, ESTIMATION_GROUPS
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -124,7 +124,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call describe_case(settings, case)
-        call settings%finish(error)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
         call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
         call add_context(error, name)
@@ -160,7 +160,6 @@ contains
         call describe_accelerometer(settings, case)
         call describe_other_instruments(settings, case)
         call describe_a_priori(settings, case%knowledge%a_priori)
-        call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 
     subroutine describe_state(settings, case)

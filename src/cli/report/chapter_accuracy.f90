@@ -6,8 +6,8 @@ module gracecg_cli_chapter_accuracy
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, summarise, verdict_t, &
         campaign_verdict
@@ -86,20 +86,20 @@ contains
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         integer :: a, i
 
         campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), book%seed, book%runs, 1, 1)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call add_case(campaign, i, case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call add_case(campaign, i, calibration, error)
+            if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
             if (allocated(error)) return
             do a = 1, size(REPORT_ESTIMATORS)
                 call console%progress(COMMAND//': '//trim(REPORT_CASE_NAMES(i))//', '// &
                                       trim(REPORT_ESTIMATORS(a))//', '//integer_text(book%runs)//' runs')
-                call run_entry(campaign, a, i, simulator, book%threads, error)
+                call run_entry(campaign, a, i, simulator, calibration%options, book%threads, error)
                 if (allocated(error)) return
             end do
         end do

@@ -5,6 +5,7 @@ module gracecg_cli_chapter_loss
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
@@ -52,7 +53,7 @@ contains
                                           trim(CASE_NAMES(i))//', '// &
                                           ALGORITHMS(a)//', '//integer_text(book%runs)//' runs')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), f == 2, MODEL_FIELD_ERROR, book%seed, &
+                    call study_field(simulator, ALGORITHMS(a), report_options(CASE_NAMES(i)), f == 2, MODEL_FIELD_ERROR, book%seed, &
                                      book%runs, &
                                      book%threads, study(n), error)
                     if (allocated(error)) return

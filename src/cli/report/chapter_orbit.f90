@@ -5,6 +5,7 @@ module gracecg_cli_chapter_orbit
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
@@ -48,10 +49,10 @@ contains
             call report_case(trim(SATELLITES(i))//'-1', case, error)
             if (.not. allocated(error)) call new_nominal_orbit(case, studies(i)%orbit, error)
             if (allocated(error)) return
-            call scan_orbit(case, studies(i)%orbit, nint(TIME_OF_CASE), book%threads, studies(i)%of_cases, &
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, nint(TIME_OF_CASE), book%threads, studies(i)%of_cases, &
                             error)
             if (allocated(error)) return
-            call scan_orbit(case, studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
                             book%threads, studies(i)%places, error)
             if (allocated(error)) return
             call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), &

@@ -5,6 +5,7 @@ module gracecg_cli_chapter_sources
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
@@ -47,7 +48,7 @@ contains
         do i = 1, size(STUDY_NAMES)
             call console%progress(COMMAND//': error sources, '// &
                                   trim(STUDY_NAMES(i))//', '//integer_text(book%runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, book%seed, book%runs, book%threads, &
+            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, report_options(CASE_NAME), book%seed, book%runs, book%threads, &
                               studies(i), error)
             if (allocated(error)) return
         end do

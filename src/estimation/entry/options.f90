@@ -6,13 +6,13 @@
 module gracecg_estimation_options
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t, FULL_RANGE
+    use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_observations_knowledge, only: a_priori_t, describe_former_a_priori, ESTIMATION_GROUPS, FORMER_GROUP
     use gracecg_estimation_optimal_options, only: optimal_options_t, describe_optimal
     use gracecg_estimation_sequential_options, only: sequential_options_t, describe_sequential
     implicit none
     private
-    public :: estimation_options_t, read_options, options_from_text, options_text, OF_CASE, OF_SETUP
+    public :: estimation_options_t, read_options, options_from_text, options_text, write_options, OF_CASE, OF_SETUP
 
     integer, parameter :: OF_CASE = 1, OF_SETUP = 2     !! Whose groups stand in a file beside those of the options
     real(dp), parameter :: SMALLEST_GUESS = 0.5_dp      !! Length of a guessed quaternion, before it is normalised
@@ -48,7 +48,7 @@ contains
         character(:), allocatable, intent(out), optional :: warning
         !! What has to be moved to another group or file; not allocated: nothing
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: reader
 
         call reader%open(path, error)
         if (.not. allocated(error)) call take_options(reader, path, options, error, beside, warning)
@@ -62,14 +62,14 @@ contains
         integer, intent(in), optional :: beside !! As of read_options
         character(:), allocatable, intent(out), optional :: warning     !! As of read_options
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: reader
 
         call reader%open_text(text, name, error)
         if (.not. allocated(error)) call take_options(reader, name, options, error, beside, warning)
     end subroutine options_from_text
 
     subroutine take_options(reader, name, options, error, beside, warning)
-        type(settings_reader_t), intent(inout) :: reader
+        type(settings_t), intent(inout) :: reader
         character(*), intent(in) :: name
         type(estimation_options_t), intent(inout) :: options
         type(error_t), allocatable, intent(out) :: error
@@ -84,14 +84,14 @@ contains
             call reader%finish(error, only=ESTIMATION_GROUPS)
             if (present(warning) .and. .not. allocated(error)) call advise(reader, name, beside, warning)
         else
-            if (reader%holds(FORMER_GROUP)) call refuse_a_priori(reader)
+            if (reader%holds(FORMER_GROUP, 'sigma_')) call refuse_a_priori(reader)
             call reader%finish(error)
         end if
     end subroutine take_options
 
     !> In a file of options, standard deviations of version 0.1 would do nothing.
     subroutine refuse_a_priori(reader)
-        type(settings_reader_t), intent(inout) :: reader
+        type(settings_t), intent(inout) :: reader
 
         character(24), parameter :: KEYS(5) = [character(24) :: 'sigma_scale_factors', 'sigma_rod_gain', &
                                                'sigma_magnetometer_bias', 'sigma_inertia', 'sigma_torque']
@@ -108,13 +108,12 @@ contains
 
     !> Says what a file of version 0.1 holds at a place that is another's now.
     subroutine advise(reader, name, beside, warning)
-        type(settings_reader_t), intent(inout) :: reader
+        type(settings_t), intent(inout) :: reader
         character(*), intent(in) :: name        !! Of the file
         integer, intent(in) :: beside
         character(:), allocatable, intent(inout) :: warning
 
         character(:), allocatable :: groups
-        type(settings_reader_t) :: fresh
         integer :: i
 
         groups = ''
@@ -139,17 +138,36 @@ contains
         character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: writer
         type(estimation_options_t) :: copy
 
         copy = options
         call describe_options(writer, copy)
-        call writer%file%to_text(text, error)
+        call writer%to_text(text, error)
     end subroutine options_text
+
+    !> Writes a file of options. Fails when a number is not finite or the file cannot be written.
+    subroutine write_options(path, options, comments, error)
+        character(*), intent(in) :: path            !! Of the file; an existing one is replaced
+        type(estimation_options_t), intent(in) :: options
+        character(*), intent(in) :: comments(:)     !! Its first lines; may be none
+        type(error_t), allocatable, intent(out) :: error
+
+        type(settings_t) :: writer
+        type(estimation_options_t) :: copy
+        integer :: i
+
+        do i = 1, size(comments)
+            call writer%comment(trim(comments(i)))
+        end do
+        copy = options
+        call describe_options(writer, copy)
+        call writer%save(path, error)
+    end subroutine write_options
 
     !> Every option with its unit and range.
     subroutine describe_options(settings, options)
-        class(settings_t), intent(inout) :: settings
+        type(settings_t), intent(inout) :: settings
         type(estimation_options_t), intent(inout) :: options
 
         call settings%group('estimation', 'First guesses and weights of the estimators')
