@@ -149,7 +149,7 @@ contains
             call console%message('warning: '//solution%warnings(i)%text)
         end do
         if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
-        if (.not. all(knowledge%accelerometer_psd_level > 0)) &
+        if (.not. all(knowledge%accelerometer_noise%level > 0)) &
             call console%message('warning: the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')
         if (.not. all(knowledge%star_camera_sigma > 0)) &

@@ -4,6 +4,7 @@ module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, number_text
+    use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, &
@@ -13,6 +14,7 @@ module gracecg_observations_knowledge
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
     public :: describe_manoeuvre, describe_instruments, describe_a_priori, describe_former_a_priori, check_quaternion
     public :: ESTIMATION_GROUPS, FORMER_GROUP
+    public :: describe_noise_spectra
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
     !> What stands for no field model
@@ -60,9 +62,7 @@ module gracecg_observations_knowledge
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
         integer :: camera = 1                           !! The head whose quaternions are used
-        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
-        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
-        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
+        type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, m^2 s^-4/Hz
         real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
         character(16) :: field_model = NO_FIELD_MODEL
         !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
@@ -169,12 +169,7 @@ contains
 
         call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
         call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
-        call settings%real_values('noise_level', knowledge%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
-                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', knowledge%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                  unit='Hz')
-        call settings%integer_value('noise_sides', knowledge%accelerometer_psd_sides, 1, 2, &
-                                    'the spectrum is one- (1) or two-sided (2)')
+        call describe_noise_spectra(settings, knowledge%accelerometer_noise)
         call settings%end_group()
         call settings%group('star_camera', 'Star camera: mounting and noise')
         call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
@@ -199,6 +194,18 @@ contains
                                  'deg, of Greenwich at the epoch', DEGREE, 'deg')
         call settings%end_group()
     end subroutine describe_instruments
+
+    !> The noise spectra of the accelerometer's axes, within a group.
+    subroutine describe_noise_spectra(settings, noise)
+        class(settings_t), intent(inout) :: settings
+        type(noise_spectrum_t), intent(inout) :: noise(3)   !! x, y, z; the sides of all are those of x
+
+        call settings%real_values('noise_level', noise%level, 0.0_dp, 1.0_dp, 'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
+        call settings%real_values('noise_corner', noise%corner, 0.0_dp, 100.0_dp, 'Hz', unit='Hz')
+        call settings%integer_value('noise_sides', noise(1)%sides, ONE_SIDED, TWO_SIDED, &
+                                    'the spectrum is one- (1) or two-sided (2)')
+        noise%sides = noise(1)%sides
+    end subroutine describe_noise_spectra
 
     !> How well satellite and instruments are known: group a_priori. Files of version 0.1 have its keys in
     !> another group.

@@ -23,7 +23,7 @@ module gracecg_simulation_case
     use gracecg_simulation_star_camera, only: star_camera_t
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
-        describe_a_priori, check_quaternion, ESTIMATION_GROUPS
+        describe_a_priori, ESTIMATION_GROUPS, describe_noise_spectra, check_quaternion
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -324,12 +324,7 @@ contains
             call settings%real_values('scale3', accelerometer%scale3, -1e9_dp, 1e9_dp, 's^4/m^2', &
                                       unit='s^4/m^2')
             call settings%real_values('bias', accelerometer%bias, -1.0_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
-            call settings%real_values('noise_level', accelerometer%noise_level, 0.0_dp, 1.0_dp, &
-                                      'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-            call settings%real_values('noise_corner', accelerometer%noise_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                      unit='Hz')
-            call settings%integer_value('noise_sides', accelerometer%noise_sides, 1, 2, &
-                                        'the spectrum is one- (1) or two-sided (2)')
+            call describe_noise_spectra(settings, accelerometer%noise)
             call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
                                      's, between samples', unit='s')
             call settings%end_group()

@@ -63,9 +63,7 @@ contains
 
         knowledge = case%knowledge
         knowledge%accelerometer_interval = case%accelerometer%sampling_interval
-        knowledge%accelerometer_psd_level = case%accelerometer%noise_level
-        knowledge%accelerometer_psd_corner = case%accelerometer%noise_corner
-        knowledge%accelerometer_psd_sides = case%accelerometer%noise_sides
+        knowledge%accelerometer_noise = case%accelerometer%noise
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'

@@ -78,9 +78,7 @@ contains
                     return
                 end if
             end associate
-            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                knowledge%accelerometer_psd_corner(axis), &
-                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             deviation = sqrt(noise%autocovariance([0]))
             if (deviation(1) > 0) call judge_noise(axis, rms, deviation(1), warnings)

@@ -125,13 +125,11 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            if (.not. knowledge%accelerometer_psd_level(axis) > 0) then
-                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_psd_level(axis))// &
+            if (.not. knowledge%accelerometer_noise(axis)%level > 0) then
+                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_noise(axis)%level)// &
                           ' m^2 s^-4/Hz has to be positive')
             else
-                noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                                       knowledge%accelerometer_psd_corner(axis), &
-                                       knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+                noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             end if
             if (.not. allocated(error)) then
                 if (present(kept)) then

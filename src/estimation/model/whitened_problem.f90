@@ -5,7 +5,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_base_lapack, only: normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
@@ -21,9 +21,7 @@ module gracecg_estimation_whitened_problem
 
     !> The noise that the observations are whitened with.
     type :: assumed_noise_t
-        real(dp) :: level(3) = 0            !! Accelerometer, (3-2), m^2 s^-4/Hz
-        real(dp) :: corner(3) = 0           !! Hz
-        integer :: sides = 2    !! Of the spectrum that `level` is meant for: 1 or 2
+        type(noise_spectrum_t) :: accelerometer(3)  !! (3-2), m^2 s^-4/Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
     end type assumed_noise_t
 
@@ -91,9 +89,7 @@ contains
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
-        problem%noise%sides = knowledge%accelerometer_psd_sides
-        problem%noise%level = knowledge%accelerometer_psd_level
-        problem%noise%corner = knowledge%accelerometer_psd_corner
+        problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
         problem%linear = .false.
     end subroutine prepare_calibration
@@ -168,8 +164,7 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
-                                   problem%model%interval, error)
+            noise = coloured_noise(problem%noise%accelerometer(axis), problem%model%interval, error)
             if (.not. allocated(error)) &
                 call new_whitener(noise, problem%data%accelerometer_epoch, problem%whiteners(axis), error, &
                                   problem%acceleration_kept(axis, :))

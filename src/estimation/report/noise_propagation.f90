@@ -30,9 +30,7 @@ contains
 
         covariance = 0
         do axis = 1, 3
-            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                knowledge%accelerometer_psd_corner(axis), &
-                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             part = stationary_noise_covariance( &
                    gain(:, axis::3), epoch, &
