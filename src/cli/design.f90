@@ -15,8 +15,8 @@ module gracecg_cli_design
     use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_planner, only: moved_case, options_there, take_design, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, &
-        MOST_REVOLUTIONS
+    use gracecg_planning_planner, only: moved_case, options_there, take_design, PLANNING_STEP, &
+        SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_simulation_limits, only: check_motion
     use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
         new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre

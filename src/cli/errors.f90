@@ -65,8 +65,8 @@ contains
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, threads, &
-                              studies(i), error)
+            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, &
+                              runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
         case_name = trim(calibration%case%knowledge%name)

@@ -122,18 +122,18 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(estimation_options_t) :: of_setup
+        type(estimation_options_t) :: former
         character(:), allocatable :: path, warning
 
-        call read_options(arguments%positional(1)//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), of_setup, error, OF_SETUP, &
-                          warning)
+        call read_options(arguments%positional(1)//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, &
+                          OF_SETUP, warning)
         if (allocated(error)) return
         if (allocated(warning)) call console%message('warning: '//warning)
         if (arguments%has('--options')) then
             call arguments%get('--options', path, error)
             if (.not. allocated(error)) call read_options(path, options, error)
         else
-            options = of_setup
+            options = former
         end if
     end subroutine take_options
 

@@ -77,8 +77,9 @@ contains
                     call console%progress('magnetometer-loss: '//trim(case%knowledge%name)//', '// &
                                           ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), report_options(plan%satellite//'-'//NUMBERS(i)), f == 2, &
-                                     plan%deviation_nt*NANOTESLA,                                      plan%seed, plan%runs, plan%threads, studies(n), error)
+                    call study_field(simulator, ALGORITHMS(a), report_options(plan%satellite//'-'//NUMBERS(i)), &
+                                     f == 2, plan%deviation_nt*NANOTESLA, plan%seed, plan%runs, plan%threads, &
+                                     studies(n), error)
                     if (allocated(error)) return
                 end do
             end do

@@ -172,7 +172,8 @@ contains
         do a = 1, size(plan%algorithms)
             call console%progress('montecarlo: '//trim(simulator%case%knowledge%name)//', '//plan%algorithms(a)%text// &
                                   ', '//integer_text(size(shard_runs(campaign)))//' runs')
-            call run_entry(campaign, a, i, simulator, calibration%options, plan%threads, error)
+            call run_entry(campaign, a, i, simulator, calibration%options, plan%threads, &
+                           error)
             if (allocated(error)) return
         end do
         if (i == 1) call show_heading(plan, console)

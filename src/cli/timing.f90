@@ -62,7 +62,8 @@ contains
         call report_case(satellite//'-1', case, error)
         if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error)
         if (allocated(error)) return
-        call scan_orbit(case, report_options(satellite//'-1'), orbit, nint(TIME_OF_CASE), omp_get_num_procs(), of_cases, error)
+        call scan_orbit(case, report_options(satellite//'-1'), orbit, nint(TIME_OF_CASE), omp_get_num_procs(), &
+                        of_cases, error)
         if (allocated(error)) return
         call scan_orbit(case, report_options(satellite//'-1'), orbit, [(i*step, i=0, int(orbit%revolution)/step)], &
                         omp_get_num_procs(), places, error)

@@ -17,7 +17,8 @@ module gracecg_planning_planner
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, design_manoeuvre
     implicit none
     private
-    public :: plan_manoeuvre, take_design, map_case, moved_case, options_there, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    public :: plan_manoeuvre, take_design, map_case, moved_case, options_there
+    public :: PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
 
     real(dp), parameter :: PLANNING_STEP = 10       !! Between the orbit's samples, s
     real(dp), parameter :: SHORTEST_ARC = 10        !! s

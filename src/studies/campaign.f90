@@ -102,7 +102,9 @@ contains
             call calibration_text(calibration, text, error)
         end if
         if (allocated(error)) return
-        campaign%cases(i) = campaign_case_t(calibration%case%knowledge%name, calibration%case%offset/MILLIMETRE, checksum(text))
+        associate (case => calibration%case)
+            campaign%cases(i) = campaign_case_t(case%knowledge%name, case%offset/MILLIMETRE, checksum(text))
+        end associate
     end subroutine add_case
 
     !> A number that differs between texts, but for one chance in two thousand million.

@@ -4,6 +4,7 @@ module test_c_interface
     use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_int32_t, c_intptr_t, &
         c_loc, c_null_char, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+    use gracecg, only: estimation_options_t, report_options, calibration_t, find_calibration, calibration_text
     use gracecg, only: dp, error_t, message_of, utc_t, parse_utc, utc_plus, seconds_between, gmst_1982, &
         geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm77_t, new_dtm77, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, &
@@ -453,7 +454,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_t), allocatable :: problem
         character(:), allocatable :: expected
         character(kind=c_char), allocatable, target :: text(:), again(:)
@@ -467,8 +468,8 @@ contains
         status = gracecg_case_text(handle, size=NONE, length=length, error=failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('back-2', case, problem)
-        call case_text(case, expected, problem)
+        call find_calibration('back-2', calibration, problem)
+        call calibration_text(calibration, expected, problem)
         call check(error, int(length), len(expected), 'length')
         if (allocated(error)) return
         allocate (text(length + 1), again(length + 1))
@@ -695,7 +696,7 @@ contains
                                       size=NONE, error=failure)
             call check_ok(error, status, failure)
             if (allocated(error)) return
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, expected, problem)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, problem)
             call check_equal(error, [solution%offset, solution%covariance, solution%drift, solution%bias], &
                              [expected%offset, expected%covariance, expected%drift, expected%bias], 'offset')
             call check_equal(error, [solution%quaternion, solution%angular_velocity, solution%residual_rms, &
@@ -1342,7 +1343,7 @@ contains
         call check_ok(error, status, failure)
         do i = 1, size(NAMES)
             if (allocated(error)) return
-            call estimate_offset(trim(NAMES(i)), set, expected, problem)
+            call estimate_offset(trim(NAMES(i)), set, report_options('front-3'), expected, problem)
             status = gracecg_estimate(c_string(trim(NAMES(i))), observations, solution, size=NONE, error=failure)
             call check_ok(error, status, failure)
             call check_equal(error, [solution%offset, solution%sigma], &
@@ -1381,7 +1382,7 @@ contains
         integer(c_int) :: status
 
         call find_case('front-2', case, problem)
-        call bound_of_case(case, expected, problem)
+        call bound_of_case(case, estimation_options_t(), expected, problem)
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_case_bound(handle, bound, failure)
         call check_ok(error, status, failure)
@@ -1418,7 +1419,7 @@ contains
         type(design_settings_struct) :: settings
         type(design_struct) :: design
         type(rod_struct) :: rods(9)
-        type(case_t) :: case, planned_case
+        type(calibration_t) :: calibration, planned_case
         type(design_settings_t) :: own_settings
         type(manoeuvre_design_t) :: expected
         type(map_point_t), allocatable :: points(:)
@@ -1437,9 +1438,9 @@ contains
         status = gracecg_design_defaults(handle, settings, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('back-1', case, problem)
-        call check(error, abs(settings%duration - case%knowledge%duration) <= 0 .and. &
-                   abs(settings%rate_limit - case%knowledge%rate_limit) <= 0 .and. &
+        call find_calibration('back-1', calibration, problem)
+        call check(error, abs(settings%duration - calibration%case%knowledge%duration) <= 0 .and. &
+                   abs(settings%rate_limit - calibration%case%knowledge%rate_limit) <= 0 .and. &
                    abs(settings%highest_frequency - own_settings%highest_frequency) <= 0 .and. &
                    all((settings%waveform_used /= 0) .eqv. own_settings%waveform_used), 'defaults')
         if (allocated(error)) return
@@ -1453,19 +1454,19 @@ contains
         status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        case%knowledge%duration = settings%duration
-        case%knowledge%rate_limit = settings%rate_limit
+        calibration%case%knowledge%duration = settings%duration
+        calibration%case%knowledge%rate_limit = settings%rate_limit
         own_settings%lowest_frequency = settings%lowest_frequency
         own_settings%highest_frequency = settings%highest_frequency
         own_settings%waveform_used = [.true., .false., .false., .false.]
-        call plan_manoeuvre(case, 1400.0_dp, own_settings, planned_case, expected, problem)
+        call plan_manoeuvre(calibration, 1400.0_dp, own_settings, planned_case, expected, problem)
         call check(error,.not. allocated(problem), message_of(problem))
         call check_equal(error, [design%sigma, design%wave, design%force, design%worst, design%rate, design%excursion], &
                          [expected%sigma, expected%wave, expected%force, expected%worst, expected%rate, &
                           expected%excursion], 'design')
         if (allocated(error)) return
         call check(error, design%rate <= settings%rate_limit .and. design%evaluations == expected%evaluations .and. &
-                   planned_case%knowledge%name == 'back-1-design', 'limits, evaluations, name')
+                   planned_case%case%knowledge%name == 'back-1-design', 'limits, evaluations, name')
         if (allocated(error)) return
 
         ! the case that flies it: later, elsewhere, with these rods
@@ -1493,7 +1494,7 @@ contains
                              force, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call map_case(planned_case, TIMES, 1, points, problem)
+        call map_case(planned_case%case, TIMES, 1, points, problem)
         call check(error,.not. allocated(problem), message_of(problem))
         do i = 1, 2
             call check_equal(error, [latitude(i), longitude(i), sigma(:, i), worst(i), direction(:, i), wave(:, i), &

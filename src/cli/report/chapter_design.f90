@@ -171,7 +171,8 @@ contains
         character(:), allocatable :: text
 
         call calibration_text(study%calibration, text, error)
-        if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(study%calibration%case%satellite)//'.nml'), error)
+        if (.not. allocated(error)) &
+            call file%open(book_file(book, 'designed_'//trim(study%calibration%case%satellite)//'.nml'), error)
         if (allocated(error)) return
         call file%line(text)
         call file%commit(error)
@@ -202,13 +203,14 @@ contains
         call bound_of_case(calibration%case, calibration%options, bound, error)
         call take_design(design, calibration)
         if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, calibration%options, book%seed, [(k, k=1, runs)], &
-                                                         book%threads, results, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, calibration%options, book%seed, &
+                                                         [(k, k=1, runs)], book%threads, results, error)
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, calibration%case%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = book%seed
-        call repeat_trim(calibration%case, ALGORITHM, calibration%options, settings, REPORT_RUNS, book%threads, rounds, error)
+        call repeat_trim(calibration%case, ALGORITHM, calibration%options, settings, REPORT_RUNS, &
+                         book%threads, rounds, error)
         if (allocated(error)) return
         reached%bound = bound%sigma
         reached%rms = statistics%rms*MILLIMETRE

@@ -123,8 +123,8 @@ contains
             do a = 1, ALGORITHMS
                 call console%progress(COMMAND//': bound, '//trim(REPORT_CASE_NAMES(i))//', '// &
                                       trim(ESTIMATOR_NAMES(a))//', '//integer_text(runs_of(a, runs))//' runs')
-                call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), report_options(REPORT_CASE_NAMES(i)), book%seed, [(k, k=1, runs_of(a, runs))], &
-                                     book%threads, results, error)
+                call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), report_options(REPORT_CASE_NAMES(i)), &
+                                     book%seed, [(k, k=1, runs_of(a, runs))], book%threads, results, error)
                 if (allocated(error)) return
                 statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
                 studies(i)%rms(:, a) = statistics%rms*MILLIMETRE

@@ -53,9 +53,8 @@ contains
                                           trim(CASE_NAMES(i))//', '// &
                                           ALGORITHMS(a)//', '//integer_text(book%runs)//' runs')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), report_options(CASE_NAMES(i)), f == 2, MODEL_FIELD_ERROR, book%seed, &
-                                     book%runs, &
-                                     book%threads, study(n), error)
+                    call study_field(simulator, ALGORITHMS(a), report_options(CASE_NAMES(i)), f == 2, &
+                                     MODEL_FIELD_ERROR, book%seed, book%runs, book%threads, study(n), error)
                     if (allocated(error)) return
                 end do
             end do

@@ -49,10 +49,11 @@ contains
             call report_case(trim(SATELLITES(i))//'-1', case, error)
             if (.not. allocated(error)) call new_nominal_orbit(case, studies(i)%orbit, error)
             if (allocated(error)) return
-            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, nint(TIME_OF_CASE), book%threads, studies(i)%of_cases, &
-                            error)
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, nint(TIME_OF_CASE), &
+                            book%threads, studies(i)%of_cases, error)
             if (allocated(error)) return
-            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, &
+                            [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
                             book%threads, studies(i)%places, error)
             if (allocated(error)) return
             call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), &

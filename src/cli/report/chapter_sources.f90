@@ -48,8 +48,8 @@ contains
         do i = 1, size(STUDY_NAMES)
             call console%progress(COMMAND//': error sources, '// &
                                   trim(STUDY_NAMES(i))//', '//integer_text(book%runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, report_options(CASE_NAME), book%seed, book%runs, book%threads, &
-                              studies(i), error)
+            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, report_options(CASE_NAME), book%seed, &
+                              book%runs, book%threads, studies(i), error)
             if (allocated(error)) return
         end do
         call write_error_sources(book_file(book, FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &

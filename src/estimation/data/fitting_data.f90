@@ -1,6 +1,7 @@
 !> Preprocessing and interpolation of CSR-TM-00-01 section 4.5: star-camera quaternions turned to body
 !> axes, freed of sign flips and normalised; quaternions and magnetic flux density interpolated to
-!> the accelerometer's epochs; a first guess of the rotation. What the data lack is made up for as far as possible, with a warning.
+!> the accelerometer's epochs; a first guess of the rotation. What the data lack is made up for as far as
+!> possible, with a warning.
 module gracecg_estimation_fitting_data
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
@@ -51,6 +52,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: clean
+        real(dp) :: quaternion(4)
 
         allocate (data%warnings(0))
         call check_observations(observations, error)
@@ -68,13 +70,15 @@ contains
         else
             allocate (data%orbit_time(0), data%orbit_position(3, 0))
         end if
-        call take_star_attitude(clean, options%guess_quaternion, data%stars, data%warnings)
+        data%guess_quaternion = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]        ! gives a sign to the first quaternion
+        if (is_given(options%guess_quaternion)) data%guess_quaternion = normalised(options%guess_quaternion)
+        call take_star_attitude(clean, data%guess_quaternion, data%stars, data%warnings)
         call take_attitude(clean%knowledge%star_camera_interval, data, error)
         if (allocated(error)) return
         call take_torque(clean, data, error)
         if (allocated(error)) return
-        call guess_rotation(data%stars%time, data%stars%quaternion, data%guess_quaternion, data%guess_angular_velocity)
-        if (is_given(options%guess_quaternion)) data%guess_quaternion = normalised(options%guess_quaternion)
+        call guess_rotation(data%stars%time, data%stars%quaternion, quaternion, data%guess_angular_velocity)
+        if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
         if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity
     end subroutine preprocess
 

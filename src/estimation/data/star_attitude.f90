@@ -26,7 +26,7 @@ contains
     !> interpolation does not bridge. Warns of the change of head and of what gap remains.
     subroutine take_star_attitude(observations, like, stars, warnings)
         type(observation_set_t), intent(in) :: observations
-        real(dp), intent(in) :: like(4)     !! A quaternion whose sign the first sample gets; 0: it keeps its own
+        real(dp), intent(in) :: like(4)     !! A quaternion whose sign the first sample gets
         type(star_attitude_t), intent(out) :: stars
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
