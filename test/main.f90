@@ -24,7 +24,7 @@ program tester
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_file, only: collect_file
-    use test_field_file, only: collect_field_file
+    use test_table, only: collect_table
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
@@ -111,7 +111,7 @@ program tester
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('file', collect_file), &
-             new_testsuite('field-file', collect_field_file), &
+             new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &

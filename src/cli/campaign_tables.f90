@@ -2,6 +2,7 @@
 module gracecg_cli_campaign_tables
     use gracecg_base_constants, only: AXES
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_studies_campaign, only: campaign_t, verdict_t, campaign_verdict

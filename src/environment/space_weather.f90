@@ -7,7 +7,7 @@ module gracecg_environment_space_weather
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_unknown_name
     use gracecg_base_text, only: string_t, integer_text
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
     use gracecg_environment_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
         SPACE_WEATHER_F107_MEAN, SPACE_WEATHER_KP_TENTHS
@@ -165,10 +165,10 @@ contains
         type(space_weather_t), intent(out) :: table
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: rows
+        type(table_file_t) :: rows
         integer :: i, n
 
-        call read_field_file(file, rows, error)
+        call read_table(file, rows, error)
         if (allocated(error)) return
         n = rows%row_count()
         allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
@@ -185,7 +185,7 @@ contains
     end subroutine read_space_weather
 
     subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
-        type(field_file_t), intent(in) :: rows
+        type(table_file_t), intent(in) :: rows
         integer, intent(in) :: row
         integer, intent(out) :: mjd
         real(dp), intent(out) :: f107, f107_mean    !! sfu

@@ -7,6 +7,7 @@ module gracecg_observations_knowledge
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
+    use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, &
         MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
     implicit none
@@ -189,7 +190,7 @@ contains
         call settings%end_group()
         call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
         call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
-                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
+                                 [character(16) :: GEOMAGNETIC_MODELS, NO_FIELD_MODEL])
         call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
                                  'deg, of Greenwich at the epoch', DEGREE, 'deg')
         call settings%end_group()

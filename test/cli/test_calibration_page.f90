@@ -6,7 +6,7 @@ module test_calibration_page
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: split_words
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, directory_exists, remove_file
-    use gracecg_files_csv, only: read_csv
+    use csv_numbers, only: read_csv
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES

@@ -7,7 +7,7 @@ module test_commands
     use gracecg_base_text, only: string_t, split, split_words, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, &
         remove_file
-    use gracecg_files_csv, only: read_csv
+    use csv_numbers, only: read_csv
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_curves, only: CURVE_NAMES
     use gracecg_cli_console, only: console_t

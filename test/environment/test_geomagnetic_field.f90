@@ -341,6 +341,7 @@ contains
         call refuse('no-such-file', 'no-such-file.shc', error)
         call refuse('corrupted-empty', 'empty.shc: holds no data', error)
         call refuse('corrupted-head', '.shc:3: expected the integers', error)
+        call refuse('corrupted-head-number', '.shc:3: column 7: "T" is not a finite number', error)
         call refuse('corrupted-lowest-degree', '.shc:3: the lowest degree must be 1', error)
         call refuse('corrupted-highest-degree', '.shc:3: the highest degree must not', error)
         call refuse('corrupted-splines', '.shc:3: splines of order 6', error)

@@ -234,7 +234,7 @@ contains
         call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
         call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
                     [character(W) :: 'expected the prediction of my own case, ascrest'])
-        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: 'not a file of runs'])
+        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
         call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'no comment line tells'])
         call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
