@@ -532,7 +532,8 @@ contains
         character(:), allocatable :: text
 
         later%case = moved_case(case, orbit, request%time, request%built_in)
-        later%options = options_there(request%options, request%time)
+        later%options = request%options
+        if (request%time > 0) later%options = options_there(request%options, later%case)
         if (.not. request%given) call take_design(design, later)
         call calibration_text(later, text, error)
         if (.not. allocated(error)) call file%open(request%out, error)

@@ -71,12 +71,13 @@ contains
         type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(fit_record_t) :: record
-        character(:), allocatable :: algorithm, output_format, page, running_file
+        character(:), allocatable :: algorithm, output_format, page, running_file, options_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
         call arguments%get('--report', page, misuse, default='')
         call arguments%get('--running', running_file, misuse, default='')
+        call arguments%get('--options', options_file, misuse, default='')
         call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
                        ' estimates from all samples at once and has no running estimate; use --algorithm '// &
                        'sequential', misuse)
@@ -87,7 +88,7 @@ contains
         if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) &
             call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call take_options(arguments, options, console, error)
+        if (.not. allocated(error)) call take_options(arguments%positional(1), options_file, options, console, error)
         if (allocated(error)) return
         if (page == '') then
             call estimate_offset(algorithm, observations, options, solution, error)
@@ -104,8 +105,8 @@ contains
             call print_text(observations%knowledge, solution, console)
         end if
         if (.not. allocated(error) .and. page /= '') then
-            call write_calibration_page(page, arguments%positional(1), observations, solution, record, console, &
-                                        error)
+            call write_calibration_page(page, arguments%positional(1), options_file, observations, solution, record, &
+                                        console, error)
             if (.not. allocated(error) .and. output_format == 'text') &
                 call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
         end if
@@ -116,25 +117,20 @@ contains
     end subroutine run_estimate
 
     !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
-    subroutine take_options(arguments, options, console, error)
-        type(arguments_t), intent(in) :: arguments
+    subroutine take_options(folder, options_file, options, console, error)
+        character(*), intent(in) :: folder, options_file
         type(estimation_options_t), intent(out) :: options
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(estimation_options_t) :: former
-        character(:), allocatable :: path, warning
+        character(:), allocatable :: warning
 
-        call read_options(arguments%positional(1)//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, &
-                          OF_SETUP, warning)
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
         if (allocated(error)) return
         if (allocated(warning)) call console%message('warning: '//warning)
-        if (arguments%has('--options')) then
-            call arguments%get('--options', path, error)
-            if (.not. allocated(error)) call read_options(path, options, error)
-        else
-            options = former
-        end if
+        options = former
+        if (options_file /= '') call read_options(options_file, options, error)
     end subroutine take_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.

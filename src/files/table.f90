@@ -32,6 +32,11 @@ module gracecg_files_table
         procedure :: fail_at                    !! A failure at a row
     end type table_file_t
 
+    !> Reads a CSV file: its rows, or all of it as numbers
+    interface read_csv
+        module procedure read_csv_rows, read_csv_numbers
+    end interface read_csv
+
 contains
 
     !> Reads a table with fields between blanks or tabs. `#` begins a comment; lines that hold nothing
@@ -65,7 +70,7 @@ contains
     !> Reads a CSV file: lines that begin with #, the line of the columns' names, which must be
     !> `columns`, and the rows. Fails when the header differs or, where rows are needed, there is none.
     !> Lines may end as on Windows; blank lines are allowed at the end.
-    subroutine read_csv(path, columns, file, error, rows_needed)
+    subroutine read_csv_rows(path, columns, file, error, rows_needed)
         character(*), intent(in) :: path        !! Of the file
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
@@ -100,7 +105,22 @@ contains
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
             call fail_in_file(error, file%text%name, 0, 'the file has no row below its header')
-    end subroutine read_csv
+    end subroutine read_csv_rows
+
+    !> All numbers of a CSV file. Fails as `read_csv_rows` and `get_numbers`.
+    subroutine read_csv_numbers(path, columns, numbers, error, comments)
+        character(*), intent(in) :: path                                    !! Of the file
+        character(*), intent(in) :: columns(:)                              !! Names in the header
+        real(dp), allocatable, intent(out) :: numbers(:, :)                 !! (row, column)
+        type(error_t), allocatable, intent(out) :: error
+        type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
+
+        type(table_file_t) :: file
+
+        call read_csv_rows(path, columns, file, error)
+        if (.not. allocated(error)) call file%get_numbers(columns, numbers, error)
+        if (present(comments)) call move_alloc(file%comments, comments)
+    end subroutine read_csv_numbers
 
     subroutine check_header(text, line_number, columns, error)
         type(text_file_t), intent(in) :: text

@@ -4,6 +4,7 @@ module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_quaternion, only: normalised
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
@@ -24,6 +25,8 @@ module gracecg_planning_planner
     real(dp), parameter :: SHORTEST_ARC = 10        !! s
     real(dp), parameter :: LONGEST_ARC = 600        !! s
     integer, parameter :: MOST_REVOLUTIONS = 150    !! Of a map
+    real(dp), parameter :: GUESS_DIGIT = 1e-3_dp
+    !! To which an operator's guess of the attitude is rounded: the built-in cases have as many digits
 
 contains
 
@@ -53,7 +56,8 @@ contains
             call add_context(error, 'case '//trim(case%knowledge%name))
             if (allocated(error)) return
             planned%case = moved_case(case, orbit, time, any(REPORT_CASE_NAMES == case%knowledge%name))
-            planned%options = options_there(calibration%options, time)
+            planned%options = calibration%options
+            if (time > 0) planned%options = options_there(calibration%options, planned%case)
         end associate
         call take_design(design, planned)
     end subroutine plan_manoeuvre
@@ -133,15 +137,14 @@ contains
         if (built_in .and. time > 0) moved%wind_model = 'hwm93'
     end function moved_case
 
-    !> The options `time` seconds later: a first guess of the rotation is one of the old place.
-    pure function options_there(options, time) result(there)
+    !> The options for a moved case: a first guess of the attitude that is given is turned along.
+    pure function options_there(options, moved) result(there)
         type(estimation_options_t), intent(in) :: options
-        real(dp), intent(in) :: time                    !! s
+        type(case_t), intent(in) :: moved
         type(estimation_options_t) :: there
 
         there = options
-        if (.not. time > 0) return
-        there%guess_quaternion = 0
-        there%guess_angular_velocity = 0
+        if (all(abs(options%guess_quaternion) <= 0)) return
+        there%guess_quaternion = normalised(GUESS_DIGIT*anint(moved%quaternion/GUESS_DIGIT))
     end function options_there
 end module gracecg_planning_planner

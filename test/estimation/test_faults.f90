@@ -436,7 +436,7 @@ contains
         bad = clean
         bad%orbit_time = clean%orbit_time(1::20)
         bad%orbit_position = clean%orbit_position(:, 1::20)
-        call take_star_attitude(bad, stars, warnings)
+        call take_star_attitude(bad, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], stars, warnings)
         call check(error, size(warnings), 0)
         if (allocated(error)) return
         call lose_magnetometer(bad, 20.0_dp)

@@ -141,9 +141,10 @@ contains
                 if (a <= size(REPORT_ESTIMATORS)) then
                     call check(error, maxval(abs(untold%offset/told%offset - 1)) < 1e-9_dp, &
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
-                else
+                else        ! sequential ends when corrections are below 1e-3 sigma
                     call check(error, norm2(untold%offset - told%offset) < &
-                               1e-6_dp*sqrt(told%covariance(1, 1)), REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
+                               merge(1e-6_dp, 1e-4_dp, ESTIMATOR_NAMES(a) == 'optimal')*sqrt(told%covariance(1, 1)), &
+                               REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 end if
                 if (allocated(error)) return
             end do

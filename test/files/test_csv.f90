@@ -4,7 +4,7 @@ module test_csv
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_csv, only: csv_writer_t
-    use csv_numbers, only: read_csv
+    use gracecg_files_table, only: read_csv
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
     use gracecg_base_text, only: string_t
     use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes

@@ -54,6 +54,7 @@ contains
                     new_unittest('estimate-as-in-fortran', test_estimate), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
+                    new_unittest('options', test_options), &
                     new_unittest('optimal-and-sequential', test_details), &
                     new_unittest('bound', test_bound), &
                     new_unittest('design-and-map', test_design), &
@@ -1319,6 +1320,84 @@ contains
         status = gracecg_observations_free(observations)
         status = gracecg_setup_free(knowledge)
     end subroutine test_not_converged
+
+    !> Options travel with the objects, can be told and replaced; the object itself keeps its own.
+    subroutine test_options(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: GAIN_TOO = '&optimal estimate_rod_gain = .true. /'
+        type(error_struct) :: failure
+        type(solution_struct) :: solution, other
+        integer(c_intptr_t) :: observations, changed, knowledge, from_folder, case
+        integer(c_int) :: status
+        integer(c_int32_t) :: before
+
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(observations, 'guess_quaternion = -0.7', .true.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), observations, solution, size=NONE, error=failure)
+        before = solution%parameter_count
+        status = gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        call check_text(changed, 'guess_quaternion = -0.7', .false.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), changed, other, size=NONE, error=failure)
+        call check_ok(error, status, failure)
+        if (.not. allocated(error)) call check(error, other%parameter_count == before + 1, 'the gain is estimated')
+        if (allocated(error)) return
+        ! by way of a folder, a setup and a case
+        status = gracecg_observations_write(changed, c_string(FOLDER//'c-options'), failure)
+        status = gracecg_observations_read(c_string(FOLDER//'c-options'), from_folder, failure)
+        call check_ok(error, status, failure)
+        call check_text(from_folder, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_observations_setup(changed, knowledge, failure)
+        call check_text(knowledge, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_observations_free(from_folder)
+        status = gracecg_observations_free(changed)
+        status = gracecg_observations_free(observations)
+        status = gracecg_options_replace(knowledge, c_string(''), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_setup_free(changed)
+        status = gracecg_setup_free(knowledge)
+        status = gracecg_case_open(c_string('back-1'), case, failure)
+        status = gracecg_options_replace(case, c_string(GAIN_TOO), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_case_free(changed)
+        if (allocated(error)) return
+
+        status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
+        call check_refused(error, status, FAILED, failure, '&a_priori')
+        status = gracecg_options_replace(case, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'handle')
+        status = gracecg_case_free(case)
+        status = gracecg_options_replace(case, c_string(''), changed, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+        status = gracecg_options_text(case, size=NONE, error=failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+
+    contains
+
+        subroutine check_text(object, part, there)
+            integer(c_intptr_t), intent(in) :: object
+            character(*), intent(in) :: part
+            logical, intent(in) :: there
+
+            character(kind=c_char), allocatable, target :: text(:)
+            integer(c_size_t) :: length
+
+            if (allocated(error)) return
+            status = gracecg_options_text(object, size=NONE, length=length, error=failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            allocate (text(length + 1))
+            status = gracecg_options_text(object, text, length + 1, error=failure)
+            call check(error, (index(text_at(c_loc(text)), part) > 0) .eqv. there, part)
+        end subroutine check_text
+    end subroutine test_options
 
     !> What `optimal` and `sequential` say beside the offset.
     subroutine test_details(error)
