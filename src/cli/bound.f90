@@ -55,7 +55,7 @@ contains
             if (allocated(error)) return
             if (output_format == 'csv') then
                 if (i == 1) call console%line(COLUMNS)
-                call console%line(trim(calibration%case%knowledge%name)//','//join(padded(number_fields( &
+                call console%line(trim(calibration%case%name)//','//join(padded(number_fields( &
                     [[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])), ','))
             else
                 if (i > 1) call console%line('')
@@ -73,7 +73,7 @@ contains
         character(120) :: line
         integer :: i
 
-        call console%line(trim(calibration%case%knowledge%name)//': least standard deviation of the CG offset, mm')
+        call console%line(trim(calibration%case%name)//': least standard deviation of the CG offset, mm')
         write (line, '(a, 3(a12))') '                           ', 'x', 'y', 'z'
         call console%line(trim(line))
         write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', bound%sigma/MILLIMETRE

@@ -49,9 +49,9 @@ contains
 
         call take_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
-        associate (knowledge => calibration%case%knowledge)
-            call check_rods_fire(knowledge%rods, knowledge%duration, error)
-            call add_context(error, 'case '//trim(knowledge%name))
+        associate (case => calibration%case)
+            call check_rods_fire(case%satellite%rods, case%duration, error)
+            call add_context(error, 'case '//trim(case%name))
         end associate
     end subroutine take_firing_calibration
 end module gracecg_cli_calibration_argument

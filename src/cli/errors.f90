@@ -69,7 +69,7 @@ contains
                               runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
-        case_name = trim(calibration%case%knowledge%name)
+        case_name = trim(calibration%case%name)
         call show(case_name//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
         if (path /= '') call write_error_sources(path, 'errors', case_name//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)

@@ -170,7 +170,7 @@ contains
         call add_case(campaign, i, calibration, error)
         if (allocated(error)) return
         do a = 1, size(plan%algorithms)
-            call console%progress('montecarlo: '//trim(simulator%case%knowledge%name)//', '//plan%algorithms(a)%text// &
+            call console%progress('montecarlo: '//trim(simulator%case%name)//', '//plan%algorithms(a)%text// &
                                   ', '//integer_text(size(shard_runs(campaign)))//' runs')
             call run_entry(campaign, a, i, simulator, calibration%options, plan%threads, &
                            error)
@@ -212,8 +212,8 @@ contains
         call estimate_offset(plan%algorithms(1)%text, observations, own, solution, error)
         if (allocated(error)) return
         write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
-            (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
+            (simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
              predicted(i), i=1, 3)
-        call console%line(wide(trim(simulator%case%knowledge%name), 12)//trim(row))
+        call console%line(wide(trim(simulator%case%name), 12)//trim(row))
     end subroutine show_one_calibration
 end module gracecg_cli_montecarlo

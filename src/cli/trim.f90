@@ -87,7 +87,7 @@ contains
         end if
         call trim_offset(calibration%case, algorithm, calibration%options, settings, rounds, error)
         if (allocated(error)) return
-        name = trim(calibration%case%knowledge%name)//', '//algorithm
+        name = trim(calibration%case%name)//', '//algorithm
         call show(name, rounds, console)
         call show_verdict(settings, rounds, console)
         if (path /= '') call write_file(path, name, settings, rounds, error)
@@ -109,7 +109,7 @@ contains
         character(120) :: row
         integer :: i, axis
 
-        name = trim(calibration%case%knowledge%name)
+        name = trim(calibration%case%name)
         call console%progress('trim: '//name)
         call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error)
         if (allocated(error)) return

@@ -30,7 +30,7 @@ contains
         call find_case(name_or_path, calibration%case, error)
         if (allocated(error)) return
         if (is_built_in(name_or_path)) then
-            calibration%options = report_options(trim(calibration%case%knowledge%name))
+            calibration%options = report_options(trim(calibration%case%name))
         else
             call read_options(name_or_path, calibration%options, error, OF_CASE, calibration%warning)
         end if

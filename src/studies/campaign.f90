@@ -92,18 +92,18 @@ contains
 
         character(:), allocatable :: text
 
-        if (any(campaign%cases(:i - 1)%name == calibration%case%knowledge%name)) then
-            call fail(error, 'two cases have the name "'//trim(calibration%case%knowledge%name)// &
+        if (any(campaign%cases(:i - 1)%name == calibration%case%name)) then
+            call fail(error, 'two cases have the name "'//trim(calibration%case%name)// &
                       '": their rows could not be told apart; change `name` in the namelist file')
-        else if (scan(trim(calibration%case%knowledge%name), ',"') > 0) then
+        else if (scan(trim(calibration%case%name), ',"') > 0) then
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
-                      trim(calibration%case%knowledge%name))
+                      trim(calibration%case%name))
         else
             call calibration_text(calibration, text, error)
         end if
         if (allocated(error)) return
         associate (case => calibration%case)
-            campaign%cases(i) = campaign_case_t(case%knowledge%name, case%offset/MILLIMETRE, checksum(text))
+            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
         end associate
     end subroutine add_case
 

@@ -287,7 +287,7 @@ contains
         call refuse_date('igrf14', 1899.9_dp, 'range 1900 to 2030 years', error)
         call refuse_date('igrf14', 2030.1_dp, 'range 1900 to 2030 years', error)
         call refuse_date('igrf14', nan, 'is outside', error)
-        call refuse_date('igrf59', 1990.0_dp, 'Did you mean igrf95?', error)
+        call refuse_date('igrf59', 1990.0_dp, 'did you mean "igrf95"', error)
         if (allocated(error)) return
         call new_igrf('x', EARTH_RADIUS_IGRF, 0, LIST, model, failure)
         call check_fails(error, message_of(failure), ['x: degree = 0'])

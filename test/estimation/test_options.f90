@@ -320,7 +320,7 @@ contains
         call find_calibration(FOLDER//'options.nml', again, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, again%case%knowledge%a_priori%sigma_torque, 5e-6_dp)
+        call check(error, again%case%operator%a_priori%sigma_torque, 5e-6_dp)
         if (allocated(error)) return
         if (.not. allocated(again%warning)) again%warning = ''
         call check_fails(error, again%warning, [character(W) :: 'options.nml:', 'sigma_', '&optimal', '&a_priori'])

@@ -101,6 +101,7 @@ contains
                                              '-', '1e999']
         type(table_file_t) :: file
         type(error_t), allocatable :: failure
+        character(W) :: parts(2)
         integer :: i
 
         call read_sample(error, file)
@@ -113,8 +114,9 @@ contains
         do i = 1, size(BAD)
             if (allocated(error)) return
             call file%check_numbers(1, [string_t('1'), string_t(trim(BAD(i)))], 2, failure)
-            call check_fails(error, message_of(failure), [character(W) :: 'fields.txt:3: column 3: "'// &
-                             trim(BAD(i))//'" is not a finite number', '|  1'])
+            parts(1) = 'fields.txt:3: column 3: "'//trim(BAD(i))//'" is not a finite number'
+            parts(2) = '|  1'
+            call check_fails(error, message_of(failure), parts)
         end do
     end subroutine test_unused
 

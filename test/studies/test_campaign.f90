@@ -66,7 +66,7 @@ contains
         do i = 1, 2
             if (i == 1) call find_calibration('front-3', calibration, failure)
             if (i == 2) call find_calibration('back-1', calibration, failure)
-            if (i == 2) calibration%case%knowledge%name = 'my own case'
+            if (i == 2) calibration%case%name = 'my own case'
             if (.not. allocated(failure)) call add_case(campaign, i, calibration, failure)
             if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
             do a = 1, size(ALGORITHMS)
@@ -205,7 +205,7 @@ contains
         call add_case(campaign, 2, calibration, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'two cases have the name "front-1"'])
         if (allocated(error)) return
-        calibration%case%knowledge%name = 'a, b'
+        calibration%case%name = 'a, b'
         call add_case(campaign, 2, calibration, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names
