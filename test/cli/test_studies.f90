@@ -207,7 +207,8 @@ contains
         call prepare(error, 'front-2', 'all-noise', simulator)
         if (allocated(error)) return
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
-        if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), MODEL_FIELD_ERROR, rms, &
+        if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
+            MODEL_FIELD_ERROR, rms, &
                                                                failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
