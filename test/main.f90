@@ -54,6 +54,7 @@ program tester
     use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
+    use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
     use test_bound_command, only: collect_bound_command
@@ -141,6 +142,7 @@ program tester
              new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
+             new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('bound', collect_bound), &

@@ -5,7 +5,8 @@
 !>
 !> The numbers are those of `gracecg bound front-2`.
 program bound
-    use gracecg, only: dp, MILLIMETRE, error_t, case_t, find_case, case_bound_t, bound_of_case, BOUND_SOURCES
+    use gracecg, only: dp, MILLIMETRE, error_t, case_t, find_case, estimation_options_t, case_bound_t, &
+        bound_of_case, BOUND_SOURCES
     implicit none
     type(case_t) :: case
     type(case_bound_t) :: limit
@@ -13,7 +14,7 @@ program bound
     integer :: i
 
     call find_case('front-2', case, error)
-    if (.not. allocated(error)) call bound_of_case(case, limit, error)
+    if (.not. allocated(error)) call bound_of_case(case, estimation_options_t(), limit, error)
     if (allocated(error)) error stop error%message
 
     print '(a)', 'front-2, body axes, mm'
@@ -27,6 +28,6 @@ program bound
 
     ! a manoeuvre that shows nothing has no bound: that is said, and nothing stops
     case%satellite%rods%count = 0
-    call bound_of_case(case, limit, error)
+    call bound_of_case(case, estimation_options_t(), limit, error)
     if (allocated(error)) print '(2a)', 'without rods: ', error%message
 end program bound

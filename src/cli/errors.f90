@@ -5,10 +5,10 @@ module gracecg_cli_errors
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, write_error_sources, STUDY_NAMES
     use gracecg_files_file, only: check_writable
+    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
@@ -35,6 +35,7 @@ contains
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+        call add_options_option(arguments)
     end subroutine declare_errors
 
     !> The work of `gracecg errors`.
@@ -43,7 +44,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
         integer :: runs, seed, threads
@@ -57,12 +58,13 @@ contains
         if (allocated(misuse)) return
 
         call check_writable(path, error)
-        if (.not. allocated(error)) call find_calibration(case_name, case, error)
+        if (.not. allocated(error)) call take_firing_calibration(arguments, case_name, console, &
+                                                                     calibration, error)
         if (allocated(error)) return
-        call study_all_errors(case, algorithm, seed, runs, threads, studies, error, console)
+        call study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, console)
         if (allocated(error)) return
-        call show(trim(case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
-        if (path /= '') call write_error_sources(path, 'errors', trim(case%name)//', '//algorithm// &
+        call show(trim(calibration%case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(calibration%case%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 

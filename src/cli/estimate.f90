@@ -7,7 +7,8 @@ module gracecg_cli_estimate
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_observation_files, only: read_observations
+    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
@@ -39,6 +40,8 @@ contains
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
+        call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
+                                  'guesses, what else to estimate (default: what the algorithm needs no telling)')
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
                                   'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
@@ -65,14 +68,16 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(fit_record_t) :: record
-        character(:), allocatable :: algorithm, output_format, page, running_file
+        character(:), allocatable :: algorithm, output_format, page, running_file, options_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
         call arguments%get('--report', page, misuse, default='')
         call arguments%get('--running', running_file, misuse, default='')
+        call arguments%get('--options', options_file, misuse, default='')
         call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
                        ' estimates from all samples at once and has no running estimate; use --algorithm '// &
                        'sequential', misuse)
@@ -83,11 +88,12 @@ contains
         if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) &
             call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call take_options(arguments%positional(1), options_file, options, console, error)
         if (allocated(error)) return
         if (page == '') then
-            call estimate_offset(algorithm, observations, solution, error)
+            call estimate_offset(algorithm, observations, options, solution, error)
         else
-            call estimate_offset(algorithm, observations, solution, error, record=record)
+            call estimate_offset(algorithm, observations, options, solution, error, record=record)
         end if
         if (.not. allocated(error) .and. running_file /= '') &
             call write_running_estimate(running_file, solution%running, error)
@@ -99,16 +105,33 @@ contains
             call print_text(observations%knowledge, solution, console)
         end if
         if (.not. allocated(error) .and. page /= '') then
-            call write_calibration_page(page, arguments%positional(1), observations, solution, record, console, &
-                                        error)
+            call write_calibration_page(page, arguments%positional(1), options_file, observations, solution, record, &
+                                        console, error)
             if (.not. allocated(error) .and. output_format == 'text') &
                 call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
         end if
         if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
-                  ' iterations: the offset is not to be relied upon; check guess_quaternion '// &
-                  'and guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
+                  ' iterations: the offset is not to be relied upon; check the star-camera '// &
+                  'samples, or give guess_quaternion and guess_angular_velocity with --options')
     end subroutine run_estimate
+
+    !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
+    subroutine take_options(folder, options_file, options, console, error)
+        character(*), intent(in) :: folder, options_file
+        type(estimation_options_t), intent(out) :: options
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(estimation_options_t) :: former
+        character(:), allocatable :: warning
+
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
+        if (allocated(error)) return
+        if (allocated(warning)) call console%message('warning: '//warning)
+        options = former
+        if (options_file /= '') call read_options(options_file, options, error)
+    end subroutine take_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.
     subroutine warn(knowledge, solution, console)

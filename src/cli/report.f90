@@ -10,8 +10,8 @@ module gracecg_cli_report
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: make_directory, check_writable
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_campaign, only: campaign_t, report_campaign
     use gracecg_studies_curves, only: verification_t, verify_case
     use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
@@ -130,7 +130,7 @@ contains
         type(campaign_t) :: campaign
         type(error_study_t) :: sources(size(STUDY_NAMES))
         type(field_study_t) :: losses(LOSS_STUDIES)
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         integer :: i
 
         call add_simulation_chapter(book, error)
@@ -149,8 +149,8 @@ contains
         if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
         if (.not. allocated(error)) call add_accuracy_chapter(book, campaign, error)
         if (.not. allocated(error)) call add_timing_chapter(book, revolutions, error)
-        if (.not. allocated(error)) call report_case(SOURCES_CASE, case, error)
-        if (.not. allocated(error)) call study_all_errors(case, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
+        if (.not. allocated(error)) call find_calibration(SOURCES_CASE, calibration, error)
+        if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
                                                           sources, error, console)
         if (.not. allocated(error)) call add_sources_chapter(book, sources, error)
         if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, book%seed, book%runs, &
@@ -169,13 +169,13 @@ contains
         type(limit_study_t) :: limits(size(REPORT_CASE_NAMES))
         type(design_study_t) :: designs(size(SATELLITES))
         type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         integer :: i, runs
 
         runs = min(book%runs, MOST_LIMIT_RUNS)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call study_limit(case, book%seed, runs, threads, limits(i), error, console)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call study_limit(calibration, book%seed, runs, threads, limits(i), error, console)
             if (allocated(error)) return
         end do
         call add_limit_chapter(book, limits, error)

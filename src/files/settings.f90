@@ -38,7 +38,7 @@ module gracecg_files_settings
         procedure :: group                  !! Begins a group
         procedure :: end_group              !! Ends the group
         procedure :: count => count_groups  !! How many groups of a name there are
-        procedure :: holds                  !! Is there such a group to be read?
+        procedure :: holds                  !! Is there such a group, or key, to be read?
         procedure :: real_value             !! A number
         procedure :: real_values            !! Several numbers
         procedure :: integer_value          !! An integer
@@ -69,15 +69,18 @@ contains
         call self%source%parse(text, name, error)
     end subroutine open_text
 
-    !> The first failure of the description, or the first group or key that nobody asked for.
-    subroutine finish(self, error)
+    !> The first failure of the description, or the first group or key that nobody asked for. A file may have
+    !> groups of others, which these are to check.
+    subroutine finish(self, error, others, only)
         class(settings_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: others(:)     !! Groups that are not checked
+        character(*), intent(in), optional :: only(:)       !! Groups that alone are checked
 
         if (allocated(self%failure)) then
             call move_alloc(self%failure, error)
         else if (self%reading) then
-            call self%source%check_all_used(error)
+            call self%source%check_all_used(error, others, only)
         end if
     end subroutine finish
 
@@ -137,13 +140,14 @@ contains
         if (self%reading) n = self%source%group_count(name)
     end subroutine count_groups
 
-    !> Is there a group of this name to be read? Where settings are written, none.
-    logical function holds(self, name)
-        class(settings_t), intent(inout) :: self
+    !> Is there a group of this name to be read, or a key whose name begins so? Where settings are written, none.
+    logical function holds(self, name, key)
+        class(settings_t), intent(in) :: self
         character(*), intent(in) :: name    !! Without the &
+        character(*), intent(in), optional :: key   !! In the first group of the name
 
         holds = self%reading
-        if (holds) holds = self%source%group_count(name) > 0
+        if (holds) holds = self%source%holds(name, key)
     end function holds
 
     !> A number. In the file it stands in a unit of its own: value = number times `factor`.

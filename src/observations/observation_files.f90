@@ -11,16 +11,16 @@ module gracecg_observations_observation_files
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_satellite, &
-        describe_instruments, describe_a_priori, describe_estimation, HEADS
+        describe_instruments, describe_a_priori, ESTIMATION_GROUPS, HEADS
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, &
         SAMPLE_TOLERANCE
     implicit none
     private
-    public :: write_observations, read_observations, OBSERVATION_FILES
+    public :: write_observations, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
-    integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    integer, parameter :: TABLE_COUNT = 4, SETUP_FILE = 5
     !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
@@ -148,7 +148,7 @@ contains
         end do
         copy = knowledge
         call describe_setup(settings, copy)
-        call settings%save(path_of(folder, SETUP_NAMELIST), error)
+        call settings%save(path_of(folder, SETUP_FILE), error)
     end subroutine write_setup
 
     !> All that setup.nml holds.
@@ -159,7 +159,6 @@ contains
         call describe_satellite(settings, knowledge)
         call describe_instruments(settings, knowledge)
         call describe_a_priori(settings, knowledge%a_priori)
-        call describe_estimation(settings, knowledge)
     end subroutine describe_setup
 
     !> Reads an observation set from its folder.
@@ -179,7 +178,7 @@ contains
                       ': no such folder; name the folder of an observation set')
             return
         end if
-        call read_setup(path_of(folder, SETUP_NAMELIST), observations%knowledge, error)
+        call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)
         if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
@@ -297,7 +296,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call describe_setup(settings, knowledge)
-        call settings%finish(error)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
         call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia, &
                                                         [0.0_dp, 0.0_dp, 0.0_dp]), error)

@@ -22,8 +22,7 @@ module gracecg_simulation_case
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
-    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_a_priori, describe_estimation, &
-        check_quaternion
+    use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t
@@ -40,7 +39,6 @@ module gracecg_simulation_case
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
-        type(operator_knowledge_t) :: knowledge
         ! initial state
         real(dp) :: position(3) = 0                 !! Inertial J2000, m
         real(dp) :: velocity(3) = 0                 !! m/s
@@ -119,7 +117,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call describe_case(settings, case)
-        call settings%finish(error)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         call add_context(error, name)
@@ -160,7 +158,6 @@ contains
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
         call describe_magnetometer(settings, case%satellite%magnetometer)
         call describe_a_priori(settings, case%operator%a_priori)
-        call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 
     subroutine describe_state(settings, case)

@@ -61,7 +61,6 @@ contains
 
         integer :: head
 
-        knowledge = case%knowledge
         knowledge%name = case%name
         knowledge%epoch = case%epoch
         knowledge%duration = case%duration

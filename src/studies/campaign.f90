@@ -10,9 +10,10 @@ module gracecg_studies_campaign
     use gracecg_base_progress, only: progress_t, tell
     use gracecg_base_text, only: integer_text
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
@@ -88,25 +89,27 @@ contains
     end function shard_runs
 
     !> Makes a case number i of the campaign. Fails when its name is another one's, or has a comma.
-    subroutine add_case(campaign, i, case, error)
+    subroutine add_case(campaign, i, calibration, error)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: i    !! Its number in the campaign
-        type(case_t), intent(in) :: case
+        type(calibration_t), intent(in) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: text
 
-        if (any(campaign%cases(:i - 1)%name == case%name)) then
-            call fail(error, 'two cases have the name "'//trim(case%name)// &
+        if (any(campaign%cases(:i - 1)%name == calibration%case%name)) then
+            call fail(error, 'two cases have the name "'//trim(calibration%case%name)// &
                       '": their rows could not be told apart; change `name` in the namelist file')
-        else if (scan(trim(case%name), ',"') > 0) then
+        else if (scan(trim(calibration%case%name), ',"') > 0) then
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
-                      trim(case%name))
+                      trim(calibration%case%name))
         else
-            call case_text(case, text, error)
+            call calibration_text(calibration, text, error)
         end if
         if (allocated(error)) return
-        campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
+        associate (case => calibration%case)
+            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
+        end associate
     end subroutine add_case
 
     !> A number that differs between texts, but for one chance in two thousand million.
@@ -131,36 +134,37 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         integer :: i
 
         campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), seed, runs, 1, 1)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
-            if (.not. allocated(error)) call run_case(campaign, i, simulator, threads, error, progress)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
+            if (.not. allocated(error)) call run_case(campaign, i, calibration, simulator, threads, error, progress)
             if (allocated(error)) return
         end do
     end subroutine report_campaign
 
-    !> Makes the simulator's case number i of the campaign and runs it with all algorithms.
-    subroutine run_case(campaign, i, simulator, threads, error, progress)
+    !> Makes a case number i of the campaign and runs it with all algorithms.
+    subroutine run_case(campaign, i, calibration, simulator, threads, error, progress)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: i                        !! Number of the case
-        type(simulator_t), intent(in) :: simulator
+        type(calibration_t), intent(in) :: calibration  !! The case, and how it is estimated
+        type(simulator_t), intent(in) :: simulator      !! Of the case
         integer, intent(in) :: threads                  !! How many to use
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
         integer :: a
 
-        call add_case(campaign, i, simulator%case, error)
+        call add_case(campaign, i, calibration, error)
         do a = 1, size(campaign%algorithms)
             if (allocated(error)) return
             call tell(progress, 'campaign: '//trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a))//', '// &
                       integer_text(size(shard_runs(campaign)))//' runs')
-            call run_entry(campaign, a, i, simulator, threads, error)
+            call run_entry(campaign, a, i, simulator, calibration%options, threads, error)
         end do
     end subroutine run_case
 
@@ -187,10 +191,11 @@ contains
     end function first_runs
 
     !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
-    subroutine run_entry(campaign, a, i, simulator, threads, error)
+    subroutine run_entry(campaign, a, i, simulator, options, threads, error)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: a, i                     !! Numbers of algorithm and case
         type(simulator_t), intent(in) :: simulator      !! Of case i
+        type(estimation_options_t), intent(in) :: options   !! Of its estimates
         integer, intent(in) :: threads                  !! How many to use
         type(error_t), allocatable, intent(out) :: error
 
@@ -199,9 +204,9 @@ contains
         character(:), allocatable :: algorithm
 
         algorithm = trim(campaign%algorithms(a))
-        call predict_errors(simulator, algorithm, prediction, error)
+        call predict_errors(simulator, algorithm, options, prediction, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, algorithm, campaign%seed, shard_runs(campaign), threads, results, &
+        call run_monte_carlo(simulator, algorithm, options, campaign%seed, shard_runs(campaign), threads, results, &
                              error)
         if (allocated(error)) return
         associate (entry => campaign%entries(a, i))

@@ -7,10 +7,9 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: SQUARE
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, SQUARE
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
     use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
@@ -34,7 +33,7 @@ module gracecg_studies_designed_manoeuvre
 
     !> The manoeuvres of one satellite over a revolution.
     type :: design_study_t
-        type(case_t) :: case                                !! Case 1, the manoeuvre the designed one
+        type(calibration_t) :: calibration                  !! Case 1, the manoeuvre the designed one
         type(manoeuvre_design_t) :: design                  !! What the search found
         type(map_point_t), allocatable :: report(:)         !! The map of the report's manoeuvre
         type(map_point_t), allocatable :: designed(:)       !! Of the designed one
@@ -67,9 +66,9 @@ contains
         real(dp), allocatable :: times(:)
         integer :: i
 
-        call report_case(satellite//'-1', study%case, error)
-        if (.not. allocated(error)) call new_accelerometer_view(study%case, view, error)
-        if (.not. allocated(error)) call new_nominal_orbit(study%case, orbit, error, 1, ORBIT_STEP)
+        call find_calibration(satellite//'-1', study%calibration, error)
+        if (.not. allocated(error)) call new_accelerometer_view(study%calibration%case, view, error)
+        if (.not. allocated(error)) call new_nominal_orbit(study%calibration%case, orbit, error, 1, ORBIT_STEP)
         if (allocated(error)) return
         settings%threads = threads
         settings%lowest_frequency = LOWEST_FREQUENCY
@@ -81,11 +80,11 @@ contains
         if (.not. allocated(error)) call design_manoeuvre(view, sites, settings, study%design, error)
         if (allocated(error)) return
         times = [(i*MAP_STEP, i=0, int(last_time(orbit)/MAP_STEP))]
-        call map_manoeuvre(view, orbit, times, study%case%satellite%rods, threads, study%report, error)
+        call map_manoeuvre(view, orbit, times, study%calibration%case%satellite%rods, threads, study%report, error)
         if (allocated(error)) return
         call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
-        call take_design(study%design, study%case)
-        study%case%name = satellite//'-design'
+        call take_design(study%design, study%calibration)
+        study%calibration%case%name = satellite//'-design'
     end subroutine study_design
 
     !> Standard deviation of the worst axis where it is least along the revolution, m.
@@ -115,7 +114,7 @@ contains
         type(designed_calibration_t), intent(out) :: reached
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
@@ -124,19 +123,19 @@ contains
         type(trim_statistics_t) :: rounds(TRIM_ROUNDS)
         integer :: k
 
-        call report_case(case_name, case, error)
+        call find_calibration(case_name, calibration, error)
         if (allocated(error)) return
-        case%satellite%rods = design%rods
-        call bound_of_case(case, bound, error)
-        call take_design(design, case)
-        if (.not. allocated(error)) call new_simulator(case, simulator, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, seed, [(k, k=1, runs)], threads, &
-                                                         results, error)
+        call take_manoeuvre(design%rods, calibration%case%satellite%rods)
+        call bound_of_case(calibration%case, calibration%options, bound, error)
+        call take_design(design, calibration)
+        if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, calibration%options, seed, &
+                                                         [(k, k=1, runs)], threads, results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = seed
-        call repeat_trim(case, DESIGN_ALGORITHM, settings, trim_runs, threads, rounds, error)
+        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, trim_runs, threads, rounds, error)
         if (allocated(error)) return
         reached%case_name = case_name
         reached%bound = bound%sigma
@@ -157,8 +156,9 @@ contains
         character(200) :: comments(3)
         integer :: i
 
-        comments(:2) = file_comments(command, trim(study%case%satellite%name)//' satellite: theoretical limit of the CG '// &
-                                     'offset, the worst direction last, of the manoeuvre of case 1')
+        comments(:2) = file_comments(command, trim(study%calibration%case%satellite%name)// &
+                                     ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
+                                     'manoeuvre of case 1')
         comments(3) = 'and of the designed one, started there'
         call file%open(path, 'time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
                        'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', comments, error)

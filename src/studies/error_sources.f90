@@ -8,9 +8,11 @@ module gracecg_studies_error_sources
     use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
         error_statistics_t, statistics_of
     implicit none
@@ -44,10 +46,11 @@ contains
 
     !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
     !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
-    subroutine study_errors(case, name, algorithm, seed, runs, threads, study, error)
+    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: name            !! Of STUDY_NAMES
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
@@ -59,8 +62,8 @@ contains
         integer :: i
 
         call new_switched_simulator(case, study_switches(name), simulator, error)
-        if (.not. allocated(error)) call predict_errors(simulator, algorithm, prediction, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, options, prediction, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], &
                                                          threads, results, error)
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
@@ -70,8 +73,8 @@ contains
     end subroutine study_errors
 
     !> All simulations of STUDY_NAMES, one after the other.
-    subroutine study_all_errors(case, algorithm, seed, runs, threads, studies, error, progress)
-        type(case_t), intent(in) :: case
+    subroutine study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, progress)
+        type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: studies(:)  !! In the order of STUDY_NAMES
@@ -82,7 +85,8 @@ contains
 
         do i = 1, size(STUDY_NAMES)
             call tell(progress, 'error sources: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
+            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, &
+                              threads, studies(i), error)
             if (allocated(error)) return
         end do
     end subroutine study_all_errors

@@ -10,9 +10,9 @@ module gracecg_studies_limit
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     implicit none
@@ -36,8 +36,8 @@ contains
 
     !> Bound of a case and Monte Carlo of every estimator, the systematic errors off; `sequential` does
     !> MOST_SEQUENTIAL_RUNS at most. Fails as `bound_of_case` and `run_monte_carlo` do.
-    subroutine study_limit(case, seed, runs, threads, study, error, progress)
-        type(case_t), intent(in) :: case
+    subroutine study_limit(calibration, seed, runs, threads, study, error, progress)
+        type(calibration_t), intent(in) :: calibration
         integer, intent(in) :: seed, runs, threads      !! Of the random numbers; of each Monte Carlo; in parallel
         type(limit_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
@@ -50,20 +50,20 @@ contains
         type(error_statistics_t) :: statistics
         integer :: a, k
 
-        study%case_name = case%name
+        study%case_name = calibration%case%name
         study%runs = merge(min(runs, MOST_SEQUENTIAL_RUNS), runs, ESTIMATOR_NAMES == 'sequential')
         call switch_off(switches, 'systematic', error)
-        if (.not. allocated(error)) call bound_of_case(case, bound, error)
-        if (.not. allocated(error)) call new_switched_simulator(case, switches, simulator, error)
+        if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
+        if (.not. allocated(error)) call new_switched_simulator(calibration%case, switches, simulator, error)
         if (allocated(error)) return
         study%bound = bound%sigma
         do a = 1, ALGORITHMS
             call tell(progress, 'bound: '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a))//', '// &
                       integer_text(study%runs(a))//' runs')
-            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), seed, [(k, k=1, study%runs(a))], threads, &
-                                 results, error)
+            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), calibration%options, seed, &
+                                 [(k, k=1, study%runs(a))], threads, results, error)
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             study%rms(:, a) = statistics%rms*MILLIMETRE
             study%not_converged(a) = count(.not. results%converged)
         end do

@@ -6,6 +6,7 @@ module gracecg_studies_timing
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
@@ -47,10 +48,11 @@ contains
         call report_case(satellite//'-1', study%case, error)
         if (.not. allocated(error)) call new_nominal_orbit(study%case, study%orbit, error)
         if (allocated(error)) return
-        call scan_orbit(study%case, study%orbit, nint(TIME_OF_CASE), threads, study%of_cases, error)
+        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, nint(TIME_OF_CASE), threads, &
+                        study%of_cases, error)
         if (allocated(error)) return
-        call scan_orbit(study%case, study%orbit, [(i*step, i=0, int(study%orbit%revolution)/step)], threads, &
-                        study%places, error)
+        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, &
+                        [(i*step, i=0, int(study%orbit%revolution)/step)], threads, study%places, error)
     end subroutine study_timing
 
     !> The extremes of a revolution.

@@ -295,18 +295,21 @@ contains
 
         call observe(error, FOLDER//'page-astray')
         if (allocated(error)) return
-        call read_text_file(FOLDER//'page-astray/setup.nml', knowledge, failure)
+        call read_text_file(FOLDER//'page-astray/options.nml', knowledge, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         place = index(knowledge%text, KEY) + len(KEY)
-        call make_file(error, 'page-astray/setup.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
+        call make_file(error, 'page-astray/options.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
         if (allocated(error)) return
-        call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --report '//FOLDER//'astray.html', &
+        call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
+                 'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
         if (.not. allocated(error)) call check(error, index(messages, 'did not converge') > 0, messages)
         call read_page(error, FOLDER//'astray.html', html)
         call has(error, html, 'Not usable.')
+        call has(error, html, '--options '//FOLDER//'page-astray/options.nml')
+        call has(error, html, '&amp;estimation')
         call has(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence

@@ -8,6 +8,7 @@ module test_physical_model
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
@@ -73,12 +74,11 @@ contains
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
         if (with_orbit) call add_orbit(observations)
-        observations%knowledge%optimal%density_wave = 'given'
-        observations%knowledge%optimal%density_wave_period = 13
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
+        model%wave_frequency = 1/13.0_dp
     end subroutine prepare
 
     !> A state in which no parameter is zero.

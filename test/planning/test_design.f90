@@ -516,7 +516,6 @@ contains
                    again%sidereal_angle == later%sidereal_angle .and. all(again%quaternion == later%quaternion))
         if (allocated(error)) return
         again = later_case(case, orbit, 0.0_dp)
-        call check(error, all(again%knowledge%guess_quaternion == case%knowledge%guess_quaternion))
     end subroutine test_later_case
 
     subroutine test_refused(error)

@@ -7,8 +7,10 @@ module test_report_studies
     use gracecg_base_progress, only: progress_t
     use gracecg_base_statistics, only: sampling_error
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
@@ -68,7 +70,7 @@ contains
     subroutine test_first_runs(error)
         type(error_type), allocatable, intent(out) :: error
         character(10), parameter :: ALGORITHMS(2) = [character(10) :: 'assest-fde', 'ascfest']
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(campaign_t) :: three, two, cut
         type(listener_t) :: listener
@@ -76,10 +78,10 @@ contains
 
         three = new_campaign(ALGORITHMS, 1, 7, 3, 1, 1)
         two = new_campaign(ALGORITHMS, 1, 7, 2, 1, 1)
-        call report_case('back-3', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        if (.not. allocated(failure)) call run_case(three, 1, simulator, 2, failure, listener)
-        if (.not. allocated(failure)) call run_case(two, 1, simulator, 1, failure)
+        call find_calibration('back-3', calibration, failure)
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call run_case(three, 1, calibration, simulator, 2, failure, listener)
+        if (.not. allocated(failure)) call run_case(two, 1, calibration, simulator, 1, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         cut = first_runs(three, 2)
@@ -161,7 +163,7 @@ contains
     subroutine test_limit(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: ASCREST = 4
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         type(error_switches_t) :: switches
         type(simulator_t) :: simulator
@@ -171,13 +173,14 @@ contains
         type(listener_t) :: listener
         type(error_t), allocatable :: failure
 
-        call report_case('front-3', case, failure)
-        if (.not. allocated(failure)) call study_limit(case, 5, 2, 2, study, failure, listener)
-        if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
+        call find_calibration('front-3', calibration, failure)
+        if (.not. allocated(failure)) call study_limit(calibration, 5, 2, 2, study, failure, listener)
+        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
         if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
-        if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
+        if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), 5, [1, 2], 1, results, failure)
+            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), calibration%options, 5, [1, 2], 1, &
+                                 results, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
@@ -192,13 +195,14 @@ contains
 
     subroutine test_error_sources(error)
         type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_study_t) :: all_studies(size(STUDY_NAMES)), study
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call study_all_errors(case, 'ascfest', 2, 2, 2, all_studies, failure)
-        if (.not. allocated(failure)) call study_errors(case, 'no-acc-noise', 'ascfest', 2, 2, 1, study, failure)
+        call find_calibration('front-1', calibration, failure)
+        if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2, 2, 2, all_studies, failure)
+        if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
+                                                          calibration%options, 2, 2, 1, study, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
         if (.not. allocated(error)) call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
@@ -217,7 +221,7 @@ contains
         if (.not. allocated(failure)) call report_case('back-3', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) &
-            call study_field(simulator, 'ascrest', .true., 100e-9_dp, 3, 1, 1, study, failure)
+            call study_field(simulator, 'ascrest', report_options('back-3'), .true., 100e-9_dp, 3, 1, 1, study, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(studies%with_model .eqv. [(modulo(i, 2) == 0, i=1, LOSS_STUDIES)]))
@@ -242,15 +246,15 @@ contains
     !> With the case's own manoeuvre as the design: the bound is the case's.
     subroutine test_designed(error)
         type(error_type), allocatable, intent(out) :: error
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         type(manoeuvre_design_t) :: design
         type(designed_calibration_t) :: reached
         type(error_t), allocatable :: failure
 
-        call report_case('back-3', case, failure)
-        if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
-        design%rods = case%satellite%rods
+        call find_calibration('back-3', calibration, failure)
+        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
+        design%rods = calibration%case%satellite%rods
         if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1, 2, 1, 2, reached, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

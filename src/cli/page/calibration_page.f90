@@ -50,9 +50,10 @@ contains
     !> is whole, or it is not there.
     !>
     !> Fails when a file cannot be written.
-    subroutine write_calibration_page(path, source, observations, solution, record, console, error)
+    subroutine write_calibration_page(path, source, options_file, observations, solution, record, console, error)
         character(*), intent(in) :: path                !! Of the page
         character(*), intent(in) :: source              !! Folder of the observation set
+        character(*), intent(in) :: options_file        !! Of --options; empty: none
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record        !! Of the same estimate
@@ -82,7 +83,7 @@ contains
             if (.not. allocated(error)) call write_dependence(solution, record, diagnostics, page)
             if (.not. allocated(error)) call write_residuals(observations, record, diagnostics, book, error)
             if (.not. allocated(error)) call write_findings(verdict, page)
-            if (.not. allocated(error)) call write_provenance(path, source, solution, page, error)
+            if (.not. allocated(error)) call write_provenance(path, source, options_file, solution, page, error)
             if (.not. allocated(error)) call page%write(path, error)
         end associate
         if (allocated(error)) return
@@ -340,23 +341,30 @@ contains
     end subroutine write_findings
 
     !> What the page was made of and how to make it again.
-    subroutine write_provenance(path, source, solution, page, error)
-        character(*), intent(in) :: path, source
+    subroutine write_provenance(path, source, options_file, solution, page, error)
+        character(*), intent(in) :: path, source, options_file
         type(solution_t), intent(in) :: solution
         type(html_page_t), intent(inout) :: page
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: setup
+        type(text_file_t) :: setup, options
+        character(:), allocatable :: command
 
         call read_text_file(source//'/setup.nml', setup, error)
+        if (.not. allocated(error) .and. options_file /= '') call read_text_file(options_file, options, error)
         if (allocated(error)) return
+        command = 'gracecg estimate '//source//' --algorithm '//solution%algorithm//' --report '//path
+        if (options_file /= '') command = command//' --options '//options_file
         call page%chapter('provenance', 'How this page was made')
         call page%paragraph('By gracecg '//VERSION//':')
-        call page%preformatted('gracecg estimate '//source//' --algorithm '//solution%algorithm//' --report '//path)
+        call page%preformatted(command)
         call page%paragraph('The numbers of the figures (CSV) and their gnuplot scripts are in `'// &
                             page_folder(path)//'`; `gnuplot NAME.gp` there draws a figure again. The setup of the '// &
                             'observation set:')
         call page%preformatted(setup%text)
+        if (options_file == '') return
+        call page%paragraph('How it was estimated:')
+        call page%preformatted(options%text)
     end subroutine write_provenance
 
     pure integer function kind_of(grade) result(kind)

@@ -7,7 +7,7 @@ module gracecg_cli_chapter_design
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_file, only: output_file_t
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
-    use gracecg_simulation_case, only: case_text
+    use gracecg_planning_calibration, only: calibration_text
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
     use gracecg_studies_designed_manoeuvre, only: design_study_t, worst_at_best_place, worst_at_worst_place, &
         designed_calibration_t, write_design_map, write_designed_calibrations, LOWEST_FREQUENCY, &
@@ -68,7 +68,7 @@ contains
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        call case_text(study%case, text, error)
+        call calibration_text(study%calibration, text, error)
         if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(satellite)//'.nml'), error)
         if (allocated(error)) return
         call file%line(text)

@@ -4,8 +4,8 @@ module gracecg_cli_chapter_simulation
     use gracecg_base_constants, only: DEGREE, MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_environment_time, only: utc_text
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_cli_cases, only: case_place, rods_text
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, text_cell
     use gracecg_cli_report_book, only: report_book_t
@@ -21,17 +21,17 @@ contains
         type(report_book_t), intent(inout) :: book
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: cases(size(REPORT_CASE_NAMES))
+        type(calibration_t) :: calibrations(size(REPORT_CASE_NAMES))
         type(table_rows_t) :: rows
         character(:), allocatable :: text
         real(dp) :: latitude, longitude, height
         integer :: i
 
-        do i = 1, size(cases)
-            call report_case(REPORT_CASE_NAMES(i), cases(i), error)
-            if (.not. allocated(error)) call case_place(cases(i), latitude, longitude, height, error)
+        do i = 1, size(calibrations)
+            call find_calibration(REPORT_CASE_NAMES(i), calibrations(i), error)
+            if (.not. allocated(error)) call case_place(calibrations(i)%case, latitude, longitude, height, error)
             if (allocated(error)) return
-            associate (case => cases(i))
+            associate (case => calibrations(i)%case)
                 call rows%add(head_cell(trim(case%name))//text_cell(trim(utc_text(case%epoch)))// &
                               number_cells([TIME_OF_CASE(case%number)], 0)// &
                               number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))// &
@@ -59,10 +59,10 @@ contains
                              'longitude', 'height, km', 'rods x, y, z, A m^{2}', 'true offset x, y, z, mm', '', ''], &
                              rows, 'cases')
         call book%page%paragraph('Every setting of a case, with unit and meaning, as `gracecg cases show CASE` prints it:')
-        do i = 1, size(cases)
-            call case_text(cases(i), text, error)
+        do i = 1, size(calibrations)
+            call calibration_text(calibrations(i), text, error)
             if (allocated(error)) return
-            call book%page%details(trim(cases(i)%name), text)
+            call book%page%details(trim(REPORT_CASE_NAMES(i)), text)
         end do
     end subroutine add_simulation_chapter
 

@@ -8,7 +8,8 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_base_lapack, only: normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_estimation_physical_model
@@ -49,23 +50,22 @@ module gracecg_estimation_whitened_problem
 
 contains
 
-    !> The parameters that the settings ask for.
-    pure function estimated_parameters(knowledge) result(estimated)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> The parameters that the options ask for.
+    pure function estimated_parameters(asked) result(estimated)
+        type(optimal_options_t), intent(in) :: asked
         integer, allocatable :: estimated(:)
 
         estimated = ALWAYS_ESTIMATED
-        associate (asked => knowledge%optimal)
-            if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
-            if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
-            if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
-            if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
-        end associate
+        if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
+        if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
+        if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
+        if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
     end function estimated_parameters
 
-    !> Sets up the problem from preprocessed data, at the setup's initial guess. Call set_noise next.
-    subroutine prepare_calibration(knowledge, data, estimated, problem)
+    !> Sets up the problem from preprocessed data, at the first guess. Call set_noise next.
+    subroutine prepare_calibration(knowledge, options, data, estimated, problem)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fitting_data_t), intent(inout) :: data     !! Its warnings may grow
         integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_physical_model
         type(whitened_problem_t), intent(out) :: problem
@@ -73,8 +73,10 @@ contains
         integer :: n
 
         call prepare_model(knowledge, data, estimated, problem%model)
+        if (options%optimal%density_wave == WAVE_GIVEN) &
+            problem%model%wave_frequency = 1/options%optimal%density_wave_period
         problem%data = data
-        problem%state = initial_state(knowledge)
+        problem%state = initial_state(data, options)
         problem%names = PARAMETER_NAMES(estimated)
         problem%scales = typical_sizes(estimated, knowledge%duration)
         call take_prior(knowledge, estimated, problem)
@@ -93,8 +95,9 @@ contains
     end subroutine prepare_calibration
 
     !> The same problem, at the same state, with other parameters. Call set_noise next.
-    subroutine with_parameters(knowledge, problem, estimated, other)
+    subroutine with_parameters(knowledge, options, problem, estimated, other)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_physical_model
         type(whitened_problem_t), intent(out) :: other
@@ -102,7 +105,7 @@ contains
         type(fitting_data_t) :: data
 
         data = problem%data
-        call prepare_calibration(knowledge, data, estimated, other)
+        call prepare_calibration(knowledge, options, data, estimated, other)
         other%data%warnings = problem%data%warnings     ! said already
         other%model%wave_frequency = problem%model%wave_frequency
         other%state = problem%state
