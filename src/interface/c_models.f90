@@ -17,7 +17,7 @@ module gracecg_interface_c_models
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
         LONGEST_NAME, start, raise, pass_on, need, check_count, check_finite, check_result, &
-        check_distance, fortran_text, time_of, later_time, keep, refuse_handle, free_object
+        check_distance, fortran_text, time_of, later_time, keep_copy, refuse_handle, free_object
     implicit none
     private
     public :: c_gravity_open, c_gravity_free, c_gravity_evaluate
@@ -65,12 +65,10 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(gravity_object_t), pointer :: made
+        type(gravity_object_t) :: made
         type(geopotential_t) :: harmonics
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'gravity', status, error)
@@ -90,17 +88,12 @@ contains
         end select
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            if (name == 'point-mass') then
-                made%model = point_mass_gravity_t()
-            else
-                made%model = harmonics
-            end if
+        if (name == 'point-mass') then
+            made%model = point_mass_gravity_t()
+        else
+            made%model = harmonics
         end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_gravity_open
 
     !> Fails when a name is neither one of the known ones nor that of a file.
@@ -189,13 +182,11 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(field_object_t), pointer :: made
+        type(field_object_t) :: made
         type(igrf_t) :: model
         type(utc_t) :: time
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'field', status, error)
@@ -211,13 +202,8 @@ contains
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        made%model = model
+        call keep_copy(made, handle, status, error)
     end function c_field_open
 
     !> gracecg_field_free
@@ -295,26 +281,17 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(density_object_t), pointer :: made
-        type(dtm77_t) :: model
+        type(density_object_t) :: made
         type(error_t), allocatable :: failure
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'density', status, error)
         if (present(handle)) handle = 0
         if (status /= STATUS_OK) return
-        call new_dtm77(f107, f107_mean, kp, model, failure)
+        call new_dtm77(f107, f107_mean, kp, made%model, failure)
         call pass_on(failure, status, error, STATUS_BAD_VALUE)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_density_open_indices
 
     !> gracecg_density_free
@@ -410,12 +387,9 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(wind_object_t), pointer :: made
-        type(tabulated_wind_t) :: model
+        type(wind_object_t) :: made
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'wind', status, error)
@@ -423,20 +397,14 @@ contains
         call fortran_text(name_or_file, LONGEST_NAME, 'name_or_file', name, status, error)
         if (status /= STATUS_OK) return
         if (name == 'hwm93') then
-            model = embedded_wind()
+            made%model = embedded_wind()
         else
             call check_file(name, WIND_NAMES, 'wind', failure)
-            if (.not. allocated(failure)) call read_wind(name, model, failure)
+            if (.not. allocated(failure)) call read_wind(name, made%model, failure)
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_wind_open
 
     !> gracecg_wind_free
@@ -548,12 +516,9 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(earth_radiation_object_t), pointer :: made
-        type(earth_radiation_t) :: model
+        type(earth_radiation_object_t) :: made
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'model', status, error)
@@ -565,16 +530,10 @@ contains
                        integer_text(MOST_RINGS), status, error)
             return
         end if
-        call new_earth_radiation(model, name, standard_rings(rings), solar_irradiance, failure)
+        call new_earth_radiation(made%model, name, standard_rings(rings), solar_irradiance, failure)
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_earth_radiation_open
 
     !> gracecg_earth_radiation_free

@@ -50,6 +50,8 @@ contains
                     new_unittest('best-place', test_place), &
                     new_unittest('threads', test_threads), &
                     new_unittest('moved-case', test_moved_case), &
+                    new_unittest('plan', test_plan), &
+                    new_unittest('plan-of-the-shortest-arc', test_shortest_plan), &
                     new_unittest('refuses-impossible', test_refused)]
     end subroutine collect_design
 
@@ -517,9 +519,75 @@ contains
         call check(error, all(again%position == later%position) .and. &
                    again%sidereal_angle == later%sidereal_angle .and. all(again%quaternion == later%quaternion))
         if (allocated(error)) return
+        call check(error, later%wind_model, 'hwm93', 'the wind fitted to case 1 goes along')
+        if (allocated(error)) return
+        case%wind_east = case%wind_east + 1
+        later = moved_case(case, orbit, TIME_OF_CASE(2))
+        call check(error, later%wind_model, 'constant', 'a wind of one''s own does not go along')
+        if (allocated(error)) return
         again = moved_case(case, orbit, 0.0_dp)
         call check(error, all(again%knowledge%guess_quaternion == case%knowledge%guess_quaternion))
     end subroutine test_moved_case
+
+    !> The two halves of a plan and the one call give the same; the place that is chosen is one of the orbit; the
+    !> case that flies a plan, judged as it stands, is as good as the plan says.
+    subroutine test_plan(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan, judged
+        type(case_t) :: case, planned, again
+        type(manoeuvre_design_t) :: design
+        type(error_t), allocatable :: failure
+
+        call report_case('back-1', case, failure)
+        request%place = ANYWHERE
+        request%settings = quick_settings(SINE)
+        request%settings%highest_frequency = 0.1_dp
+        call prepare_plan(case, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
+                   size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)
+        if (allocated(error)) return
+        planned = planned_case(request, plan)
+        call plan_manoeuvre(case, plan%time, request%settings, again, design, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. abs(design%worst - plan%design%worst) > 0 .and. &
+                   .not. any(abs(planned%position - again%position) > 0), 'another plan in one call')
+        if (allocated(error)) return
+        request = plan_request_t(search=.false.)
+        call prepare_plan(planned, request, judged, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, judged, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, judged%design%worst, plan%design%worst, rel=.true., thr=1e-3_dp)
+    end subroutine test_plan
+
+    !> With a target the sites of a plan are those of the shorter arc.
+    subroutine test_shortest_plan(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        type(case_t) :: case
+        type(manoeuvre_design_t) :: judged
+        type(error_t), allocatable :: failure
+
+        call report_case('front-1', case, failure)
+        request%settings = quick_settings(SQUARE)
+        request%target = 8*MICROMETRE
+        call prepare_plan(case, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, plan%design%worst <= request%target .and. plan%case%knowledge%duration < 60)
+        if (allocated(error)) return
+        call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
+        call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
+    end subroutine test_shortest_plan
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
