@@ -9,7 +9,7 @@ module gracecg_cli_design
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t, case_text
     use gracecg_simulation_case_library, only: find_case, find_calibration
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
@@ -217,20 +217,18 @@ contains
         if (.not. request%plan%search) then
             call find_calibration(manoeuvre, of_manoeuvre, error)
             if (allocated(error)) return
-            case%knowledge%rods = of_manoeuvre%knowledge%rods
-            case%knowledge%duration = of_manoeuvre%knowledge%duration
+            call take_manoeuvre(of_manoeuvre%satellite%rods, case%satellite%rods)
+            case%duration = of_manoeuvre%duration
         end if
-        associate (knowledge => case%knowledge)
-            call arguments%get('--duration', duration, misuse, default=knowledge%duration, low=SHORTEST_ARC, &
-                               high=LONGEST_ARC, unit='s')
-            call arguments%get('--rate-limit', rate, misuse, default=knowledge%rate_limit/DEGREE, low=1e-6_dp, &
-                               high=1e3_dp, unit='deg/s')
-            call arguments%get('--pointing-limit', pointing, misuse, default=knowledge%pointing_limit/DEGREE, &
-                               low=1e-6_dp, high=180.0_dp, unit='deg')
-            knowledge%duration = duration
-            if (arguments%has('--rate-limit')) knowledge%rate_limit = rate*DEGREE
-            if (arguments%has('--pointing-limit')) knowledge%pointing_limit = pointing*DEGREE
-        end associate
+        call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
+                           high=LONGEST_ARC, unit='s')
+        call arguments%get('--rate-limit', rate, misuse, default=case%limits%rate/DEGREE, low=1e-6_dp, &
+                           high=1e3_dp, unit='deg/s')
+        call arguments%get('--pointing-limit', pointing, misuse, default=case%limits%pointing/DEGREE, &
+                           low=1e-6_dp, high=180.0_dp, unit='deg')
+        case%duration = duration
+        if (arguments%has('--rate-limit')) case%limits%rate = rate*DEGREE
+        if (arguments%has('--pointing-limit')) case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
 
     !> The manoeuvre at its place (first) and along the orbit.
@@ -258,8 +256,8 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%case%satellite)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(plan%case%knowledge%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%case%satellite%name)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(plan%case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
             merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
             merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', plan%arc%knowledge%duration, ' s'
         call console%line(trim(row))
@@ -284,8 +282,8 @@ contains
         end if
         call console%line('')
         write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', plan%design%rate/DEGREE, &
-            ' deg/s (limit', plan%arc%knowledge%rate_limit/DEGREE, '); turn away from the attitude', &
-            plan%design%excursion/DEGREE, ' deg (limit', plan%arc%knowledge%pointing_limit/DEGREE, ')'
+            ' deg/s (limit', plan%arc%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
+            plan%design%excursion/DEGREE, ' deg (limit', plan%arc%knowledge%limits%pointing/DEGREE, ')'
         call console%line(trim(row))
         if (request%plan%search) &
             call console%line(integer_text(plan%design%evaluations)//' evaluations of a manoeuvre at a place')
@@ -383,7 +381,7 @@ contains
         integer :: i
 
         values = quality_values(point)
-        fields(1)%text = trim(case%knowledge%name)
+        fields(1)%text = trim(case%name)
         do i = 1, size(values)
             fields(i + 1)%text = real_text(values(i))
         end do
@@ -400,9 +398,9 @@ contains
         integer :: i
 
         call file%open(request%map, QUALITY_COLUMNS, &
-                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite)// &
-                        ' satellite, orbit of case '//trim(case%knowledge%name)//' from '// &
-                        utc_text(case%knowledge%epoch)//', a calibration of '//real_text(case%knowledge%duration)// &
+                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
+                        ' satellite, orbit of case '//trim(case%name)//' from '// &
+                        utc_text(case%epoch)//', a calibration of '//real_text(case%duration)// &
                         ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
                         'wave and by curved drag and radiation; body axes'], &
                        error)

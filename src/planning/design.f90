@@ -203,7 +203,7 @@ contains
 
         do i = 1, size(sites)
             call evaluate_manoeuvre(arc, sites(i), design%rods, quality)
-            call check_motion(arc%knowledge, quality%motion, error)
+            call check_motion(arc%knowledge%limits, quality%motion, error)
             if (.not. allocated(error)) cycle
             error%message = 'no manoeuvre stays within the limits, not even a weaker one. The best: '// &
                 error%message
@@ -391,12 +391,12 @@ contains
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude
             nominal = maxval([(norm2(sites(i)%state(RATE)), i=1, size(sites))])
             factor = 1
-            if (design%rate > arc%knowledge%rate_limit) then
-                if (nominal >= arc%knowledge%rate_limit) exit
-                factor = (arc%knowledge%rate_limit - nominal)/(design%rate - nominal)
+            if (design%rate > arc%knowledge%limits%rate) then
+                if (nominal >= arc%knowledge%limits%rate) exit
+                factor = (arc%knowledge%limits%rate - nominal)/(design%rate - nominal)
             end if
-            if (design%excursion > arc%knowledge%pointing_limit) &
-                factor = min(factor, arc%knowledge%pointing_limit/design%excursion)
+            if (design%excursion > arc%knowledge%limits%pointing) &
+                factor = min(factor, arc%knowledge%limits%pointing/design%excursion)
             candidate%amplitude = 0.98_dp*factor*candidate%amplitude
         end do
         design%evaluations = spent
@@ -434,7 +434,7 @@ contains
                 design%worst = huge(1.0_dp)
                 design%allowed = .false.
             end if
-            if (exceeds_limits(arc%knowledge, quality%motion)) design%allowed = .false.
+            if (exceeds_limits(arc%knowledge%limits, quality%motion)) design%allowed = .false.
         end do
     end subroutine judge_manoeuvre
 

@@ -33,7 +33,7 @@ contains
         moved = case
         if (.not. time > 0) return
         state = states_from(orbit, time, 1.0_dp, 0)
-        moved%knowledge%epoch = utc_plus(case%knowledge%epoch, time)
+        moved%epoch = utc_plus(case%epoch, time)
         moved%sidereal_angle = modulo(case%sidereal_angle + EARTH_ROTATION_RATE*time, TWO_PI)
         moved%position = state(POSITION, 0)
         moved%velocity = state(VELOCITY, 0)
@@ -54,8 +54,8 @@ contains
         type(case_t) :: built_in
         type(error_t), allocatable :: failure
 
-        same = any(REPORT_CASE_NAMES == case%knowledge%name)
-        if (same) call report_case(trim(case%knowledge%name), built_in, failure)
+        same = any(REPORT_CASE_NAMES == case%name)
+        if (same) call report_case(trim(case%name), built_in, failure)
         if (same .and. .not. allocated(failure)) &
             same = case%wind_model == built_in%wind_model .and. &
                    .not. norm2([case%wind_east - built_in%wind_east, case%wind_north - built_in%wind_north]) > 0

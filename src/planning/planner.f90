@@ -5,7 +5,7 @@ module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_limits, only: check_motion
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
@@ -68,7 +68,7 @@ contains
 
         call prepare_orbit(case, request, plan, error)
         if (.not. allocated(error)) call take_sites(request, plan, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
     end subroutine prepare_plan
 
     subroutine prepare_orbit(case, request, plan, error)
@@ -85,7 +85,7 @@ contains
         if (request%search) then
             call check_design_settings(plan%arc, request%settings, error)
         else
-            call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         end if
         if (.not. allocated(error)) &
             call new_nominal_orbit(case, plan%orbit, error, request%revolutions, ORBIT_STEP)
@@ -135,25 +135,25 @@ contains
 
         type(manoeuvre_quality_t) :: quality
 
-        associate (arc => plan%arc, sites => plan%sites, knowledge => plan%case%knowledge)
+        associate (arc => plan%arc, sites => plan%sites, rods => plan%case%satellite%rods)
             if (.not. request%search) then
-                call judge_manoeuvre(arc, sites, knowledge%rods, size(sites), plan%design)
-                call evaluate_manoeuvre(arc, sites(1), knowledge%rods, quality)
-                call check_motion(arc%knowledge, quality%motion, error)
+                call judge_manoeuvre(arc, sites, rods, size(sites), plan%design)
+                call evaluate_manoeuvre(arc, sites(1), rods, quality)
+                call check_motion(arc%knowledge%limits, quality%motion, error)
             else if (request%target > 0) then
-                call shortest_manoeuvre(plan%case, plan%orbit, plan%time, request%settings, knowledge%duration, &
+                call shortest_manoeuvre(plan%case, plan%orbit, plan%time, request%settings, plan%case%duration, &
                                         DURATION_STEP, request%target, arc, plan%design, error)
             else
                 call design_manoeuvre(arc, sites, request%settings, plan%design, error)
             end if
             if (.not. allocated(error)) then
-                knowledge%rods = plan%design%rods
-                knowledge%duration = arc%knowledge%duration
+                call take_manoeuvre(plan%design%rods, rods)
+                plan%case%duration = arc%knowledge%duration
             end if
         end associate
         ! a shorter arc weighs the forces at its place in its own way
         if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error)
-        call add_context(error, 'case '//trim(plan%case%knowledge%name))
+        call add_context(error, 'case '//trim(plan%case%name))
     end subroutine find_manoeuvre
 
     !> The case that flies the manoeuvre of a plan at its time.
@@ -173,8 +173,8 @@ contains
         type(manoeuvre_design_t), intent(in) :: design
         type(case_t), intent(inout) :: case
 
-        case%knowledge%rods = design%rods
-        case%knowledge%name = trim(case%knowledge%name)//'-design'
+        call take_manoeuvre(design%rods, case%satellite%rods)
+        case%name = trim(case%name)//'-design'
         case%knowledge%optimal%estimate_scale_factors = .true.
         case%knowledge%optimal%estimate_magnetometer_bias = .true.
     end subroutine take_design
@@ -260,7 +260,7 @@ contains
             type(manoeuvre_site_t) :: site(1)
 
             shorter = case
-            shorter%knowledge%duration = steps*step
+            shorter%duration = steps*step
             call new_planned_arc(shorter, arc, failure)
             if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, time, site(1), failure)
             if (.not. allocated(failure)) call design_manoeuvre(arc, site, settings, design, failure)
@@ -271,12 +271,12 @@ contains
         type(case_t), intent(in) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. (case%knowledge%duration >= SHORTEST_ARC .and. case%knowledge%duration <= LONGEST_ARC)) then
-            call fail(error, 'duration = '//number_text(case%knowledge%duration)//' s: a manoeuvre lasts from '// &
+        if (.not. (case%duration >= SHORTEST_ARC .and. case%duration <= LONGEST_ARC)) then
+            call fail(error, 'duration = '//number_text(case%duration)//' s: a manoeuvre lasts from '// &
                       number_text(SHORTEST_ARC)//' to '//number_text(LONGEST_ARC)//' s')
-        else if (.not. (case%knowledge%rate_limit > 0 .and. case%knowledge%pointing_limit > 0)) then
-            call fail(error, 'the limits of rate and pointing are '//number_text(case%knowledge%rate_limit)// &
-                      ' rad/s and '//number_text(case%knowledge%pointing_limit)//' rad: both have to be positive')
+        else if (.not. (case%limits%rate > 0 .and. case%limits%pointing > 0)) then
+            call fail(error, 'the limits of rate and pointing are '//number_text(case%limits%rate)// &
+                      ' rad/s and '//number_text(case%limits%pointing)//' rad: both have to be positive')
         end if
     end subroutine check_limits
 
@@ -309,7 +309,7 @@ contains
                       'than '//number_text(real(MOST_REVOLUTIONS, dp))//' revolutions after the epoch')
         end if
         if (.not. allocated(error)) &
-            call map_manoeuvre(plan%arc, plan%orbit, times, case%knowledge%rods, threads, points, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+            call map_manoeuvre(plan%arc, plan%orbit, times, case%satellite%rods, threads, points, error)
+        call add_context(error, 'case '//trim(case%name))
     end subroutine map_case
 end module gracecg_planning_planner
