@@ -2,7 +2,7 @@
 !> orbit or along revolutions.
 module gracecg_cli_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
@@ -10,12 +10,13 @@ module gracecg_cli_design
     use gracecg_environment_time, only: utc_text
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_case_library, only: find_case, find_calibration
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
-        times_along, planned_case, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+        times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
@@ -24,8 +25,6 @@ module gracecg_cli_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
@@ -83,6 +82,7 @@ contains
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
         call arguments%add_option('--format', 'FORMAT', 'text or csv (default text)')
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
+        call add_options_option(arguments)
     end subroutine declare_design
 
     !> Searches or judges a manoeuvre, prints and writes it.
@@ -92,19 +92,19 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(request_t) :: request
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(plan_t) :: plan
         type(map_point_t), allocatable :: points(:)
 
         call read_request(arguments, request, misuse)
-        if (.not. allocated(misuse)) call take_cases(arguments, request, case, misuse, error)
+        if (.not. allocated(misuse)) call take_cases(arguments, request, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (allocated(error)) return
 
         call console%progress('design: orbit')
-        call prepare_plan(case, request%plan, plan, error)
+        call prepare_plan(calibration, request%plan, plan, error)
         if (allocated(error)) return
         call console%progress('design: search')
         call find_manoeuvre(request%plan, plan, error)
@@ -113,11 +113,11 @@ contains
         call map_places(request, plan, points, error)
         if (allocated(error)) return
         if (request%output_format == 'csv') then
-            call print_row(plan%case, points(1), console, error)
+            call print_row(plan%calibration%case, points(1), console, error)
         else
             call show(request, plan, points, console)
         end if
-        if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%case, points(2:), error)
+        if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
 
@@ -196,13 +196,14 @@ contains
     end subroutine check_combination
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
-    subroutine take_cases(arguments, request, case, misuse, error)
+    subroutine take_cases(arguments, request, calibration, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(in) :: request
-        type(case_t), intent(out) :: case
+        type(calibration_t), intent(out) :: calibration
+        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: of_manoeuvre
+        type(calibration_t) :: of_manoeuvre
         character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: duration, rate, pointing
 
@@ -212,23 +213,23 @@ contains
         name = satellite//'-1'
         if (.not. (request%plan%search .or. arguments%has('--satellite'))) name = manoeuvre
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_case(name, case, error)
+        call take_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
         if (.not. request%plan%search) then
-            call find_calibration(manoeuvre, of_manoeuvre, error)
+            call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
-            call take_manoeuvre(of_manoeuvre%satellite%rods, case%satellite%rods)
-            case%duration = of_manoeuvre%duration
+            call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
+            calibration%case%duration = of_manoeuvre%case%duration
         end if
-        call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
+        call arguments%get('--duration', duration, misuse, default=calibration%case%duration, low=SHORTEST_ARC, &
                            high=LONGEST_ARC, unit='s')
-        call arguments%get('--rate-limit', rate, misuse, default=case%limits%rate/DEGREE, low=1e-6_dp, &
+        call arguments%get('--rate-limit', rate, misuse, default=calibration%case%limits%rate/DEGREE, low=1e-6_dp, &
                            high=1e3_dp, unit='deg/s')
-        call arguments%get('--pointing-limit', pointing, misuse, default=case%limits%pointing/DEGREE, &
+        call arguments%get('--pointing-limit', pointing, misuse, default=calibration%case%limits%pointing/DEGREE, &
                            low=1e-6_dp, high=180.0_dp, unit='deg')
-        case%duration = duration
-        if (arguments%has('--rate-limit')) case%limits%rate = rate*DEGREE
-        if (arguments%has('--pointing-limit')) case%limits%pointing = pointing*DEGREE
+        calibration%case%duration = duration
+        if (arguments%has('--rate-limit')) calibration%case%limits%rate = rate*DEGREE
+        if (arguments%has('--pointing-limit')) calibration%case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
 
     !> The manoeuvre at its place (first) and along the orbit.
@@ -256,8 +257,8 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%case%satellite%name)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(plan%case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(plan%calibration%case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
             merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
             merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', plan%arc%knowledge%duration, ' s'
         call console%line(trim(row))
@@ -420,7 +421,7 @@ contains
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        call case_text(planned_case(request%plan, plan), text, error)
+        call calibration_text(planned_calibration(request%plan, plan), text, error)
         if (.not. allocated(error)) call file%open(request%out, error)
         if (allocated(error)) return
         call file%line(text)

@@ -9,7 +9,7 @@
 !> result does not depend on threads.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI
+    use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &

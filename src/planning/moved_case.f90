@@ -8,10 +8,11 @@ module gracecg_planning_moved_case
     use gracecg_simulation_dynamics, only: STATE_SIZE, POSITION, VELOCITY, OMEGA, ATTITUDE
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from
     implicit none
     private
-    public :: moved_case
+    public :: moved_case, moved_calibration
 
     real(dp), parameter :: GUESS_DIGIT = 1e-3_dp
     !! To which an operator's guess of the attitude is rounded: the built-in cases have as many digits
@@ -39,13 +40,25 @@ contains
         moved%velocity = state(VELOCITY, 0)
         moved%angular_velocity = state(OMEGA, 0)
         moved%quaternion = normalised(state(ATTITUDE, 0))
-        moved%knowledge%guess_quaternion = normalised(GUESS_DIGIT*anint(moved%quaternion/GUESS_DIGIT))
         if (case%density_wave%period > 0) then
             moved%density_wave%phase = modulo(case%density_wave%phase + &
                                               TWO_PI*modulo(time/case%density_wave%period, 1.0_dp), TWO_PI)
         end if
         if (has_built_in_wind(case)) moved%wind_model = 'hwm93'
     end function moved_case
+
+    !> The calibration of a moved case: a first guess of the attitude that is given is turned along.
+    function moved_calibration(calibration, orbit, time) result(moved)
+        type(calibration_t), intent(in) :: calibration
+        type(nominal_orbit_t), intent(in) :: orbit      !! Of its case
+        real(dp), intent(in) :: time                    !! s, within the orbit
+        type(calibration_t) :: moved
+
+        moved%case = moved_case(calibration%case, orbit, time)
+        moved%options = calibration%options
+        if (.not. time > 0 .or. all(abs(moved%options%guess_quaternion) <= 0)) return
+        moved%options%guess_quaternion = normalised(GUESS_DIGIT*anint(moved%case%quaternion/GUESS_DIGIT))
+    end function moved_calibration
 
     !> Is the wind that of the built-in case of this name?
     logical function has_built_in_wind(case) result(same)

@@ -1,15 +1,16 @@
 !> The plan of a calibration, the one recipe of the command `design`, the report's page and the interfaces to
 !> C and Fortran 77: arc and nominal orbit of a case, the places where the manoeuvre is to be good, the
-!> manoeuvre, and the case that flies it.
+!> manoeuvre, and the calibration that flies it.
 module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_limits, only: check_motion
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_moved_case, only: moved_case
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_planning_moved_case, only: moved_calibration
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
         manoeuvre_quality_t, evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
@@ -18,7 +19,7 @@ module gracecg_planning_planner
     implicit none
     private
     public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE
-    public :: plan_t, prepare_plan, find_manoeuvre, times_along, planned_case, take_design
+    public :: plan_t, prepare_plan, find_manoeuvre, times_along, planned_calibration, take_design
     public :: plan_manoeuvre, map_case, shortest_manoeuvre
     public :: SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
 
@@ -46,7 +47,7 @@ module gracecg_planning_planner
 
     !> A plan, as far as it has come.
     type :: plan_t
-        type(case_t) :: case                !! At its epoch; in the end with the arc and manoeuvre planned
+        type(calibration_t) :: calibration  !! At its epoch; in the end with the arc and manoeuvre planned
         type(planned_arc_t) :: arc          !! Its samples, noise and limits
         type(nominal_orbit_t) :: orbit
         type(manoeuvre_site_t), allocatable :: sites(:)     !! Where the manoeuvre is to be good
@@ -60,15 +61,16 @@ contains
     !>
     !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a time outside of the
     !> orbit, when a limit is not positive, and for settings that allow no manoeuvre.
-    subroutine prepare_plan(case, request, plan, error)
-        type(case_t), intent(in) :: case
+    subroutine prepare_plan(calibration, request, plan, error)
+        type(calibration_t), intent(in) :: calibration
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(out) :: plan
         type(error_t), allocatable, intent(out) :: error
 
-        call prepare_orbit(case, request, plan, error)
+        call prepare_orbit(calibration%case, request, plan, error)
+        plan%calibration = calibration
         if (.not. allocated(error)) call take_sites(request, plan, error)
-        call add_context(error, 'case '//trim(case%name))
+        call add_context(error, 'case '//trim(calibration%case%name))
     end subroutine prepare_plan
 
     subroutine prepare_orbit(case, request, plan, error)
@@ -77,7 +79,6 @@ contains
         type(plan_t), intent(out) :: plan
         type(error_t), allocatable, intent(out) :: error
 
-        plan%case = case
         plan%time = request%time
         call check_limits(case, error)
         if (.not. allocated(error)) call new_planned_arc(case, plan%arc, error)
@@ -135,59 +136,59 @@ contains
 
         type(manoeuvre_quality_t) :: quality
 
-        associate (arc => plan%arc, sites => plan%sites, rods => plan%case%satellite%rods)
+        associate (arc => plan%arc, sites => plan%sites, case => plan%calibration%case)
             if (.not. request%search) then
-                call judge_manoeuvre(arc, sites, rods, size(sites), plan%design)
-                call evaluate_manoeuvre(arc, sites(1), rods, quality)
+                call judge_manoeuvre(arc, sites, case%satellite%rods, size(sites), plan%design)
+                call evaluate_manoeuvre(arc, sites(1), case%satellite%rods, quality)
                 call check_motion(arc%knowledge%limits, quality%motion, error)
             else if (request%target > 0) then
-                call shortest_manoeuvre(plan%case, plan%orbit, plan%time, request%settings, plan%case%duration, &
+                call shortest_manoeuvre(case, plan%orbit, plan%time, request%settings, case%duration, &
                                         DURATION_STEP, request%target, arc, plan%design, error)
             else
                 call design_manoeuvre(arc, sites, request%settings, plan%design, error)
             end if
             if (.not. allocated(error)) then
-                call take_manoeuvre(plan%design%rods, rods)
-                plan%case%duration = arc%knowledge%duration
+                call take_manoeuvre(plan%design%rods, case%satellite%rods)
+                case%duration = arc%knowledge%duration
             end if
         end associate
         ! a shorter arc weighs the forces at its place in its own way
         if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error)
-        call add_context(error, 'case '//trim(plan%case%name))
+        call add_context(error, 'case '//trim(plan%calibration%case%name))
     end subroutine find_manoeuvre
 
-    !> The case that flies the manoeuvre of a plan at its time.
-    function planned_case(request, plan) result(case)
+    !> The calibration that flies the manoeuvre of a plan at its time.
+    function planned_calibration(request, plan) result(planned)
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
-        type(case_t) :: case                    !! Its name ends with -design when the manoeuvre was searched
+        type(calibration_t) :: planned          !! Its name ends with -design when the manoeuvre was searched
 
-        case = moved_case(plan%case, plan%orbit, plan%time)
-        if (request%search) call take_design(plan%design, case)
-    end function planned_case
+        planned = moved_calibration(plan%calibration, plan%orbit, plan%time)
+        if (request%search) call take_design(plan%design, planned)
+    end function planned_calibration
 
-    !> Makes a case fly a designed manoeuvre; its name then ends with -design. `optimal` is asked to estimate
-    !> scale factors and magnetometer bias, too: the noise of such a calibration is so small that they, in
-    !> proportion to the offset, would make the largest errors and be missing in its sigmas.
-    subroutine take_design(design, case)
+    !> Makes a calibration fly a designed manoeuvre; its name then ends with -design. `optimal` is asked to
+    !> estimate scale factors and magnetometer bias, too: the noise of such a calibration is so small that they,
+    !> in proportion to the offset, would make the largest errors and be missing in its sigmas.
+    subroutine take_design(design, calibration)
         type(manoeuvre_design_t), intent(in) :: design
-        type(case_t), intent(inout) :: case
+        type(calibration_t), intent(inout) :: calibration
 
-        call take_manoeuvre(design%rods, case%satellite%rods)
-        case%name = trim(case%name)//'-design'
-        case%knowledge%optimal%estimate_scale_factors = .true.
-        case%knowledge%optimal%estimate_magnetometer_bias = .true.
+        call take_manoeuvre(design%rods, calibration%case%satellite%rods)
+        calibration%case%name = trim(calibration%case%name)//'-design'
+        calibration%options%optimal%estimate_scale_factors = .true.
+        calibration%options%optimal%estimate_magnetometer_bias = .true.
     end subroutine take_design
 
     !> The best manoeuvre for a case's satellite on an arc of the case's duration, within the limits of its
-    !> setup; and the case that flies it, `time` seconds later on the orbit: a plan in one call.
+    !> setup; and the calibration that flies it, `time` seconds later on the orbit: a plan in one call.
     !>
     !> Fails as prepare_plan and find_manoeuvre do.
-    subroutine plan_manoeuvre(case, time, settings, planned, design, error)
-        type(case_t), intent(in) :: case        !! Its manoeuvre does not matter
-        real(dp), intent(in) :: time            !! Of the start, s from the case's epoch
+    subroutine plan_manoeuvre(calibration, time, settings, planned, design, error)
+        type(calibration_t), intent(in) :: calibration  !! Its manoeuvre does not matter
+        real(dp), intent(in) :: time                    !! Of the start, s from the case's epoch
         type(design_settings_t), intent(in) :: settings
-        type(case_t), intent(out) :: planned    !! Its name ends with -design
+        type(calibration_t), intent(out) :: planned     !! Its name ends with -design
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
 
@@ -196,10 +197,10 @@ contains
 
         request%time = time
         request%settings = settings
-        call prepare_plan(case, request, plan, error)
+        call prepare_plan(calibration, request, plan, error)
         if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
         if (allocated(error)) return
-        planned = planned_case(request, plan)
+        planned = planned_calibration(request, plan)
         design = plan%design
     end subroutine plan_manoeuvre
 
@@ -244,8 +245,8 @@ contains
         end do
         design%evaluations = spent
         if (design%worst <= target) return
-        call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
-                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least*1e3_dp)// &
+        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
                   ' mm on its worst axis')
 
     contains

@@ -2,7 +2,7 @@
 !> analysis and against the true arc; the search and its guarantees.
 module test_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: integer_text
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -24,6 +24,7 @@ module test_design
     use gracecg_planning_map
     use gracecg_planning_design
     use gracecg_planning_planner
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use fixture, only: check_fails, check_passes, make_file, FOLDER
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -31,7 +32,6 @@ module test_design
     public :: collect_design
 
     integer, parameter :: W = 60
-    real(dp), parameter :: MICROMETRE = 1e-6_dp     !! m
 
 contains
 
@@ -526,7 +526,7 @@ contains
         call check(error, later%wind_model, 'constant', 'a wind of one''s own does not go along')
         if (allocated(error)) return
         again = moved_case(case, orbit, 0.0_dp)
-        call check(error, all(again%knowledge%guess_quaternion == case%knowledge%guess_quaternion))
+        call check(error, all(again%quaternion == case%quaternion))
     end subroutine test_moved_case
 
     !> The two halves of a plan and the one call give the same; the place that is chosen is one of the orbit; the
@@ -536,27 +536,27 @@ contains
 
         type(plan_request_t) :: request
         type(plan_t) :: plan, judged
-        type(case_t) :: case, planned, again
+        type(calibration_t) :: calibration, planned, again
         type(manoeuvre_design_t) :: design
         type(error_t), allocatable :: failure
 
-        call report_case('back-1', case, failure)
+        call find_calibration('back-1', calibration, failure)
         request%place = ANYWHERE
         request%settings = quick_settings(SINE)
         request%settings%highest_frequency = 0.1_dp
-        call prepare_plan(case, request, plan, failure)
+        call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
                    size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)
         if (allocated(error)) return
-        planned = planned_case(request, plan)
-        call plan_manoeuvre(case, plan%time, request%settings, again, design, failure)
+        planned = planned_calibration(request, plan)
+        call plan_manoeuvre(calibration, plan%time, request%settings, again, design, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, .not. abs(design%worst - plan%design%worst) > 0 .and. &
-                   .not. any(abs(planned%position - again%position) > 0), 'another plan in one call')
+                   .not. any(abs(planned%case%position - again%case%position) > 0), 'another plan in one call')
         if (allocated(error)) return
         request = plan_request_t(search=.false.)
         call prepare_plan(planned, request, judged, failure)
@@ -572,18 +572,18 @@ contains
 
         type(plan_request_t) :: request
         type(plan_t) :: plan
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(manoeuvre_design_t) :: judged
         type(error_t), allocatable :: failure
 
-        call report_case('front-1', case, failure)
+        call find_calibration('front-1', calibration, failure)
         request%settings = quick_settings(SQUARE)
         request%target = 8*MICROMETRE
-        call prepare_plan(case, request, plan, failure)
+        call prepare_plan(calibration, request, plan, failure)
         if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, plan%design%worst <= request%target .and. plan%case%duration < 60)
+        call check(error, plan%design%worst <= request%target .and. plan%calibration%case%duration < 60)
         if (allocated(error)) return
         call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
         call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
