@@ -36,60 +36,45 @@ module gracecg_estimation_parameters
     !> What a parameter acts on
     integer, parameter :: ROTATION = 1, ACCELERATION = 2
 
-    !> A row of the table.
-    type :: parameter_t
-        character(12) :: name
+    !> A row of the table: what the parameters of a group have in common.
+    type :: group_t
         character(8) :: unit
         integer :: acts_on          !! ROTATION (the accelerometer sees it, too) or ACCELERATION
-        real(dp) :: size            !! Typical, for convergence; times the length of the arc if `over_arc`
-        logical :: over_arc         !! `size` is what the parameter makes in the whole arc
+        real(dp) :: size            !! Typical, for convergence
+        logical :: over_arc         !! `size` is what the parameter makes in the whole arc: divided by its length
         real(dp) :: loose           !! A standard deviation so large that it weighs nothing
-    end type parameter_t
+    end type group_t
 
     logical, parameter :: YES = .true., NO = .false.
     !> In the order of the places
-    type(parameter_t), parameter :: TABLE(PARAMETERS) = [ &
-        parameter_t('zeta_x', 'rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('zeta_y', 'rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('zeta_z', 'rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('omega_x', 'rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &
-        parameter_t('omega_y', 'rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &
-        parameter_t('omega_z', 'rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &
-        parameter_t('torque_x', 'N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &
-        parameter_t('torque_y', 'N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &
-        parameter_t('torque_z', 'N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &
-        parameter_t('d_x', 'm', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('d_y', 'm', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('d_z', 'm', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &
-        parameter_t('alpha_x', 'm/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &
-        parameter_t('alpha_y', 'm/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &
-        parameter_t('alpha_z', 'm/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &
-        parameter_t('beta_x', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &
-        parameter_t('beta_y', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &
-        parameter_t('beta_z', 'm/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &
-        parameter_t('scale_x', '1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &
-        parameter_t('scale_y', '1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &
-        parameter_t('scale_z', '1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &
-        parameter_t('rod_gain', '1', ROTATION, 1.0_dp, NO, 1.0_dp), &
-        parameter_t('field_bias_x', 'T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &
-        parameter_t('field_bias_y', 'T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &
-        parameter_t('field_bias_z', 'T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &
-        parameter_t('drag_curve', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
-        parameter_t('wave_sin', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
-        parameter_t('wave_cos', 'm/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &
-        parameter_t('wave_freq', 'Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &
-        parameter_t('J_xx', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('J_yy', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('J_zz', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('J_xy', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('J_yz', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('J_zx', 'kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &
-        parameter_t('change_x', 'N m', ROTATION, 1.0_dp, NO, 0.01_dp), &
-        parameter_t('change_y', 'N m', ROTATION, 1.0_dp, NO, 0.01_dp), &
-        parameter_t('change_z', 'N m', ROTATION, 1.0_dp, NO, 0.01_dp)]
+    type(group_t), parameter :: TABLE(15) = [ &
+        group_t('rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &            ! ATTITUDE_ANGLES
+        group_t('rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &          ! RATE
+        group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
+        group_t('m', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &          ! OFFSET
+        group_t('m/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &    ! DRIFT
+        group_t('m/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &     ! BIAS
+        group_t('1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &           ! SCALE_FACTORS
+        group_t('1', ROTATION, 1.0_dp, NO, 1.0_dp), &               ! ROD_GAIN
+        group_t('T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &             ! FIELD_BIAS
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! DRAG_CURVATURE
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! WAVE_SINE
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! WAVE_COSINE
+        group_t('Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &        ! WAVE_FREQUENCY
+        group_t('kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &          ! INERTIA
+        group_t('N m', ROTATION, 1.0_dp, NO, 0.01_dp)]              ! TORQUE_CHANGE
+    !> The row of each parameter
+    integer, parameter :: GROUP(PARAMETERS) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 7, 7, 7, 8, &
+                                               9, 9, 9, 10, 11, 12, 13, 14, 14, 14, 14, 14, 14, 15, 15, 15]
 
-    character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = TABLE%name   !! By place
-    character(8), parameter :: PARAMETER_UNITS(PARAMETERS) = TABLE%unit    !! By place
+    character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
+        'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
+        'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
+        'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
+        'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
+        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
+    !! By place
+    character(8), parameter :: PARAMETER_UNITS(PARAMETERS) = TABLE(GROUP)%unit    !! By place
 
 contains
 
@@ -97,7 +82,7 @@ contains
     elemental logical function is_rotational(parameter)
         integer, intent(in) :: parameter        !! Its place
 
-        is_rotational = TABLE(parameter)%acts_on == ROTATION
+        is_rotational = TABLE(GROUP(parameter))%acts_on == ROTATION
     end function is_rotational
 
     !> Sizes of parameters, for convergence.
@@ -106,7 +91,7 @@ contains
         real(dp), intent(in) :: duration            !! Of the arc, s
         real(dp) :: sizes(size(estimated))
 
-        sizes = TABLE(estimated)%size/merge(duration, 1.0_dp, TABLE(estimated)%over_arc)
+        sizes = TABLE(GROUP(estimated))%size/merge(duration, 1.0_dp, TABLE(GROUP(estimated))%over_arc)
     end function typical_sizes
 
     !> Standard deviations so large that they weigh nothing.
@@ -114,7 +99,7 @@ contains
         integer, intent(in) :: estimated(:)         !! Places
         real(dp) :: sigmas(size(estimated))
 
-        sigmas = TABLE(estimated)%loose
+        sigmas = TABLE(GROUP(estimated))%loose
     end function loose_sigmas
 
     !> How well the operator knows the parameters beforehand: standard deviations by place, 0 where nothing
