@@ -105,7 +105,8 @@ contains
                 stage = y + self%interval*PART(i)*slope(:, i - 1)
                 call self%rate(2*k + LATER(i), n, stage, slope(:, i))
             end do
-            y = y + self%interval/6*(slope(:, 1) + 2*slope(:, 2) + 2*slope(:, 3) + slope(:, 4))
+            y = y + self%interval/6*slope(:, 1) + self%interval/3*slope(:, 2) + self%interval/3*slope(:, 3) + &
+                self%interval/6*slope(:, 4)
             if (self%quaternion > 0) then
                 associate (q => y(self%quaternion:self%quaternion + 3))
                     q = q/norm2(q)
