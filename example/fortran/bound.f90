@@ -27,7 +27,7 @@ program bound
     end do
 
     ! a manoeuvre that shows nothing has no bound: that is said, and nothing stops
-    case%knowledge%rods%count = 0
+    case%satellite%rods%count = 0
     call bound_of_case(case, limit, error)
     if (allocated(error)) print '(2a)', 'without rods: ', error%message
 end program bound

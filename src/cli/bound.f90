@@ -54,7 +54,7 @@ contains
             if (allocated(error)) return
             if (output_format == 'csv') then
                 if (i == 1) call console%line(COLUMNS)
-                call console%line(trim(case%knowledge%name)//','//join(padded(number_fields( &
+                call console%line(trim(case%name)//','//join(padded(number_fields( &
                     [MILLIMETRES*[bound%sigma, bound%principal_sigma(3)], bound%direction(:, 3)])), ','))
             else
                 if (i > 1) call console%line('')
@@ -72,7 +72,7 @@ contains
         character(120) :: line
         integer :: i
 
-        call console%line(trim(case%knowledge%name)//': least standard deviation of the CG offset, mm')
+        call console%line(trim(case%name)//': least standard deviation of the CG offset, mm')
         write (line, '(a, 3(a12))') '                           ', 'x', 'y', 'z'
         call console%line(trim(line))
         write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', MILLIMETRES*bound%sigma

@@ -80,10 +80,10 @@ contains
         call case_place(case, latitude, longitude, height, error)
         if (allocated(error)) return
         write (place, '(a9, a11, a20, f9.1, a, f9.1, a, f6.0, a)') &
-            case%knowledge%name, case%satellite, utc_text(case%knowledge%epoch), &
+            case%name, case%satellite%name, utc_text(case%epoch), &
             abs(latitude)/DEGREE, merge(' N', ' S', latitude >= 0), &
             abs(longitude)/DEGREE, merge(' E', ' W', longitude >= 0), height/1000, ' km'
-        call console%line(trim(place)//'  '//rods_text(case%knowledge%rods))
+        call console%line(trim(place)//'  '//rods_text(case%satellite%rods))
     end subroutine describe_line
 
     !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.

@@ -9,7 +9,8 @@ module gracecg_cli_design
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_rod_sampling, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, check_rod_sampling, MAX_DIPOLE, &
+        WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t, case_text
     use gracecg_simulation_case_library, only: find_case, find_calibration
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
@@ -121,9 +122,9 @@ contains
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (.not. allocated(error)) &
-            call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         if (allocated(error)) then
-            call add_context(error, 'case '//trim(case%knowledge%name))
+            call add_context(error, 'case '//trim(case%name))
             return
         end if
 
@@ -139,8 +140,8 @@ contains
         call find_design(request, case, orbit, sites, view, design, error)
         if (allocated(error)) return
 
-        case%knowledge%rods = design%rods
-        case%knowledge%duration = view%knowledge%duration
+        call take_manoeuvre(design%rods, case%satellite%rods)
+        case%duration = view%knowledge%duration
         call console%progress('design: map')
         call map_places(request, view, orbit, design%rods, points, error)
         if (allocated(error)) return
@@ -250,20 +251,18 @@ contains
         if (request%given) then
             call find_calibration(manoeuvre, of_manoeuvre, error)
             if (allocated(error)) return
-            case%knowledge%rods = of_manoeuvre%knowledge%rods
-            case%knowledge%duration = of_manoeuvre%knowledge%duration
+            call take_manoeuvre(of_manoeuvre%satellite%rods, case%satellite%rods)
+            case%duration = of_manoeuvre%duration
         end if
-        associate (knowledge => case%knowledge)
-            call arguments%get('--duration', duration, misuse, default=knowledge%duration, low=SHORTEST_ARC, &
-                               high=LONGEST_ARC, unit='s')
-            call arguments%get('--rate-limit', rate, misuse, default=knowledge%rate_limit/DEGREE, low=1e-6_dp, &
-                               high=1e3_dp, unit='deg/s')
-            call arguments%get('--pointing-limit', pointing, misuse, default=knowledge%pointing_limit/DEGREE, &
-                               low=1e-6_dp, high=180.0_dp, unit='deg')
-            knowledge%duration = duration
-            if (arguments%has('--rate-limit')) knowledge%rate_limit = rate*DEGREE
-            if (arguments%has('--pointing-limit')) knowledge%pointing_limit = pointing*DEGREE
-        end associate
+        call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
+                           high=LONGEST_ARC, unit='s')
+        call arguments%get('--rate-limit', rate, misuse, default=case%limits%rate/DEGREE, low=1e-6_dp, &
+                           high=1e3_dp, unit='deg/s')
+        call arguments%get('--pointing-limit', pointing, misuse, default=case%limits%pointing/DEGREE, &
+                           low=1e-6_dp, high=180.0_dp, unit='deg')
+        case%duration = duration
+        if (arguments%has('--rate-limit')) case%limits%rate = rate*DEGREE
+        if (arguments%has('--pointing-limit')) case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
 
     !> Where the manoeuvre is to be good. Chooses the place when asked to.
@@ -317,12 +316,12 @@ contains
         type(manoeuvre_quality_t) :: quality
 
         if (request%given) then
-            call judge_manoeuvre(view, sites, case%knowledge%rods, size(sites), design)
-            call evaluate_manoeuvre(view, sites(1), case%knowledge%rods, quality)
-            call check_motion(view%knowledge, quality%motion, error)
-            call add_context(error, 'case '//trim(case%knowledge%name))
+            call judge_manoeuvre(view, sites, case%satellite%rods, size(sites), design)
+            call evaluate_manoeuvre(view, sites(1), case%satellite%rods, quality)
+            call check_motion(view%knowledge%limits, quality%motion, error)
+            call add_context(error, 'case '//trim(case%name))
         else if (request%target > 0) then
-            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%knowledge%duration, &
+            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%duration, &
                                     DURATION_STEP, request%target, view, design, error)
         else
             call design_manoeuvre(view, sites, request%settings, design, error)
@@ -360,8 +359,8 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(case%knowledge%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite%name)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
             merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
             merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', view%knowledge%duration, ' s'
         call console%line(trim(row))
@@ -385,8 +384,8 @@ contains
         end if
         call console%line('')
         write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
-            ' deg/s (limit', view%knowledge%rate_limit/DEGREE, '); turn away from the attitude', &
-            design%excursion/DEGREE, ' deg (limit', view%knowledge%pointing_limit/DEGREE, ')'
+            ' deg/s (limit', view%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
+            design%excursion/DEGREE, ' deg (limit', view%knowledge%limits%pointing/DEGREE, ')'
         call console%line(trim(row))
         if (.not. request%given) &
             call console%line(integer_text(design%evaluations)//' evaluations of a manoeuvre at a place')
@@ -484,7 +483,7 @@ contains
         integer :: i
 
         values = quality_values(point)
-        fields(1)%text = trim(case%knowledge%name)
+        fields(1)%text = trim(case%name)
         do i = 1, size(values)
             fields(i + 1)%text = real_text(values(i))
         end do
@@ -501,9 +500,9 @@ contains
         integer :: i
 
         call file%open(request%map, QUALITY_COLUMNS, &
-                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite)// &
-                        ' satellite, orbit of case '//trim(case%knowledge%name)//' from '// &
-                        utc_text(case%knowledge%epoch)//', a calibration of '//real_text(case%knowledge%duration)// &
+                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
+                        ' satellite, orbit of case '//trim(case%name)//' from '// &
+                        utc_text(case%epoch)//', a calibration of '//real_text(case%duration)// &
                         ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
                         'wave and by curved drag and radiation; body axes'], &
                        error)

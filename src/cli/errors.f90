@@ -66,8 +66,8 @@ contains
             call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
-        call show(trim(case%knowledge%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
-        if (path /= '') call write_error_sources(path, 'errors', trim(case%knowledge%name)//', '//algorithm// &
+        call show(trim(case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(case%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 

@@ -74,7 +74,7 @@ contains
             if (allocated(error)) return
             do a = 1, size(ALGORITHMS)
                 do f = 1, size(FIELD_SOURCES)
-                    call console%progress('magnetometer-loss: '//trim(case%knowledge%name)//', '// &
+                    call console%progress('magnetometer-loss: '//trim(case%name)//', '// &
                                           ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
                     n = n + 1
                     call study_field(simulator, ALGORITHMS(a), f == 2, plan%deviation_nt*NANOTESLA, &

@@ -165,7 +165,7 @@ contains
         if (.not. allocated(error)) call add_case(campaign, i, simulator%case, error)
         if (allocated(error)) return
         do a = 1, size(plan%algorithms)
-            call console%progress('montecarlo: '//trim(case%knowledge%name)//', '//plan%algorithms(a)%text// &
+            call console%progress('montecarlo: '//trim(case%name)//', '//plan%algorithms(a)%text// &
                                   ', '//integer_text(size(shard_runs(campaign)))//' runs')
             call run_entry(campaign, a, i, simulator, plan%threads, error)
             if (allocated(error)) return
@@ -202,8 +202,8 @@ contains
         call estimate_offset(plan%algorithms(1)%text, observations, solution, error, with_covariance=.false.)
         if (allocated(error)) return
         write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
-            (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
+            (simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
              predicted(i), i=1, 3)
-        call console%line(wide(trim(simulator%case%knowledge%name), 12)//trim(row))
+        call console%line(wide(trim(simulator%case%name), 12)//trim(row))
     end subroutine show_one_calibration
 end module gracecg_cli_montecarlo

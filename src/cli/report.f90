@@ -204,15 +204,15 @@ contains
                 if (.not. allocated(error)) call case_place(case, latitude, longitude, height, error)
                 if (allocated(error)) return
                 call page%begin_row()
-                call page%row_head(trim(case%knowledge%name))
-                call page%text_cell(trim(utc_text(case%knowledge%epoch)))
+                call page%row_head(trim(case%name))
+                call page%text_cell(trim(utc_text(case%epoch)))
                 call page%number_cell(fixed_text(TIME_OF_CASE(case%number), 0))
                 call page%number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))
                 call page%number_cell(fixed_text(abs(longitude)/DEGREE, 1)//merge(' E', ' W', longitude >= 0))
                 call page%number_cell(fixed_text(height/1000, 0))
-                call page%text_cell(without_unit(rods_text(case%knowledge%rods)))
+                call page%text_cell(without_unit(rods_text(case%satellite%rods)))
                 do axis = 1, 3
-                    call page%number_cell(fixed_text(case%offset(axis)/MILLIMETRE, 1))
+                    call page%number_cell(fixed_text(case%satellite%offset(axis)/MILLIMETRE, 1))
                 end do
                 call page%end_row()
             end do
@@ -223,7 +223,7 @@ contains
                 call report_case(REPORT_CASE_NAMES(i), case, error)
                 if (.not. allocated(error)) call case_text(case, text, error)
                 if (allocated(error)) return
-                call page%details(trim(case%knowledge%name), text)
+                call page%details(trim(case%name), text)
             end do
         end associate
     end subroutine add_simulation

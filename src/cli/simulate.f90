@@ -77,7 +77,7 @@ contains
         character(100) :: comments(2)
 
         comments(1) = 'gracecg '//VERSION//' simulate'
-        comments(2) = 'case '//trim(simulator%case%knowledge%name)//', seed '//integer_text(seed)// &
+        comments(2) = 'case '//trim(simulator%case%name)//', seed '//integer_text(seed)// &
             ', run '//integer_text(run)
         call write_truth(folder//'/'//TRUTH_FILE, simulator, &
                          drawn_wave(simulator, seed, run), comments, error)

@@ -81,10 +81,10 @@ contains
         integer, intent(in) :: step
         type(console_t), intent(inout) :: console
 
-        call console%line(trim(case%satellite)//' satellite: one revolution of '// &
+        call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
                           integer_text(nint(orbit%revolution))//' s from '// &
-                          utc_text(case%knowledge%epoch)//', a calibration of '// &
-                          integer_text(nint(case%knowledge%duration))//' s at every '// &
+                          utc_text(case%epoch)//', a calibration of '// &
+                          integer_text(nint(case%duration))//' s at every '// &
                           integer_text(step)//' s')
         call console%line('field in body axes; amplitude of the angular acceleration; predicted '// &
                           'standard deviation of the CG offset')

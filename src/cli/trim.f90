@@ -87,9 +87,9 @@ contains
         end if
         call trim_offset(case, algorithm, settings, rounds, error)
         if (allocated(error)) return
-        call show(trim(case%knowledge%name)//', '//algorithm, rounds, console)
+        call show(trim(case%name)//', '//algorithm, rounds, console)
         call show_verdict(settings, rounds, console)
-        if (path /= '') call write_file(path, trim(case%knowledge%name)//', '//algorithm, settings, rounds, error)
+        if (path /= '') call write_file(path, trim(case%name)//', '//algorithm, settings, rounds, error)
     end subroutine run_trim
 
     !> RMS over many trims.
@@ -107,10 +107,10 @@ contains
         character(120) :: row
         integer :: i, axis
 
-        call console%progress('trim: '//trim(case%knowledge%name))
+        call console%progress('trim: '//trim(case%name))
         call repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
         if (allocated(error)) return
-        call console%line('RMS over '//integer_text(runs)//' trims of '//trim(case%knowledge%name)//', '// &
+        call console%line('RMS over '//integer_text(runs)//' trims of '//trim(case%name)//', '// &
                           algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
         call console%line('estimate, and sigma that the estimator states')
         call console%line('round     d_x true     error  sigma     d_y true     error  sigma     '// &
@@ -123,7 +123,7 @@ contains
         end do
         if (path == '') return
         call file%open(path, STATISTICS_COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', trim(case%knowledge%name)//', '// &
+                       [character(200) :: 'gracecg '//VERSION//' trim', trim(case%name)//', '// &
                         algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
                         integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
                         ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)

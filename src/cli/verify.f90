@@ -53,14 +53,14 @@ contains
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return
         do i = 1, size(cases)
-            call console%progress('verify: '//trim(cases(i)%knowledge%name))
+            call console%progress('verify: '//trim(cases(i)%name))
             call verify_case(cases(i), verification, error)
             if (allocated(error)) return
             if (i > 1) call console%line('')
             call show(cases(i), verification, console)
             if (folder == '') cycle
-            path = folder//'/'//curves_file_name(cases(i)%knowledge%name)
-            call write_curves(path, 'verify', cases(i)%knowledge%name, verification, error)
+            path = folder//'/'//curves_file_name(cases(i)%name)
+            call write_curves(path, 'verify', cases(i)%name, verification, error)
             if (allocated(error)) return
             call console%line('written: '//path)
         end do
@@ -89,8 +89,8 @@ contains
             call find_case(names(i)%text, cases(i), error)
             if (allocated(error)) return
             do k = 1, i - 1
-                if (cases(k)%knowledge%name /= cases(i)%knowledge%name) cycle
-                call fail(error, 'two of the cases have the name "'//trim(cases(i)%knowledge%name)//'"')
+                if (cases(k)%name /= cases(i)%name) cycle
+                call fail(error, 'two of the cases have the name "'//trim(cases(i)%name)//'"')
                 return
             end do
         end do
@@ -102,10 +102,10 @@ contains
         type(console_t), intent(inout) :: console
 
         if (case%number == CASE_WITH_WINDOWS) then
-            call show_windows(trim(case%knowledge%name), &
-                              check_windows(trim(case%satellite), verification), console)
+            call show_windows(trim(case%name), &
+                              check_windows(trim(case%satellite%name), verification), console)
         else
-            call show_ranges(trim(case%knowledge%name), verification, console)
+            call show_ranges(trim(case%name), verification, console)
         end if
     end subroutine show
 

@@ -149,11 +149,11 @@ contains
         select type (object)
         type is (case_object_t)
             associate (case => object%case)
-                if (present(epoch)) epoch = c_utc_t(case%knowledge%epoch%mjd, case%knowledge%epoch%seconds)
-                if (present(duration)) duration = case%knowledge%duration
+                if (present(epoch)) epoch = c_utc_t(case%epoch%mjd, case%epoch%seconds)
+                if (present(duration)) duration = case%duration
                 if (present(interval)) interval = case%interval
                 if (present(state)) state = initial_state(case)
-                if (present(offset)) offset = case%offset
+                if (present(offset)) offset = case%satellite%offset
             end associate
         class default
             call refuse_handle(CASE_NAME, status, error)

@@ -126,7 +126,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            associate (own => object%case%knowledge%rods)
+            associate (own => object%case%satellite%rods)
                 if (present(count)) count = own%count
                 if (present(rods) .and. capacity < own%count) then
                     call raise(STATUS_BAD_SIZE, 'there are '//integer_text(own%count)//' activations of rods, and '// &
@@ -163,11 +163,11 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            associate (knowledge => object%case%knowledge)
-                settings = c_design_settings_t(0.0_dp, knowledge%duration, default%amplitude, &
+            associate (case => object%case)
+                settings = c_design_settings_t(0.0_dp, case%duration, default%amplitude, &
                     default%lowest_frequency, &
                                                default%highest_frequency, default%taper, default%rise_time, &
-                                               knowledge%rate_limit, knowledge%pointing_limit, &
+                                               case%limits%rate, case%limits%pointing, &
                                                merge(1, 0, default%rod_used), merge(1, 0, default%waveform_used), &
                                                default%threads)
             end associate
@@ -212,9 +212,9 @@ contains
         end select
         call release(int(handle, i8), object)
         if (status /= STATUS_OK) return
-        case%knowledge%duration = settings%duration
-        case%knowledge%rate_limit = settings%rate_limit
-        case%knowledge%pointing_limit = settings%pointing_limit
+        case%duration = settings%duration
+        case%limits%rate = settings%rate_limit
+        case%limits%pointing = settings%pointing_limit
         call plan_manoeuvre(case, settings%start, &
                             design_settings_t(rod_used=settings%rod_used /= 0, amplitude=settings%amplitude, &
                                               lowest_frequency=settings%lowest_frequency, &

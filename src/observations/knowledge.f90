@@ -3,18 +3,20 @@
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t, number_text
+    use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t, FULL_RANGE
-    use gracecg_environment_time, only: utc_t, parse_utc, utc_text
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, &
-        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_environment_time, only: utc_t
+    use gracecg_spacecraft_motion_limits, only: motion_limits_t
+    use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
+        describe_limits
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
     use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
     implicit none
     private
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
-    public :: describe_manoeuvre, describe_instruments, describe_a_priori, describe_estimation, check_quaternion
+    public :: describe_satellite, describe_instruments, describe_a_priori, describe_estimation, check_quaternion
     public :: describe_noise_spectra
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
@@ -51,10 +53,7 @@ module gracecg_observations_knowledge
         real(dp) :: mass = 0                            !! kg
         real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
         type(torque_rods_t) :: rods                     !! The manoeuvre
-        real(dp) :: rate_limit = 0.1_dp*DEGREE
-        !! Greatest angular velocity about any axis, rad/s: what the star cameras bear, CSR-TM-00-01 4.1
-        real(dp) :: pointing_limit = DEGREE
-        !! Greatest turn away from the attitude that is held without a manoeuvre, rad
+        type(motion_limits_t) :: limits                 !! Of the manoeuvre
         real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
         real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
         real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
@@ -78,92 +77,16 @@ module gracecg_observations_knowledge
 
 contains
 
-    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rod and
-    !> limits.
-    subroutine describe_manoeuvre(settings, knowledge)
+    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rods, rod and limits.
+    subroutine describe_satellite(settings, knowledge)
         class(settings_t), intent(inout) :: settings
         type(operator_knowledge_t), intent(inout) :: knowledge
 
-        character(40) :: epoch
-        real(dp) :: moments(3), products(3)
-        type(error_t), allocatable :: problem
-
-        epoch = utc_text(knowledge%epoch)
-        call settings%group('calibration', 'The calibration: arc and time')
-        call settings%text_value('name', knowledge%name, 'of the calibration')
-        call settings%text_value('epoch', epoch, 'UTC, ISO 8601: time 0 of all time tags', required=.true.)
-        call parse_utc(trim(epoch), knowledge%epoch, problem)
-        if (allocated(problem)) call settings%reject('epoch', problem%message)
-        call settings%real_value('duration', knowledge%duration, 1.0_dp, 86400.0_dp, 's, length of the arc', &
-                                 unit='s')
-        call settings%end_group()
-
-        moments = [knowledge%inertia(1, 1), knowledge%inertia(2, 2), knowledge%inertia(3, 3)]
-        products = [knowledge%inertia(1, 2), knowledge%inertia(2, 3), knowledge%inertia(1, 3)]
-        call settings%group('mass_properties', 'Mass, and inertia about the proof-mass centre')
-        call settings%real_value('mass', knowledge%mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.true.)
-        call settings%real_values('moments_of_inertia', moments, 1e-6_dp, 1e9_dp, &
-                                  'Ixx, Iyy, Izz in kg m^2', unit='kg m^2', required=.true.)
-        call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &
-                                  'Ixy, Iyz, Izx in kg m^2, with the sign of Ixy = -integral of x y dm', &
-                                  unit='kg m^2')
-        call settings%end_group()
-        knowledge%inertia = reshape([moments(1), products(1), products(3), &
-                                 products(1), moments(2), products(2), &
-                                 products(3), products(2), moments(3)], [3, 3])
-        call describe_rods(settings, knowledge%rods)
-        call settings%group('limits', 'What the manoeuvre may do to the satellite')
-        call settings%real_value('rate_deg_s', knowledge%rate_limit, 1e-6_dp, 1e3_dp, &
-                                 'deg/s, angular velocity about any axis (star cameras)', DEGREE, 'deg/s')
-        call settings%real_value('pointing_deg', knowledge%pointing_limit, 1e-6_dp, 180.0_dp, &
-                                 'deg, turn away from the attitude held without a manoeuvre', DEGREE, 'deg')
-        call settings%end_group()
-    end subroutine describe_manoeuvre
-
-    !> The manoeuvre: one group `rod` for each activation of a torque rod.
-    subroutine describe_rods(settings, rods)
-        class(settings_t), intent(inout) :: settings
-        type(torque_rods_t), intent(inout) :: rods
-
-        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
-        type(error_t), allocatable :: problem
-        character(len(WAVEFORM_NAMES)) :: waveform
-        integer :: n, i
-
-        n = rods%count
-        activations = rods%activations
-        call settings%count('rod', n)
-        if (n > MAX_ACTIVATIONS) then
-            call settings%group('rod', '', MAX_ACTIVATIONS + 1)
-            call settings%reject('axis', 'at most 16 groups &rod are allowed')
-            return
-        end if
-        do i = 1, n
-            call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
-            call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
-            call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
-                                     'A m^2', unit='A m^2', required=.true.)
-            call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
-                                     unit='Hz', required=.true.)
-            call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
-                                     DEGREE, 'deg')
-            call settings%real_value('start', activations(i)%start, 0.0_dp, 86400.0_dp, 's', unit='s')
-            call settings%real_value('stop', activations(i)%stop, 0.0_dp, 86400.0_dp, 's', unit='s', &
-                                     required=.true.)
-            waveform = WAVEFORM_NAMES(activations(i)%waveform)
-            call settings%text_value('waveform', waveform, 'w', WAVEFORM_NAMES)
-            activations(i)%waveform = max(1, findloc(WAVEFORM_NAMES, waveform, 1))
-            call settings%real_value('taper', activations(i)%taper, 0.0_dp, 86400.0_dp, &
-                                     's, of a smooth start and stop; 0: abrupt', unit='s')
-            call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
-                                     's, of each edge of a square wave', unit='s')
-            if (allocated(settings%failure)) return
-            call new_torque_rods(rods, activations(:i), problem)
-            if (allocated(problem)) call settings%reject('amplitude', problem%message)
-            call settings%end_group()
-        end do
-        if (n == 0) rods%count = 0
-    end subroutine describe_rods
+        call describe_calibration(settings, knowledge%name, knowledge%epoch, knowledge%duration)
+        call describe_mass_properties(settings, knowledge%mass, knowledge%inertia)
+        call describe_manoeuvre(settings, knowledge%rods)
+        call describe_limits(settings, knowledge%limits)
+    end subroutine describe_satellite
 
     !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
     !> geomagnetic_field.

@@ -51,7 +51,7 @@ contains
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
         call bound_at_truth(simulator, observations, bound, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
     subroutine bound_at_truth(simulator, observations, bound, error)
@@ -82,7 +82,7 @@ contains
         call prepare_calibration(observations%knowledge, data, [estimated, considered], problem)
         problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
         problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
-        problem%state%value(OFFSET) = simulator%case%offset
+        problem%state%value(OFFSET) = simulator%case%satellite%offset
         call set_noise(problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)

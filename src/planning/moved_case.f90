@@ -29,7 +29,7 @@ contains
         later = case
         if (.not. time > 0) return
         state = states_from(orbit, time, 1.0_dp, 0)
-        later%knowledge%epoch = utc_plus(case%knowledge%epoch, time)
+        later%epoch = utc_plus(case%epoch, time)
         later%sidereal_angle = modulo(case%sidereal_angle + EARTH_ROTATION_RATE*time, TWO_PI)
         later%position = state(POSITION, 0)
         later%velocity = state(VELOCITY, 0)

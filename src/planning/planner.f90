@@ -4,7 +4,7 @@ module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
@@ -46,9 +46,9 @@ contains
         if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error, interval=PLANNING_STEP)
         if (.not. allocated(error)) call new_manoeuvre_site(view, orbit, time, site(1), error)
         if (.not. allocated(error)) call design_manoeuvre(view, site, settings, design, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
-        planned = moved_case(case, orbit, time, any(REPORT_CASE_NAMES == case%knowledge%name))
+        planned = moved_case(case, orbit, time, any(REPORT_CASE_NAMES == case%name))
         call take_design(design, planned)
     end subroutine plan_manoeuvre
 
@@ -59,8 +59,8 @@ contains
         type(manoeuvre_design_t), intent(in) :: design
         type(case_t), intent(inout) :: case
 
-        case%knowledge%rods = design%rods
-        case%knowledge%name = trim(case%knowledge%name)//'-design'
+        call take_manoeuvre(design%rods, case%satellite%rods)
+        case%name = trim(case%name)//'-design'
         case%knowledge%optimal%estimate_scale_factors = .true.
         case%knowledge%optimal%estimate_magnetometer_bias = .true.
     end subroutine take_design
@@ -69,12 +69,12 @@ contains
         type(case_t), intent(in) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. (case%knowledge%duration >= SHORTEST_ARC .and. case%knowledge%duration <= LONGEST_ARC)) then
-            call fail(error, 'duration = '//number_text(case%knowledge%duration)//' s: a manoeuvre lasts from '// &
+        if (.not. (case%duration >= SHORTEST_ARC .and. case%duration <= LONGEST_ARC)) then
+            call fail(error, 'duration = '//number_text(case%duration)//' s: a manoeuvre lasts from '// &
                       number_text(SHORTEST_ARC)//' to '//number_text(LONGEST_ARC)//' s')
-        else if (.not. (case%knowledge%rate_limit > 0 .and. case%knowledge%pointing_limit > 0)) then
-            call fail(error, 'the limits of rate and pointing are '//number_text(case%knowledge%rate_limit)// &
-                      ' rad/s and '//number_text(case%knowledge%pointing_limit)//' rad: both have to be positive')
+        else if (.not. (case%limits%rate > 0 .and. case%limits%pointing > 0)) then
+            call fail(error, 'the limits of rate and pointing are '//number_text(case%limits%rate)// &
+                      ' rad/s and '//number_text(case%limits%pointing)//' rad: both have to be positive')
         end if
     end subroutine check_limits
 
@@ -105,13 +105,13 @@ contains
             call check_limits(case, error)
         end if
         if (.not. allocated(error)) &
-            call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         if (.not. allocated(error)) call new_accelerometer_view(case, view, error)
         if (.not. allocated(error)) &
             call new_nominal_orbit(case, orbit, error, max(1, ceiling(revolutions)), PLANNING_STEP)
         if (.not. allocated(error)) &
-            call map_manoeuvre(view, orbit, times, case%knowledge%rods, threads, points, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+            call map_manoeuvre(view, orbit, times, case%satellite%rods, threads, points, error)
+        call add_context(error, 'case '//trim(case%name))
     end subroutine map_case
 
     !> The case `time` seconds later on its orbit. A built-in case away from its own place takes the

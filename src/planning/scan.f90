@@ -17,7 +17,7 @@ module gracecg_planning_scan
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: operator_setup
+    use gracecg_simulation_case_models, only: operator_knowledge
     use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
     implicit none
@@ -68,7 +68,7 @@ contains
         end if
         work%case => case
         work%orbit => orbit
-        work%knowledge = operator_setup(case)
+        work%knowledge = operator_knowledge(case)
         work%times = times
         allocate (work%places(size(times)))
         call run_parallel(work, size(times), threads, error)
@@ -138,13 +138,13 @@ contains
         dynamics = orbit%dynamics
         dynamics%rods = rods
         state = orbit%state(:, k)
-        associate (interval => case%knowledge%magnetometer_interval)
-            n = ceiling(case%knowledge%duration/interval)
+        associate (interval => case%satellite%magnetometer%sampling_interval)
+            n = ceiling(case%duration/interval)
             allocate (field(3, 0:n))
             do i = 0, n
                 t = k*ORBIT_INTERVAL + i*interval
                 call dynamics%loads(t, state, acting)
-                field(:, i) = acting%field + case%magnetometer%bias
+                field(:, i) = acting%field + case%satellite%magnetometer%bias
                 call rkf78_step(dynamics, t, state, interval, next)
                 state = next
             end do

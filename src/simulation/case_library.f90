@@ -39,7 +39,7 @@ contains
 
         call find_case(name_or_path, case, error)
         if (allocated(error)) return
-        call check_rods_fire(case%knowledge%rods, case%knowledge%duration, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call check_rods_fire(case%satellite%rods, case%duration, error)
+        call add_context(error, 'case '//trim(case%name))
     end subroutine find_calibration
 end module gracecg_simulation_case_library

@@ -23,7 +23,7 @@ module gracecg_simulation_case_models
     use gracecg_simulation_case, only: case_t
     implicit none
     private
-    public :: build_dynamics, initial_state, operator_setup, case_star_catalogue
+    public :: build_dynamics, initial_state, operator_knowledge, case_star_catalogue
 
     real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
 
@@ -45,7 +45,7 @@ contains
         if (.not. allocated(error)) call set_magnetic_field(case, dynamics, error)
         if (.not. allocated(error)) call set_atmosphere(case, dynamics, error)
         if (.not. allocated(error)) call set_surface(case, dynamics, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
     end subroutine build_dynamics
 
     !> The 13 components of the state at the epoch.
@@ -58,22 +58,33 @@ contains
 
     !> What the operator knows: the case's setup with the instruments' nominal performance, and the
     !> field model of the case to stand in for the magnetometer (IGRF-14 for one from a file).
-    function operator_setup(case) result(knowledge)
+    function operator_knowledge(case) result(knowledge)
         type(case_t), intent(in) :: case
         type(operator_knowledge_t) :: knowledge
 
         integer :: head
 
         knowledge = case%knowledge
-        knowledge%accelerometer_interval = case%accelerometer%sampling_interval
-        knowledge%accelerometer_noise = case%accelerometer%noise
+        knowledge%name = case%name
+        knowledge%epoch = case%epoch
+        knowledge%duration = case%duration
+        knowledge%mass = case%satellite%mass
+        knowledge%inertia = case%satellite%inertia
+        knowledge%rods = case%satellite%rods
+        knowledge%limits = case%limits
+        knowledge%star_camera_interval = case%satellite%star_camera%sampling_interval
+        knowledge%magnetometer_interval = case%satellite%magnetometer%sampling_interval
+        knowledge%camera = case%operator%head
+        knowledge%a_priori = case%operator%a_priori
+        knowledge%accelerometer_interval = case%satellite%accelerometer%sampling_interval
+        knowledge%accelerometer_noise = case%satellite%accelerometer%noise
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'
         do head = 1, N_HEADS
-            knowledge%mounting(:, head) = case%star_camera%mounting(head)
+            knowledge%mounting(:, head) = case%satellite%star_camera%mounting(head)
         end do
-    end function operator_setup
+    end function operator_knowledge
 
     !> The catalogue of stars: that of the case's file, or the embedded one. Fails as `read_star_catalogue`.
     subroutine case_star_catalogue(case, catalogue, error)
@@ -92,7 +103,7 @@ contains
         type(case_t), intent(in) :: case
         type(satellite_dynamics_t), intent(inout) :: dynamics
 
-        associate (epoch => case%knowledge%epoch)
+        associate (epoch => case%epoch)
             dynamics%epoch = epoch
             dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
@@ -110,7 +121,7 @@ contains
         if (case%earth_rotation == 'given') then
             angle = case%sidereal_angle
         else
-            angle = gmst_1982(case%knowledge%epoch, case%ut1_minus_utc)
+            angle = gmst_1982(case%epoch, case%ut1_minus_utc)
         end if
     end function sidereal_angle_at_epoch
 
@@ -121,13 +132,13 @@ contains
 
         type(mass_properties_t) :: properties
 
-        properties = mass_properties_t(case%knowledge%mass, case%knowledge%inertia, case%offset)
+        properties = mass_properties_t(case%satellite%mass, case%satellite%inertia, case%satellite%offset)
         call validate_mass_properties(properties, error)
         if (allocated(error)) return
         dynamics%mass = properties%mass
         dynamics%inertia = inertia_about_com(properties)
         dynamics%inverse_inertia = inverse_3x3(dynamics%inertia)
-        dynamics%rods = case%knowledge%rods
+        dynamics%rods = case%satellite%rods
     end subroutine set_mass
 
     subroutine set_gravity(case, dynamics, error)
@@ -158,7 +169,7 @@ contains
         type(igrf_t) :: model
         real(dp) :: year
 
-        year = decimal_year(case%knowledge%epoch)
+        year = decimal_year(case%epoch)
         if (case%field_model == 'file') then
             call read_shc(trim(case%field_file), year, model, error)
         else
@@ -213,7 +224,7 @@ contains
         else
             table = embedded_space_weather()
         end if
-        call table%indices_at(case%knowledge%epoch, f107, f107_mean, kp, error)
+        call table%indices_at(case%epoch, f107, f107_mean, kp, error)
     end subroutine take_space_weather
 
     subroutine set_wind(case, dynamics, error)
@@ -239,14 +250,14 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        call new_trapezoid(dynamics%surface, case%length, case%height, case%width_bottom, &
-                           case%width_top, case%specular, case%diffuse, error)
+        call new_trapezoid(dynamics%surface, case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                           case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, error)
         if (allocated(error)) return
-        dynamics%centre_of_mass = case%centre_of_mass
-        dynamics%drag_coefficient = case%drag_coefficient
-        dynamics%wall = case%wall
-        dynamics%reflectivity_sun = case%reflectivity_sun
-        dynamics%reflectivity_earth = case%reflectivity_earth
+        dynamics%centre_of_mass = case%satellite%centre_of_mass
+        dynamics%drag_coefficient = case%satellite%drag_coefficient
+        dynamics%wall = case%satellite%wall
+        dynamics%reflectivity_sun = case%satellite%reflectivity_sun
+        dynamics%reflectivity_earth = case%satellite%reflectivity_earth
         dynamics%solar_irradiance = case%solar_irradiance
         call new_earth_radiation(dynamics%earth_radiation, trim(case%earth_radiation_constants), &
                                  standard_rings(case%earth_radiation_rings), case%solar_irradiance, error)

@@ -65,40 +65,40 @@ contains
             call fail(error, 'there is no built-in case "'//trim(name)//'"')
             return
         end if
-        case%knowledge%name = name
-        case%satellite = name(:index(name, '-') - 1)
+        case%name = name
+        case%satellite%name = name(:index(name, '-') - 1)
         read (name(index(name, '-') + 1:), *) case%number
 
-        case%knowledge%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
-        case%knowledge%duration = DURATION
+        case%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
+        case%duration = DURATION
         case%earth_rotation = 'given'
         case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
-        case%knowledge%mass = MASS
-        case%knowledge%inertia = INERTIA
+        case%satellite%mass = MASS
+        case%satellite%inertia = INERTIA
         case%density_scale = DENSITY_SCALE
-        case%reflectivity_sun = REFLECTIVITY_SUN
-        case%wall%accommodation = ACCOMMODATION
-        case%specular = SPECULAR
+        case%satellite%reflectivity_sun = REFLECTIVITY_SUN
+        case%satellite%wall%accommodation = ACCOMMODATION
+        case%satellite%specular = SPECULAR
         case%earth_radiation_constants = 'constant-emissivity'
         case%earth_radiation_rings = 2
         case%knowledge%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]      ! section 6.1
         case%knowledge%star_camera_weight = 1
         case%knowledge%guess_offset = 1e-5_dp
-        if (case%satellite == 'front') then
-            case%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
+        if (case%satellite%name == 'front') then
+            case%satellite%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
             case%wind_east = WIND_EAST(1)
-            case%centre_of_mass = CENTRE_OF_MASS_FRONT
+            case%satellite%centre_of_mass = CENTRE_OF_MASS_FRONT
             call set_front(case, pattern)
         else
-            case%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
+            case%satellite%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
             case%wind_east = WIND_EAST(2)
-            case%centre_of_mass = CENTRE_OF_MASS_BACK
+            case%satellite%centre_of_mass = CENTRE_OF_MASS_BACK
             call set_back(case, pattern)
         end if
         if (case%number == 1) case%wind_model = 'constant'
         case%quaternion = normalised(case%quaternion)
         case%knowledge%guess_quaternion = normalised(case%knowledge%guess_quaternion)
-        call new_harmonic_manoeuvre(case%knowledge%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+        call new_harmonic_manoeuvre(case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     0.0_dp, DURATION, error)
     end subroutine report_case
 

@@ -94,17 +94,17 @@ contains
 
         character(:), allocatable :: text
 
-        if (any(campaign%cases(:i - 1)%name == case%knowledge%name)) then
-            call fail(error, 'two cases have the name "'//trim(case%knowledge%name)// &
+        if (any(campaign%cases(:i - 1)%name == case%name)) then
+            call fail(error, 'two cases have the name "'//trim(case%name)// &
                       '": their rows could not be told apart; change `name` in the namelist file')
-        else if (scan(trim(case%knowledge%name), ',"') > 0) then
+        else if (scan(trim(case%name), ',"') > 0) then
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
-                      trim(case%knowledge%name))
+                      trim(case%name))
         else
             call case_text(case, text, error)
         end if
         if (allocated(error)) return
-        campaign%cases(i) = campaign_case_t(case%knowledge%name, case%offset/MILLIMETRE, checksum(text))
+        campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
     end subroutine add_case
 
     !> A number that differs between texts, but for one chance in two thousand million.

@@ -60,7 +60,7 @@ contains
         if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
                                                          threads, results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         study%runs = runs
         study%rms = statistics%rms*MILLIMETRE
         study%predicted = prediction%rms

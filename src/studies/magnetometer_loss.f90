@@ -61,7 +61,7 @@ contains
         type(prediction_t) :: prediction
         integer :: i
 
-        study%case_name = simulator%case%knowledge%name
+        study%case_name = simulator%case%name
         study%algorithm = algorithm
         study%with_model = with_model
         study%run = [(i, i=1, runs)]
@@ -77,7 +77,7 @@ contains
             call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error)
         end if
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         study%offset = results%offset
         study%rms = statistics%rms*MILLIMETRE
     end subroutine study_field
@@ -92,7 +92,7 @@ contains
         real(dp) :: draws(3)
 
         associate (case => simulator%case)
-            stream = new_stream(seed, case%number, merge(1, 2, case%satellite == 'front'), run, &
+            stream = new_stream(seed, case%number, merge(1, 2, case%satellite%name == 'front'), run, &
                                 STREAM_FIELD_MODEL)
         end associate
         call stream%normals(draws)
@@ -129,11 +129,11 @@ contains
 
         rms = 0
         without_bias = simulator
-        without_bias%case%magnetometer%bias = 0
+        without_bias%case%satellite%magnetometer%bias = 0
         call predict_errors(without_bias, algorithm, prediction, error)
         if (allocated(error)) return
         rms = prediction%rms**2
-        still = simulator%case%offset + prediction%bias
+        still = simulator%case%satellite%offset + prediction%bias
         do axis = 1, 3
             field_error = 0
             field_error(axis) = deviation

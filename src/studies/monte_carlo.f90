@@ -118,7 +118,7 @@ contains
             if (allocated(error)) return
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
-            results%normalised(i) = normalised_error(solution%offset - self%simulator%case%offset, &
+            results%normalised(i) = normalised_error(solution%offset - self%simulator%case%satellite%offset, &
                                                      solution%covariance)
         end associate
     end subroutine do_run
@@ -173,7 +173,7 @@ contains
         associate (random => simulator%case%density_wave_random)
             call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
             if (allocated(error)) return
-            prediction%bias = still%offset - simulator%case%offset
+            prediction%bias = still%offset - simulator%case%satellite%offset
             prediction%wave = 0
             if (random) then
                 wave = simulator%case%density_wave

@@ -137,7 +137,7 @@ contains
             end if
             rounds = [rounds, latest]
             if (all(abs(latest%estimate) < settings%threshold)) return
-            current%offset = current%offset - mass_balance(current, settings, i, latest%estimate)
+            current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
     end subroutine trim_offset
 
@@ -163,7 +163,7 @@ contains
             call fail(error, algorithm//' did not converge: there is no estimate to trim by')
             return
         end if
-        latest%offset = case%offset
+        latest%offset = case%satellite%offset
         latest%estimate = solution%offset
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end subroutine calibrate
@@ -179,7 +179,7 @@ contains
         type(random_stream_t) :: stream
         real(dp) :: relative(3), absolute(3)
 
-        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite == 'front'), round, &
+        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite%name == 'front'), round, &
                             STREAM_BALANCE)
         call stream%normals(relative)
         call stream%normals(absolute)

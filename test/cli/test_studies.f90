@@ -228,7 +228,7 @@ contains
         if (allocated(error)) return
         call check(error, rms(1) > 1.2_dp*prediction%rms(1), 'x feels the field')
         if (allocated(error)) return
-        statistics = statistics_of(results%offset, simulator%case%offset)
+        statistics = statistics_of(results%offset, simulator%case%satellite%offset)
         call check(error, maxval(abs(statistics%rms/rms - 1)) < 0.22_dp, 'theory')
     end subroutine test_magnetometer_loss
 
@@ -266,10 +266,10 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        case%accelerometer%noise%level = 0
-        case%star_camera%catalogue_noise = 0
-        case%star_camera%measurement_noise = 0
-        case%magnetometer%noise = 0
+        case%satellite%accelerometer%noise%level = 0
+        case%satellite%star_camera%catalogue_noise = 0
+        case%satellite%star_camera%measurement_noise = 0
+        case%satellite%magnetometer%noise = 0
         case%density_wave%amplitude = 0
         settings%threshold = 0.01_dp*MILLIMETRE
         settings%balance_error = 0

@@ -241,8 +241,8 @@ contains
         integer :: a
 
         call report_case('front-1', case, failure)
-        case%knowledge%duration = 300
-        case%knowledge%rods%activations%stop = 300
+        case%duration = 300
+        case%satellite%rods%activations%stop = 300
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
         do a = 1, size(REPORT_ESTIMATORS)

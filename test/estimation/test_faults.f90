@@ -133,8 +133,8 @@ contains
             if (allocated(error)) return
             ratio = sigmas(solution)/sigmas(reference%solution(i))
             write (found, '(2a, 3es10.2, a, 3f7.3)') trim(ALGORITHMS(i)), ': errors', &
-                solution%offset - reference%simulator%case%offset, ' m, sigmas times', ratio
-            call check(error, all(abs(solution%offset - reference%simulator%case%offset) < &
+                solution%offset - reference%simulator%case%satellite%offset, ' m, sigmas times', ratio
+            call check(error, all(abs(solution%offset - reference%simulator%case%satellite%offset) < &
                                   4*reference%prediction(i)%rms*max(1.0_dp, ratio)), trim(found))
             if (allocated(error)) return
             call check(error, all(ratio < growth .and. ratio > 1/NEARLY), trim(found))
@@ -583,8 +583,8 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        stated = case%knowledge%rods
-        case%knowledge%rods%activations%amplitude = share*stated%activations%amplitude
+        stated = case%satellite%rods
+        case%satellite%rods%activations%amplitude = share*stated%activations%amplitude
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure)
         call check_passes(error, message_of(failure))
@@ -660,7 +660,7 @@ contains
         call report_case(CASE_NAME, case, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        case%star_camera%field_of_view = 0.1_dp*DEGREE
+        case%satellite%star_camera%field_of_view = 0.1_dp*DEGREE
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: 'case front-3', 'head 1 at 0.5 s', 'stars', 'at least 2'])

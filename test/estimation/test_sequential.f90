@@ -60,11 +60,11 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        case%accelerometer%scale1 = 1
-        case%accelerometer%scale2 = 0
-        case%accelerometer%scale3 = 0
-        case%accelerometer%bias = 0
-        case%magnetometer%bias = 0
+        case%satellite%accelerometer%scale1 = 1
+        case%satellite%accelerometer%scale2 = 0
+        case%satellite%accelerometer%scale3 = 0
+        case%satellite%accelerometer%bias = 0
+        case%satellite%magnetometer%bias = 0
         case%density_wave%amplitude = 0
         if (present(wave)) case%density_wave%amplitude = wave(1)
         if (present(wave)) case%density_wave%period = wave(2)
@@ -87,7 +87,7 @@ contains
         call prepare(name, .true., simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
-        true_offset = simulator%case%offset
+        true_offset = simulator%case%satellite%offset
     end subroutine straight_set
 
     subroutine solve(algorithm, observations, solution, error)
@@ -246,7 +246,7 @@ contains
                 call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
                 call solve('sequential', observations, solution, error)
                 if (allocated(error)) return
-                total = total + normalised_square(solution, simulator%case%offset)
+                total = total + normalised_square(solution, simulator%case%satellite%offset)
             end do
         end do
         limits = chi_square_limits(3*RUNS*size(REPORT_CASE_NAMES))
@@ -276,11 +276,11 @@ contains
             if (allocated(error)) return
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
             if (allocated(error)) return
-            followed = followed + normalised_square(solution, simulator%case%offset)
+            followed = followed + normalised_square(solution, simulator%case%satellite%offset)
             observations%knowledge%sequential%acceleration = STRAIGHT_LINE
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
-            ignored = ignored + normalised_square(solution, simulator%case%offset)
+            ignored = ignored + normalised_square(solution, simulator%case%satellite%offset)
         end do
         limits = chi_square_limits(3*RUNS)
         call check(error, followed < limits(2), 'errors within the sigmas')
@@ -352,11 +352,11 @@ contains
             call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
-            sequential = sequential + (solution%offset(3) - simulator%case%offset(3))**2
-            total = total + normalised_square(solution, simulator%case%offset)
+            sequential = sequential + (solution%offset(3) - simulator%case%satellite%offset(3))**2
+            total = total + normalised_square(solution, simulator%case%satellite%offset)
             call solve('optimal', observations, solution, error)
             if (allocated(error)) return
-            optimal = optimal + (solution%offset(3) - simulator%case%offset(3))**2
+            optimal = optimal + (solution%offset(3) - simulator%case%satellite%offset(3))**2
         end do
         call check(error, sqrt(sequential) < 0.7_dp*sqrt(optimal), 'RMS of d_z against optimal')
         if (allocated(error)) return
@@ -539,7 +539,7 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        case%knowledge%rods%count = 0
+        case%satellite%rods%count = 0
         if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
                                                                   simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)

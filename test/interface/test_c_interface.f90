@@ -410,7 +410,7 @@ contains
         call dynamics%loads(0.0_dp, state, acting)
         status = gracecg_earth_radiation_open(c_string('constant-emissivity'), 2, case%solar_irradiance, model)
         status = gracecg_earth_radiation_flux(model, utc_struct(47528, 0.0_dp), ONE, [0.0_dp], state(:3), flux)
-        status = gracecg_surface_earthlight(surface, case%knowledge%mass, case%reflectivity_earth, flux, state(:3), &
+        status = gracecg_surface_earthlight(surface, case%satellite%mass, case%satellite%reflectivity_earth, flux, state(:3), &
                                             state(10:13), a, failure)
         call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
         status = gracecg_earth_radiation_free(model)
@@ -537,7 +537,7 @@ contains
         call check_equal(error, [alone], [total], 'the sum alone')
         status = gracecg_force_model_epoch(model, epoch, angle, failure)
         call check_equal(error, [real(epoch%mjd, dp), epoch%seconds, angle], &
-                         [real(case%knowledge%epoch%mjd, dp), case%knowledge%epoch%seconds, &
+                         [real(case%epoch%mjd, dp), case%epoch%seconds, &
                              case%sidereal_angle], 'epoch')
         status = gracecg_force_model_free(model)
         status = gracecg_case_free(handle)
@@ -1403,7 +1403,7 @@ contains
         status = gracecg_case_bound(handle, bound, failure)
         call check_refused(error, status, BAD_HANDLE, failure, 'case')
         status = gracecg_gravity_free(handle)
-        case%knowledge%rods%count = 0
+        case%satellite%rods%count = 0
         call case_text(case, text, problem)
         status = gracecg_case_parse(c_string(text), handle)
         status = gracecg_case_bound(handle, bound, failure)
@@ -1438,8 +1438,8 @@ contains
         call check_ok(error, status, failure)
         if (allocated(error)) return
         call find_case('back-1', case, problem)
-        call check(error, abs(settings%duration - case%knowledge%duration) <= 0 .and. &
-                   abs(settings%rate_limit - case%knowledge%rate_limit) <= 0 .and. &
+        call check(error, abs(settings%duration - case%duration) <= 0 .and. &
+                   abs(settings%rate_limit - case%limits%rate) <= 0 .and. &
                    abs(settings%highest_frequency - own_settings%highest_frequency) <= 0 .and. &
                    all((settings%waveform_used /= 0) .eqv. own_settings%waveform_used), 'defaults')
         if (allocated(error)) return
@@ -1453,8 +1453,8 @@ contains
         status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        case%knowledge%duration = settings%duration
-        case%knowledge%rate_limit = settings%rate_limit
+        case%duration = settings%duration
+        case%limits%rate = settings%rate_limit
         own_settings%lowest_frequency = settings%lowest_frequency
         own_settings%highest_frequency = settings%highest_frequency
         own_settings%waveform_used = [.true., .false., .false., .false.]
@@ -1465,7 +1465,7 @@ contains
                           expected%excursion], 'design')
         if (allocated(error)) return
         call check(error, design%rate <= settings%rate_limit .and. design%evaluations == expected%evaluations .and. &
-                   planned_case%knowledge%name == 'back-1-design', 'limits, evaluations, name')
+                   planned_case%name == 'back-1-design', 'limits, evaluations, name')
         if (allocated(error)) return
 
         ! the case that flies it: later, elsewhere, with these rods

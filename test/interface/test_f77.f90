@@ -125,7 +125,8 @@ contains
 
         call find_case('front-1', case, failure)
         call build_dynamics(case, dynamics, failure)
-        call gctrap(case%length, case%height, case%width_bottom, case%width_top, case%specular, case%diffuse, ih, &
+        call gctrap(case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                    case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, ih, &
                     istat, msg)
         call check(error, istat, 0, msg)
         if (allocated(error)) return
@@ -167,8 +168,8 @@ contains
         if (allocated(error)) return
         call gccini(icas, m, s, dur, dt, x, d, istat, msg)
         call find_case('back-1', case, failure)
-        call check(error, m == case%knowledge%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
-                   .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%offset) <= 0), 'gccini')
+        call check(error, m == case%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
+                   .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%satellite%offset) <= 0), 'gccini')
         if (allocated(error)) return
         call build_dynamics(case, dynamics, failure)
         call gcfrco(icas, ifrc, istat, msg)

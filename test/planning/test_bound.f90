@@ -70,11 +70,11 @@ contains
         do manoeuvre = 1, 3
             do i = 1, 3
                 call report_case(REPORT_CASE_NAMES(i), case, failure)
-                case%accelerometer%noise%sides = 1
+                case%satellite%accelerometer%noise%sides = 1
                 if (manoeuvre == 2) then
-                    call new_torque_rods(case%knowledge%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
+                    call new_torque_rods(case%satellite%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
                 else if (manoeuvre == 3) then
-                    call new_torque_rods(case%knowledge%rods, [rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), &
+                    call new_torque_rods(case%satellite%rods, [rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), &
                                                            rod(3, 7.0_dp, 0.0_dp)], failure)
                 end if
                 if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
@@ -116,7 +116,7 @@ contains
 
         do i = 1, 4, 3
             call report_case(REPORT_CASE_NAMES(i), case, failure)
-            case%offset = 0
+            case%satellite%offset = 0
             call bound_of_case(case, bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(), simulator, failure)
             call check_passes(error, message_of(failure))
@@ -181,8 +181,8 @@ contains
 
         call report_case('front-3', case, failure)
         call bound_of_case(case, first, failure)
-        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
-        associate (limits => case%knowledge%a_priori)
+        case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
+        associate (limits => case%operator%a_priori)
             limits%sigma_scale_factors = 2*limits%sigma_scale_factors
             limits%sigma_rod_gain = 2*limits%sigma_rod_gain
             limits%sigma_magnetometer_bias = 2*limits%sigma_magnetometer_bias
@@ -232,23 +232,23 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
-        case%knowledge%rods%count = 0
+        case%satellite%rods%count = 0
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'front-1', 'torque rods are off', '&rod'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise(2)%level = -1e-18_dp
+        case%satellite%accelerometer%noise(2)%level = -1e-18_dp
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise level'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise(3)%level = 0
+        case%satellite%accelerometer%noise(3)%level = 0
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'noise level'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%star_camera%catalogue_noise = 0
-        case%star_camera%measurement_noise = 0
+        case%satellite%star_camera%catalogue_noise = 0
+        case%satellite%star_camera%measurement_noise = 0
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'star camera', 'no noise'])
     end subroutine test_impossible
@@ -323,7 +323,7 @@ contains
             if (allocated(error)) return
             call check(error, all(results%converged))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MICROMETRE, case%offset/MICROMETRE)
+            statistics = statistics_of(results%offset/MICROMETRE, case%satellite%offset/MICROMETRE)
             call check(error, maxval(abs(statistics%rms*MICROMETRE/bound%sigma - 1)) < 0.25_dp, REPORT_CASE_NAMES(i))
             if (allocated(error)) return
             limits = chi_square_limits(3*RUNS)

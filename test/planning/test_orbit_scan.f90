@@ -111,7 +111,7 @@ contains
             do number = 2, 3
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
                 difference = orbit%state(POSITION, nint(TIME_OF_CASE(number))) - later%position
-                call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%knowledge%name))
+                call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%name))
                 if (allocated(error)) return
             end do
         end do
@@ -133,7 +133,7 @@ contains
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
                 call check(error, rotation_angle_between( &
                            orbit%state(ATTITUDE, nint(TIME_OF_CASE(number))), later%quaternion), &
-                           0.0_dp, trim(later%knowledge%name), thr=1e-8_dp)
+                           0.0_dp, trim(later%name), thr=1e-8_dp)
                 if (allocated(error)) return
             end do
             ! one revolution brings the attitude back
@@ -181,7 +181,7 @@ contains
                 if (allocated(error)) return
                 amplitude = abs(arc%omega_dot(:, 25) - arc%omega_dot(:, 75))/2
                 call check(error, maxval(abs(amplitude - places(number)%acceleration)) < &
-                           0.01_dp*maxval(amplitude), trim(case%knowledge%name))
+                           0.01_dp*maxval(amplitude), trim(case%name))
                 if (allocated(error)) return
             end do
         end do
@@ -205,15 +205,15 @@ contains
             if (allocated(error)) return
             do number = 1, 3
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
-                if (case%knowledge%name == 'front-2') then
-                    case%knowledge%rods%activations%amplitude = -case%knowledge%rods%activations%amplitude
+                if (case%name == 'front-2') then
+                    case%satellite%rods%activations%amplitude = -case%satellite%rods%activations%amplitude
                 end if
                 call new_simulator(case, simulator, failure)
                 if (.not. allocated(failure)) call predict_errors(simulator, 'assest-fde', prediction, failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
-                           trim(case%knowledge%name))
+                           trim(case%name))
                 if (allocated(error)) return
             end do
         end do
@@ -300,13 +300,13 @@ contains
 
         call fly('front', case, orbit, error)
         if (allocated(error)) return
-        case%magnetometer%bias = 0
+        case%satellite%magnetometer%bias = 0
         call scan(case, orbit, TIMES, places, error)
         if (allocated(error)) return
         case%quaternion = quaternion_product(HALF_TURN_Z, case%quaternion)
         case%angular_velocity(1:2) = -case%angular_velocity(1:2)
-        case%knowledge%inertia(1:2, 3) = -case%knowledge%inertia(1:2, 3)
-        case%knowledge%inertia(3, 1:2) = -case%knowledge%inertia(3, 1:2)
+        case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
+        case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
         call new_nominal_orbit(case, orbit, failure)
         call check(error,.not. allocated(failure))
         if (.not. allocated(error)) call scan(case, orbit, TIMES, turned, error)
@@ -332,7 +332,7 @@ contains
         call fly('back', case, orbit, error)
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
-        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
+        case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
         call scan(case, orbit, [2000], noisy, error)
         if (allocated(error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)

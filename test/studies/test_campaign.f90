@@ -67,7 +67,7 @@ contains
         do i = 1, 2
             if (i == 1) call report_case('front-3', case, failure)
             if (i == 2) call report_case('back-1', case, failure)
-            if (i == 2) case%knowledge%name = 'my own case'
+            if (i == 2) case%name = 'my own case'
             if (.not. allocated(failure)) call add_case(campaign, i, case, failure)
             if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
             do a = 1, size(ALGORITHMS)
@@ -205,7 +205,7 @@ contains
         call add_case(campaign, 2, case, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'two cases have the name "front-1"'])
         if (allocated(error)) return
-        case%knowledge%name = 'a, b'
+        case%name = 'a, b'
         call add_case(campaign, 2, case, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names

@@ -74,7 +74,7 @@ contains
             if (allocated(error)) return
             call check(error, all(results%converged))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.12_dp, &
                        REPORT_CASE_NAMES(i))
             if (allocated(error)) return
@@ -160,7 +160,7 @@ contains
             end if
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.21_dp, &
                        REPORT_ESTIMATORS(a))
             if (allocated(error)) return

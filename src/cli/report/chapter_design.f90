@@ -9,7 +9,7 @@ module gracecg_cli_chapter_design
     use gracecg_files_file, only: output_file_t
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES, SQUARE
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES, SQUARE
     use gracecg_simulation_case, only: case_t, case_text
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
@@ -123,11 +123,11 @@ contains
         if (.not. allocated(error)) call design_manoeuvre(view, sites, settings, study%design, error)
         if (allocated(error)) return
         times = [(i*MAP_STEP, i=0, int(last_time(orbit)/MAP_STEP))]
-        call map_manoeuvre(view, orbit, times, study%case%knowledge%rods, threads, study%report, error)
+        call map_manoeuvre(view, orbit, times, study%case%satellite%rods, threads, study%report, error)
         if (allocated(error)) return
         call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
         call take_design(study%design, study%case)
-        study%case%knowledge%name = satellite//'-design'
+        study%case%name = satellite//'-design'
     end subroutine study_design
 
     subroutine write_map(book, study, error)
@@ -138,10 +138,10 @@ contains
         type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(book_file(book, map_file(study%case%satellite)), 'time_s,latitude_deg,longitude_deg,'// &
+        call file%open(book_file(book, map_file(study%case%satellite%name)), 'time_s,latitude_deg,longitude_deg,'// &
                        'report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
                        'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', &
-                       [character(120) :: 'gracecg '//VERSION//' '//COMMAND, trim(study%case%satellite)// &
+                       [character(120) :: 'gracecg '//VERSION//' '//COMMAND, trim(study%case%satellite%name)// &
                         ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
                         'manoeuvre of case 1', 'and of the designed one, started there'], error)
         if (allocated(error)) return
@@ -171,7 +171,7 @@ contains
         character(:), allocatable :: text
 
         call case_text(study%case, text, error)
-        if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(study%case%satellite)//'.nml'), error)
+        if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(study%case%satellite%name)//'.nml'), error)
         if (allocated(error)) return
         call file%line(text)
         call file%commit(error)
@@ -197,15 +197,15 @@ contains
 
         call report_case(REPORT_CASE_NAMES(number), case, error)
         if (allocated(error)) return
-        design = studies(merge(1, 2, case%satellite == SATELLITES(1)))%design
-        case%knowledge%rods = design%rods
+        design = studies(merge(1, 2, case%satellite%name == SATELLITES(1)))%design
+        call take_manoeuvre(design%rods, case%satellite%rods)
         call bound_of_case(case, bound, error)
         call take_design(design, case)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, book%seed, [(k, k=1, runs)], &
                                                          book%threads, results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = book%seed
         call repeat_trim(case, ALGORITHM, settings, REPORT_RUNS, book%threads, rounds, error)

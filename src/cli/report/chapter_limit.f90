@@ -124,7 +124,7 @@ contains
                 call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), book%seed, [(k, k=1, runs_of(a, runs))], &
                                      book%threads, results, error)
                 if (allocated(error)) return
-                statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+                statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
                 studies(i)%rms(:, a) = statistics%rms*MILLIMETRE
                 studies(i)%not_converged(a) = count(.not. results%converged)
             end do

@@ -72,7 +72,7 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call add_figure(book, 'figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of '// &
+        call add_figure(book, 'figure_6_6', script_of(case%satellite%offset, study), 'Figure 6.6. Loss of '// &
                         'magnetometer data: estimates of the CG offset in 15 runs, front satellite, '// &
                         'with the measured field (open) and with that of the model (LM, filled). Grey '// &
                         'band: the printed axis.', 'Figure 6.6, estimates with and without magnetometer', &

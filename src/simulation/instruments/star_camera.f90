@@ -35,6 +35,7 @@ module gracecg_simulation_star_camera
         !! Greatest number of stars in a frame: the first in the catalogue's order are taken
         integer :: minimum_stars = 2
         !! Fewest stars that make an attitude
+        real(dp) :: sampling_interval = 0.5_dp      !! Between frames, s
         real(dp) :: catalogue_noise = 1*ARCSECOND
         !! Error of the catalogue's directions, standard deviation along each axis across, rad
         real(dp) :: measurement_noise = 3*ARCSECOND
