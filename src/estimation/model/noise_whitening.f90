@@ -137,8 +137,8 @@ contains
             counted = .true.
             if (present(kept)) counted = kept(axis, :)
             if (.not. spectra(axis)%level > 0) then
-                call fail(error, 'noise_level = '//number_text(spectra(axis)%level)// &
-                          ' m^2 s^-4/Hz has to be positive')
+                call fail(error, 'the noise level, noise_level = '//number_text(spectra(axis)%level)// &
+                          ' m^2 s^-4/Hz, has to be positive')
             else
                 noise = coloured_noise(spectra(axis), interval, error)
                 if (.not. allocated(error)) call new_whitener(noise, epoch, whiteners(axis), error, counted)
