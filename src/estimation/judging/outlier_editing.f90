@@ -5,6 +5,7 @@
 !> that the model leaves out enlarge all residuals and are no fault of single samples.
 module gracecg_estimation_outlier_editing
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_statistics, only: median_of
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append, integer_text
@@ -12,8 +13,6 @@ module gracecg_estimation_outlier_editing
     implicit none
     private
     public :: leave_out_worst, decide_anew, report_edited
-
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
 contains
 

@@ -9,7 +9,8 @@ module gracecg_estimation_optimal
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
@@ -51,16 +52,16 @@ module gracecg_estimation_optimal
 contains
 
     !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
-    !> costs nothing and is always given.
+    !> costs nothing and is always given; without options%covariance the fit is not checked.
     !>
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
-    subroutine estimate_optimal(observations, solution, error, with_checks, record)
+    subroutine estimate_optimal(observations, options, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(whitened_problem_t) :: start
@@ -68,12 +69,12 @@ contains
         type(fit_t) :: fit
 
         solution%algorithm = 'optimal'
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
-        call prepare_calibration(observations%knowledge, data, estimated_parameters(observations%knowledge), start)
+        call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), start)
         solution%warnings = start%data%warnings
-        call fit_best(observations%knowledge, start, fit, solution, error)
+        call fit_best(observations%knowledge, options, start, fit, solution, error)
         if (allocated(error)) then
             call add_context(error, 'optimal')
             return
@@ -81,17 +82,18 @@ contains
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
         if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
-        if (.not. allocated(error) .and. with_checks) &
+        if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
         if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
-    !> The fit with the parameters that the setup asks for; if its residuals show a density wave, the best
+    !> The fit with the parameters that the options ask for; if its residuals show a density wave, the best
     !> of this fit and those that estimate the wave, without and with curved drag: a parabola would pull
     !> the wave's frequency.
-    subroutine fit_best(knowledge, start, fit, solution, error)
+    subroutine fit_best(knowledge, options, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: start
         type(fit_t), intent(out) :: fit
         type(solution_t), intent(inout) :: solution
@@ -103,16 +105,16 @@ contains
         integer :: best, last, i
 
         candidates(1)%problem = start
-        call settle(knowledge, candidates(1), error)
+        call settle(knowledge, options, candidates(1), error)
         if (allocated(error)) return
         best = 1
         last = 1
-        if (knowledge%optimal%density_wave == WAVE_SEARCHED) &
+        if (options%optimal%density_wave == WAVE_SEARCHED) &
             wave = search_wave(candidates(1)%problem, candidates(1)%batch)
         if (wave%found) then
             do i = 2, 3
-                call widen(knowledge, candidates(i - 1), wave, candidates(i))
-                call settle(knowledge, candidates(i), not_determined)
+                call widen(knowledge, options, candidates(i - 1), wave, candidates(i))
+                call settle(knowledge, options, candidates(i), not_determined)
                 if (allocated(not_determined) .or. .not. candidates(i)%converged) exit
                 last = i
             end do
@@ -127,8 +129,9 @@ contains
     end subroutine fit_best
 
     !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
-    subroutine settle(knowledge, fit, error)
+    subroutine settle(knowledge, options, fit, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
@@ -136,7 +139,7 @@ contains
         logical :: unknown_level(3), unknown_angle(3), changed
         integer :: round
 
-        call find_unknown(knowledge, fit%problem%noise, unknown_level, unknown_angle)
+        call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
         do round = 1, MOST_ROUNDS
             call set_noise(fit%problem, error)
@@ -165,7 +168,7 @@ contains
         integer :: axis, i
 
         do axis = 1, 3
-            call leave_out_worst(abs(problem%whiteners(axis)%innovations(problem%left_over(axis, :))), LIMIT, &
+            call leave_out_worst(abs(problem%whiteners(axis)%innovations(problem%acceleration_residual(axis, :))), LIMIT, &
                                  MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
         end do
         do i = 1, size(normalised)
@@ -175,17 +178,18 @@ contains
     end subroutine edit
 
     !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
-    subroutine widen(knowledge, fit, wave, wider)
+    subroutine widen(knowledge, options, fit, wave, wider)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fit_t), intent(in) :: fit
         type(density_wave_found_t), intent(in) :: wave
         type(fit_t), intent(out) :: wider
 
         associate (estimated => fit%problem%model%estimated)
             if (any(estimated == WAVE_SINE)) then
-                call with_parameters(knowledge, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
+                call with_parameters(knowledge, options, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
             else
-                call with_parameters(knowledge, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
+                call with_parameters(knowledge, options, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
                                      wider%problem)
                 wider%problem%model%wave_frequency = wave%frequency
                 wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
@@ -242,13 +246,14 @@ contains
     end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
-    subroutine find_unknown(knowledge, noise, unknown_level, unknown_angle)
+    subroutine find_unknown(knowledge, options, noise, unknown_level, unknown_angle)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(assumed_noise_t), intent(inout) :: noise
         logical, intent(out) :: unknown_level(3), unknown_angle(3)
 
-        unknown_level = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_noise%level > 0
-        unknown_angle = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
+        unknown_level = options%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_noise%level > 0
+        unknown_angle = options%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
         where (.not. noise%accelerometer%level > 0) noise%accelerometer%level = FIRST_LEVEL
         where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
     end subroutine find_unknown
@@ -260,8 +265,8 @@ contains
 
         integer :: i
 
-        do i = 1, size(problem%left_over, 2)
-            problem%left_over(:, i) = problem%left_over(:, i) - &
+        do i = 1, size(problem%acceleration_residual, 2)
+            problem%acceleration_residual(:, i) = problem%acceleration_residual(:, i) - &
                                       matmul(batch%correction, problem%acceleration_partials(:, :, i))
         end do
     end subroutine refresh_residuals
@@ -283,7 +288,7 @@ contains
             regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
             associate (noise => problem%noise%accelerometer(axis))
                 call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
-                                       problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
+                                       problem%acceleration_kept(axis, :), problem%acceleration_residual(axis, :), &
                                        regressors, found, error)
                 if (allocated(error)) return
                 found%level = max(found%level, SMALLEST_LEVEL)
@@ -351,7 +356,7 @@ contains
         end associate
         solution%condition = batch%condition
         do axis = 1, 3
-            associate (left => pack(problem%left_over(axis, :), problem%acceleration_kept(axis, :)))
+            associate (left => pack(problem%acceleration_residual(axis, :), problem%acceleration_kept(axis, :)))
                 solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
             end associate
         end do
@@ -367,6 +372,7 @@ contains
     !> Whether noise and torque are what the setup says: warnings, or an error.
     subroutine check_fit(knowledge, problem, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
@@ -393,7 +399,7 @@ contains
         real(dp) :: by_source(3, 3, NOISE_SOURCES)
         integer :: axis
 
-        call record_samples(problem%data, all(problem%acceleration_kept, 1), problem%left_over, &
+        call record_samples(problem%data, all(problem%acceleration_kept, 1), problem%acceleration_residual, &
                             problem%acceleration_partials(OFFSET, :, :), problem%trajectory%omega_dot, record)
         associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
             do axis = 1, 3

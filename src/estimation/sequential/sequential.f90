@@ -9,11 +9,13 @@
 !> Samples that all others contradict are edited.
 module gracecg_estimation_sequential
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_sequential_options, only: sequential_settings_t, ADAPTIVE, STRAIGHT_LINE, &
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, STRAIGHT_LINE, &
         GIVEN_PROCESS => GIVEN
     use gracecg_estimation_fitting_data, only: preprocess
     use gracecg_estimation_parameters, only: OFFSET, RATE, DRAG_CURVATURE, loose_sigmas
@@ -45,20 +47,19 @@ module gracecg_estimation_sequential
     real(dp), parameter :: SPIKE_LIMIT = 8          !! Of the first screening, standard deviations
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
 contains
 
     !> Estimates the CG offset.
     !>
     !> Fails when the observations are refused, when the setup gives no noise levels, when the samples
-    !> do not determine the offset, and, with the checks, when the satellite did not turn as the torque
-    !> rods should have made it.
-    subroutine estimate_sequential(observations, solution, error, with_checks, record)
+    !> do not determine the offset, and, with options%covariance or a record, when the satellite did not turn
+    !> as the torque rods should have made it.
+    subroutine estimate_sequential(observations, options, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_checks      !! Compare the turn with the rods' torque, too
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(given_t) :: given
@@ -70,28 +71,28 @@ contains
         logical :: changed
 
         solution%algorithm = 'sequential'
-        call take_given(observations, observations%knowledge%sequential, given, error)
+        call take_given(observations, options, given, error)
         if (allocated(error)) return
         call new_problem(given%data, problem)
-        nominal%state = initial_state(observations%knowledge)
+        nominal%state = initial_state(given%data, options)
         call fit_attitude(given, nominal, problem, error)
         if (allocated(error)) return
         call screen_accelerations(problem)
         solution%iterations = 0
         do round = 1, MOST_EDITING_ROUNDS
-            call fit(given, observations%knowledge%sequential, nominal, problem, disturbances, filtered, &
-                     iterations, solution%converged, error)
+            call fit(given, options%sequential, nominal, problem, disturbances, filtered, iterations, &
+                     solution%converged, error)
             if (allocated(error)) return
             solution%iterations = solution%iterations + iterations
-            call edit(given, observations%knowledge%sequential%edit_sigma, problem, filtered, changed)
+            call edit(given, options%sequential%edit_sigma, problem, filtered, changed)
             if (.not. changed) exit
         end do
         solution%converged = solution%converged .and. .not. changed
         solution%warnings = given%data%warnings
-        call store_solution(observations%knowledge, observations%knowledge%sequential%edit_sigma, given, nominal, &
-                            problem, disturbances, filtered, solution, error, record)
+        call store_solution(observations%knowledge, options%sequential%edit_sigma, given, nominal, problem, disturbances, &
+                            filtered, solution, error, record)
         if (allocated(error)) return
-        if (with_checks) &
+        if (options%covariance .or. present(record)) &
             call check_torque(observations%knowledge, given%data, given%star_sigma, solution%quaternion, &
                               solution%angular_velocity, solution%warnings, error, record, problem%star_kept)
     end subroutine estimate_sequential
@@ -99,7 +100,7 @@ contains
     !> What the estimate begins with: data, model, a-priori knowledge, noise.
     subroutine take_given(observations, options, given, error)
         type(observation_set_t), intent(in) :: observations
-        type(sequential_settings_t), intent(in) :: options
+        type(estimation_options_t), intent(in) :: options
         type(given_t), intent(out) :: given
         type(error_t), allocatable, intent(out) :: error
 
@@ -108,13 +109,14 @@ contains
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
         if (allocated(error)) return
         call prepare_model(observations%knowledge, given%data, ESTIMATED, given%model)
-        given%guess = initial_state(observations%knowledge)
+        given%guess = initial_state(given%data, options)
         given%guess%value(OFFSET) = 0           ! so that the guess has no weight at all
         given%prior_sigma = loose_sigmas(ESTIMATED)
-        if (options%acceleration == STRAIGHT_LINE) where (ESTIMATED == DRAG_CURVATURE) given%prior_sigma = NO_CURVATURE
-        given%shared_sigma = options%shared_part
+        if (options%sequential%acceleration == STRAIGHT_LINE) &
+            where (ESTIMATED == DRAG_CURVATURE) given%prior_sigma = NO_CURVATURE
+        given%shared_sigma = options%sequential%shared_part
         given%star_sigma = observations%knowledge%star_camera_sigma
-        call take_noise(observations%knowledge, options, given, error)
+        call take_noise(observations%knowledge, options%sequential, given, error)
     end subroutine take_given
 
     !> Fails unless every noise level is given: they are the weights.
@@ -142,7 +144,7 @@ contains
     !> disturbance.
     subroutine take_noise(knowledge, options, given, error)
         type(operator_knowledge_t), intent(in) :: knowledge
-        type(sequential_settings_t), intent(in) :: options
+        type(sequential_options_t), intent(in) :: options
         type(given_t), intent(inout) :: given
         type(error_t), allocatable, intent(out) :: error
 
@@ -240,7 +242,7 @@ contains
     !> from the data.
     subroutine fit(given, options, nominal, problem, disturbances, filtered, iterations, converged, error)
         type(given_t), intent(in) :: given
-        type(sequential_settings_t), intent(in) :: options
+        type(sequential_options_t), intent(in) :: options
         type(nominal_t), intent(inout) :: nominal
         type(filter_problem_t), intent(inout) :: problem
         type(disturbances_t), intent(out) :: disturbances
