@@ -2,6 +2,7 @@
 !> of it, and the record for diagnostics.
 module gracecg_estimation_sequential_solution
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, string_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -21,7 +22,6 @@ module gracecg_estimation_sequential_solution
     public :: filtered_t, store_solution
 
     real(dp), parameter :: UNDETERMINED = 0.3_dp    !! A sigma of the offset that the data did not make, m
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> What the filter made of the samples.
     type :: filtered_t
