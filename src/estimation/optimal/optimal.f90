@@ -372,7 +372,6 @@ contains
     !> Whether noise and torque are what the setup says: warnings, or an error.
     subroutine check_fit(knowledge, problem, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
-        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error

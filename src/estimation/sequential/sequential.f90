@@ -104,7 +104,7 @@ contains
         type(given_t), intent(out) :: given
         type(error_t), allocatable, intent(out) :: error
 
-        call preprocess(observations, given%data, error)
+        call preprocess(observations, options, given%data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(given%data, error)
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
         if (allocated(error)) return
