@@ -26,15 +26,15 @@ module gracecg_planning_site
     use gracecg_simulation_limits, only: attitude_motion_t
     implicit none
     private
-    public :: accelerometer_view_t, new_accelerometer_view
+    public :: planned_arc_t, new_planned_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
     public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
 
-    !> What the accelerometer makes of an arc: its noise, and the disturbance by the density wave.
-    type :: accelerometer_view_t
+    !> An arc to be planned, wherever it starts: its samples, the accelerometer's noise and the density wave.
+    type :: planned_arc_t
         type(operator_knowledge_t) :: knowledge          !! What the operator knows
         integer :: samples = 0                      !! n, at k h for k = 1..n
         real(dp) :: interval = 0                    !! h, s
@@ -43,7 +43,7 @@ module gracecg_planning_site
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
         !! drift: (2, n, axis), s^4/m^2
-    end type accelerometer_view_t
+    end type planned_arc_t
 
     !> One place of the nominal orbit.
     type :: manoeuvre_site_t
@@ -87,42 +87,42 @@ module gracecg_planning_site
 
 contains
 
-    !> The view of a case's accelerometer on an arc of its duration. Fails when the noise cannot be
-    !> whitened (level 0), or when the arc has too few samples.
-    subroutine new_accelerometer_view(case, view, error)
+    !> An arc of a case's duration. Fails when the noise cannot be whitened (level 0), or when the arc has too
+    !> few samples.
+    subroutine new_planned_arc(case, arc, error)
         type(case_t), intent(in) :: case
-        type(accelerometer_view_t), intent(out) :: view
+        type(planned_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: angle
         integer :: k, axis
 
-        view%knowledge = operator_knowledge(case)
-        view%interval = view%knowledge%accelerometer_interval
-        view%samples = nint(view%knowledge%duration/view%interval)
-        call accelerometer_whiteners(view%knowledge%accelerometer_noise, view%interval, [(k, k=1, view%samples)], &
-                                     view%whiteners, error)
+        arc%knowledge = operator_knowledge(case)
+        arc%interval = arc%knowledge%accelerometer_interval
+        arc%samples = nint(arc%knowledge%duration/arc%interval)
+        call accelerometer_whiteners(arc%knowledge%accelerometer_noise, arc%interval, [(k, k=1, arc%samples)], &
+                                     arc%whiteners, error)
         if (allocated(error)) return
-        allocate (view%weighed_wave(2, view%samples, 3))
-        view%weighed_wave = 0
+        allocate (arc%weighed_wave(2, arc%samples, 3))
+        arc%weighed_wave = 0
         if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
         if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
             .not. case%density_wave%period > 0) return
-        view%wave_amplitude = case%density_wave%amplitude/case%density_scale
-        if (.not. view%wave_amplitude > 0) return
+        arc%wave_amplitude = case%density_wave%amplitude/case%density_scale
+        if (.not. arc%wave_amplitude > 0) return
         do axis = 1, 3
-            do k = 1, view%samples
-                angle = TWO_PI*k*view%interval/case%density_wave%period
-                view%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
+            do k = 1, arc%samples
+                angle = TWO_PI*k*arc%interval/case%density_wave%period
+                arc%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
             end do
-            call weigh_series(view%whiteners(axis), view%weighed_wave(1, :, axis))
-            call weigh_series(view%whiteners(axis), view%weighed_wave(2, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(1, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(2, :, axis))
         end do
-    end subroutine new_accelerometer_view
+    end subroutine new_planned_arc
 
     !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
-    subroutine new_manoeuvre_site(view, orbit, time, site, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine new_manoeuvre_site(arc, orbit, time, site, error)
+        type(planned_arc_t), intent(in) :: arc
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
         type(manoeuvre_site_t), intent(out) :: site
@@ -139,7 +139,7 @@ contains
             return
         end if
         site%time = time
-        associate (duration => view%samples*view%interval)
+        associate (duration => arc%samples*arc%interval)
             steps = max(1, ceiling(duration/ORBIT_STEP))
             step = duration/steps
         end associate
@@ -160,12 +160,12 @@ contains
             if (j > 0) cycle
             site%drag = acting%drag
             site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
-                                                  view%knowledge%inertia)
+                                                  arc%knowledge%inertia)
         end do
         call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
-        allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
-        do j = 0, 2*view%samples
-            place = j*view%interval/(2*fine_step)
+        allocate (site%field(3, 0:2*arc%samples), site%weighed_force(3, arc%samples), series(arc%samples))
+        do j = 0, 2*arc%samples
+            place = j*arc%interval/(2*fine_step)
             i = min(int(place), fine_steps - 1)
             fraction = place - i
             site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
@@ -174,7 +174,7 @@ contains
         end do
         do axis = 1, 3
             series = site%weighed_force(axis, :)
-            call weigh_series(view%whiteners(axis), series)
+            call weigh_series(arc%whiteners(axis), series)
             site%weighed_force(axis, :) = series
         end do
     end subroutine new_manoeuvre_site
@@ -230,8 +230,8 @@ contains
     !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal.
     !>
     !> The rods' time counts from the start of the calibration.
-    subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, theta, motion)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in), target :: site
         type(torque_rods_t), intent(in) :: rods
         real(dp), intent(out), target :: omega(:, :)        !! At the samples, (3, n), rad/s
@@ -242,13 +242,13 @@ contains
         type(flight_t) :: flight
         integer :: j
 
-        flight%steps = view%samples
-        flight%interval = view%interval
-        flight%body = new_rigid_body(view%knowledge%inertia)
+        flight%steps = arc%samples
+        flight%interval = arc%interval
+        flight%body = new_rigid_body(arc%knowledge%inertia)
         flight%site => site
-        allocate (flight%dipole(3, 0:2*view%samples))
-        do j = 0, 2*view%samples
-            flight%dipole(:, j) = dipole_moment(rods, j*view%interval/2)
+        allocate (flight%dipole(3, 0:2*arc%samples))
+        do j = 0, 2*arc%samples
+            flight%dipole(:, j) = dipole_moment(rods, j*arc%interval/2)
         end do
         flight%omega => omega
         flight%omega_dot => omega_dot
@@ -293,20 +293,20 @@ contains
 
     !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
     !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
-    subroutine evaluate_manoeuvre(view, site, rods, quality)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine evaluate_manoeuvre(arc, site, rods, quality)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
         type(manoeuvre_quality_t), intent(out) :: quality
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
-        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples), theta(3, view%samples)
-        real(dp) :: turned(view%samples, 3)
+        real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
+        real(dp) :: turned(arc%samples, 3)
         real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
-        call fly_manoeuvre(view, site, rods, omega, omega_dot, theta, quality%motion)
-        information = offset_information(omega, omega_dot, view%whiteners)
+        call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, quality%motion)
+        information = offset_information(omega, omega_dot, arc%whiteners)
         product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         quality%sigma = huge(1.0_dp)
         quality%wave = huge(1.0_dp)
@@ -314,26 +314,26 @@ contains
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
-        do i = 1, view%samples
+        do i = 1, arc%samples
             turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
                            matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
         end do
         do axis = 1, 3
-            call weigh_series(view%whiteners(axis), turned(:, axis))
+            call weigh_series(arc%whiteners(axis), turned(:, axis))
         end do
         on_wave = 0
         on_force = 0
-        do i = 1, view%samples
+        do i = 1, arc%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
             on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
             do axis = 1, 3
-                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
-                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*arc%weighed_wave(1, i, axis)*site%drag(axis)
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*arc%weighed_wave(2, i, axis)*site%drag(axis)
             end do
         end do
         quality%force = abs(matmul(quality%covariance, on_force))
         ! a wave of random phase: the mean of the squares of sine and cosine
-        quality%wave = view%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
+        quality%wave = arc%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
     end subroutine evaluate_manoeuvre
 
     !> The direction in which the offset is least known, and its standard deviation.
