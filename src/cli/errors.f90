@@ -5,6 +5,9 @@ module gracecg_cli_errors
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_operator_errors, only: SOURCES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_knowledge, size_text
     use gracecg_simulation_case_library, only: find_calibration
     use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
     use gracecg_studies_study_files, only: write_error_sources
@@ -28,7 +31,9 @@ contains
                                 'at a time, as in Figure 6.5 of CSR-TM-00-01: all-noise, linear-ng (the '// &
                                 'non-gravitational acceleration is a straight line in time), no-acc-noise, '// &
                                 'no-sca-noise, no-mag-noise (neither noise nor bias of the magnetometer). '// &
-                                'The estimator and its weights stay the same.', &
+                                'The estimator and its weights stay the same. Then what the operator may '// &
+                                'know wrongly (group operator of the case file), each source alone: '// &
+                                'its sigma is that of the case, else a priori, else a default size.', &
                                 'gracecg errors --runs 50')
         call arguments%add_option('--runs', 'N', 'of each simulation (default 100)')
         call arguments%add_option('--case', 'CASE', 'name or namelist file (default front-1, as in the report)')
@@ -48,6 +53,8 @@ contains
         type(case_t) :: case
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
+        type(knowledge_study_t) :: knowledge(size(SOURCES))
+        type(simulator_t) :: simulator
         integer :: runs, seed, threads, i
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
@@ -66,9 +73,17 @@ contains
             call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
+        call new_simulator(case, simulator, error)
+        if (allocated(error)) return
+        do i = 1, size(SOURCES)
+            call console%progress('errors: '//trim(SOURCES(i)%name)//', '//integer_text(runs)//' runs')
+            call study_knowledge(simulator, algorithm, i, seed, runs, threads, knowledge(i), error)
+            if (allocated(error)) return
+        end do
         call show(trim(case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        call show_knowledge(knowledge, console)
         if (path /= '') call write_error_sources(path, 'errors', trim(case%name)//', '//algorithm// &
-                                                 ', seed '//integer_text(seed), studies, error)
+                                                 ', seed '//integer_text(seed), studies, error, knowledge)
     end subroutine run_errors
 
     subroutine show(title, studies, console)
@@ -87,4 +102,21 @@ contains
             call console%line(trim(row))
         end do
     end subroutine show
+
+    subroutine show_knowledge(studies, console)
+        type(knowledge_study_t), intent(in) :: studies(:)
+        type(console_t), intent(inout) :: console
+
+        character(160) :: row
+        integer :: i, axis
+
+        call console%line('')
+        call console%line('Knowledge of the operator that is wrong, each alone, without noise: RMS change of the CG offset, mm')
+        call console%line('            x here  x theory    y here  y theory    z here  z theory  source')
+        do i = 1, size(studies)
+            write (row, '(t9, 6f10.5, 2x, a)') (studies(i)%rms(axis)/MILLIMETRE, &
+                studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3), trim(size_text(studies(i)))
+            call console%line(trim(row))
+        end do
+    end subroutine show_knowledge
 end module gracecg_cli_errors

@@ -9,26 +9,34 @@ module gracecg_planning_bound
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_physical_model, only: PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
+    use gracecg_estimation_physical_model, only: model_state_t, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
         INERTIA, TORQUE_CHANGE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
         information_matrix, estimated_parameters
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
+        ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
-    public :: case_bound_t, bound_of_case, SOURCES
+    public :: case_bound_t, bound_of_case, SOURCES, OPERATOR_PLACES
 
     character(18), parameter :: SOURCES(5) = [character(18) :: 'scale factors', 'rod gain', &
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
     !! What the consider covariance is made of
 
+    integer, parameter :: OPERATOR_PLACES(5) = [ACCELEROMETER_SCALE, COMMON_ROD_GAIN, MAGNETOMETER_BIAS, &
+                                                KNOWN_INERTIA, KNOWN_CHANGE]
+    !! Places of SOURCES among the errors of an operator
+
     !> The bound of a case.
     type, extends(offset_bound_t) :: case_bound_t
         real(dp) :: by_source(3, size(SOURCES)) = 0
         !! Standard deviation of d by each of SOURCES, m; 0 for what is estimated
+        real(dp) :: by_knowledge(3, size(KNOWLEDGE_SOURCES)) = 0
+        !! The same by what the operator's errors have a standard deviation of, m; 0 for what SOURCES has, too
     end type case_bound_t
 
 contains
@@ -93,7 +101,65 @@ contains
                 sum = sqrt(sum**2 + bound%considered(:, i)**2)
             end associate
         end do
+        call consider_knowledge(simulator, observations, estimated, problem%state, bound, error)
     end subroutine bound_at_truth
+
+    !> What the errors in the operator's knowledge add: to first order, by the difference of the right-hand
+    !> sides of the normal equations at the true state, with each component one sigma up and one down.
+    subroutine consider_knowledge(simulator, observations, estimated, state, bound, error)
+        type(simulator_t), intent(in) :: simulator
+        type(observation_set_t), intent(in) :: observations
+        integer, intent(in) :: estimated(:)             !! Parameters
+        type(model_state_t), intent(in) :: state        !! The true one
+        type(case_bound_t), intent(inout) :: bound
+        type(error_t), allocatable, intent(out) :: error
+
+        type(operator_t) :: operator
+        real(dp) :: rhs(size(estimated), 2), sigma
+        integer :: source, i, side
+
+        do source = 1, size(KNOWLEDGE_SOURCES)
+            if (any(OPERATOR_PLACES == source)) cycle
+            do i = 1, KNOWLEDGE_SOURCES(source)%components
+                sigma = simulator%case%operator%sigma(i, source)
+                if (.not. sigma > 0) cycle
+                do side = 1, 2
+                    operator = simulator%case%operator
+                    operator%value(i, source) = operator%value(i, source) + merge(sigma, -sigma, side == 1)
+                    call right_hand_side(operator, rhs(:, side))
+                    if (allocated(error)) return
+                end do
+                associate (sum => bound%by_knowledge(:, source))
+                    sum = sqrt(sum**2 + (matmul(bound%response, rhs(:, 1) - rhs(:, 2))/2)**2)
+                end associate
+            end do
+        end do
+        bound%consider_sigma = sqrt(bound%consider_sigma**2 + sum(bound%by_knowledge**2, 2))
+
+    contains
+
+        subroutine right_hand_side(operator, side)
+            type(operator_t), intent(in) :: operator
+            real(dp), intent(out) :: side(:)
+
+            type(observation_set_t) :: told
+            type(fitting_data_t) :: data
+            type(whitened_problem_t) :: problem
+            real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+
+            side = 0
+            told = observations
+            call tell_operator(simulator, operator, told)
+            call preprocess(told, data, error)
+            if (allocated(error)) return
+            call prepare_calibration(told%knowledge, data, estimated, problem)
+            problem%state = state
+            call set_noise(problem, error)
+            if (allocated(error)) return
+            call information_matrix(problem, information, rhs, residuals)
+            side = rhs
+        end subroutine right_hand_side
+    end subroutine consider_knowledge
 
     !> The parameters that are not estimated, and the source that each belongs to.
     subroutine find_considered(estimated, considered, source)

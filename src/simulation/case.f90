@@ -21,7 +21,7 @@ module gracecg_simulation_case
         check_quaternion
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
-    use gracecg_simulation_operator_errors, only: operator_t
+    use gracecg_simulation_operator_errors, only: operator_t, describe_operator
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -154,6 +154,7 @@ contains
         call describe_accelerometer(settings, case%satellite%accelerometer)
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
         call describe_magnetometer(settings, case%satellite%magnetometer)
+        call describe_operator(settings, case%operator)
         call describe_a_priori(settings, case%operator%a_priori)
         call describe_estimation(settings, case%knowledge)
     end subroutine describe_case

@@ -11,6 +11,8 @@ module gracecg_studies_study_files
     use gracecg_planning_scan, only: orbit_place_t
     use gracecg_studies_gravity_gradient, only: gradient_sample_t
     use gracecg_studies_error_sources, only: error_study_t, STUDY_NAMES
+    use gracecg_simulation_operator_errors, only: SOURCES
+    use gracecg_studies_knowledge_errors, only: knowledge_study_t, size_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, FIELD_SOURCES
     implicit none
     private
@@ -113,16 +115,25 @@ contains
     end subroutine write_gradient
 
     !> Figure 6.5: RMS errors with one error source off at a time.
-    subroutine write_error_sources(path, command, settings, studies, error)
+    subroutine write_error_sources(path, command, settings, studies, error, knowledge)
         character(*), intent(in) :: path, command, settings
         !! The file; the command that computed it, and its settings, for the comments
         type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
+        type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
 
         type(csv_writer_t) :: file
+        character(COMMENT_LENGTH), allocatable :: comments(:)
         integer :: i, axis
 
-        call file%open(path, 'source,axis,runs,rms_mm', comments_of(command, settings), error)
+        comments = comments_of(command, settings)
+        if (present(knowledge)) then
+            do i = 1, size(knowledge)
+                comments = [character(COMMENT_LENGTH) :: comments, size_text(knowledge(i))]
+            end do
+        end if
+
+        call file%open(path, 'source,axis,runs,rms_mm', comments, error)
         if (allocated(error)) return
         do i = 1, size(studies)
             do axis = 1, 3
@@ -130,6 +141,14 @@ contains
                               [character(12) :: STUDY_NAMES(i), AXIS_NAMES(axis)])
             end do
         end do
+        if (present(knowledge)) then
+            do i = 1, size(knowledge)
+                do axis = 1, 3
+                    call file%row([real(knowledge(i)%runs, dp), knowledge(i)%rms(axis)/MILLIMETRE], &
+                                  [character(20) :: SOURCES(knowledge(i)%source)%name, AXIS_NAMES(axis)])
+                end do
+            end do
+        end if
         call file%commit(error)
     end subroutine write_error_sources
 
