@@ -129,15 +129,15 @@ contains
         character(160) :: line
         integer :: i, axis
 
-        call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and drawn minus '// &
-                          'considered, %')
+        call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
+                          'drawn minus considered, %')
         do i = 1, size(KNOWLEDGE_SOURCES)
             call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
             call check_consider(case, i, seed, runs, threads, check, error)
             if (allocated(error)) return
             write (line, '(t3, 3(f11.6, f8.1), 2x, a)') (MILLIMETRES*check%considered(axis), &
-                100*relative_deviation(check%rms(axis), check%considered(axis), NOTHING*check%noise(axis)), axis=1, 3), &
-                trim(size_text(check%knowledge_study_t))
+                100*relative_deviation(check%rms(axis), check%considered(axis), NOTHING*check%noise(axis)), &
+                axis=1, 3), trim(size_text(check%knowledge_study_t))
             call console%line(trim(line))
         end do
     end subroutine print_checks

@@ -111,7 +111,8 @@ contains
         integer :: i, axis
 
         call console%line('')
-        call console%line('Knowledge of the operator that is wrong, each alone, without noise: RMS change of the CG offset, mm')
+        call console%line('Knowledge of the operator that is wrong, each source alone, without noise: '// &
+                          'RMS change of the CG offset, mm')
         call console%line('            x here  x theory    y here  y theory    z here  z theory  source')
         do i = 1, size(studies)
             write (row, '(t9, 6f10.5, 2x, a)') (studies(i)%rms(axis)/MILLIMETRE, &

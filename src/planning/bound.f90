@@ -9,8 +9,8 @@ module gracecg_planning_bound
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_physical_model, only: model_state_t, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
-        INERTIA, TORQUE_CHANGE
+    use gracecg_estimation_physical_model, only: model_state_t, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, &
+        ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
         information_matrix, estimated_parameters
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset

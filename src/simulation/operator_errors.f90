@@ -11,7 +11,8 @@ module gracecg_simulation_operator_errors
     use gracecg_observations_knowledge, only: a_priori_t, NO_FIELD_MODEL
     implicit none
     private
-    public :: operator_t, error_source_t, AS_TRUTH, SOURCES, describe_operator, without_errors, errors_of, drawn_operator
+    public :: operator_t, error_source_t, AS_TRUTH, SOURCES
+    public :: describe_operator, without_errors, errors_of, drawn_operator
     public :: INERTIA, PRINCIPAL_MOMENTS, PRINCIPAL_AXES, MASS, COMMON_ROD_GAIN, ROD_GAIN, ROD_DIRECTION, ROD_DELAY, &
         ACCELEROMETER_SCALE, ACCELEROMETER_DELAY, ACCELEROMETER_NOISE, STAR_CAMERA_NOISE, MOUNTING, &
         MAGNETOMETER_BIAS, TORQUE_CHANGE, ORBIT_POSITION, ORBIT_VELOCITY, ORBIT_TIME

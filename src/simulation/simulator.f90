@@ -230,7 +230,8 @@ contains
         type(random_stream_t) :: stream
         real(dp), allocatable :: true_values(:, :)
 
-        call lay_out(self, operator_of_run(self%case, self%case%operator, seed, run), observations, only_used_head)
+        call lay_out(self, operator_of_run(self%case, self%case%operator, seed, run), observations, &
+                     only_used_head)
         true_values = true_accelerations(self, drawn_wave(self, seed, run))
         stream = run_stream(self, seed, run, STREAM_ACCELEROMETER)
         call self%case%satellite%accelerometer%measure(true_values, stream, observations%acceleration, error)

@@ -167,15 +167,18 @@ contains
 
         real(dp), allocatable :: times(:), field(:, :)
         type(interpolation_t) :: source
-        real(dp) :: t
+        real(dp) :: t, late
         integer :: j
 
+        late = observations%knowledge%accelerometer_delay
         call complete_field(observations, data%stars, times, field, data%warnings, error)
         if (allocated(error)) return
         allocate (data%dipole(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1))
         do j = 0, 2*data%steps
             t = j*data%interval/2
-            source = interpolation_at(times, t, observations%knowledge%magnetometer_interval)
+            ! a delay moves the samples beyond the reach of an end: the field there stays
+            source = interpolation_at(times, min(max(t, late), data%steps*data%interval + late), &
+                                      observations%knowledge%magnetometer_interval)
             if (.not. source%supported) then
                 call fail(error, 'magnetometer: no samples near '//number_text(t)//' s (repetitions of one value do not count)')
                 if (.not. has_orbit(observations)) error%message = error%message// &
