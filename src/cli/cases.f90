@@ -9,10 +9,10 @@ module gracecg_cli_cases
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
-    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
@@ -128,12 +128,12 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         character(:), allocatable :: text
 
-        call find_case(name, case, error)
+        call find_calibration(name, calibration, error)
         if (allocated(error)) return
-        call case_text(case, text, error)
+        call calibration_text(calibration, text, error)
         if (.not. allocated(error)) call console%line(text)
     end subroutine show_case
 end module gracecg_cli_cases

@@ -2,7 +2,7 @@
 !> orbit or along revolutions.
 module gracecg_cli_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
@@ -11,18 +11,20 @@ module gracecg_cli_design
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, check_rod_sampling, MAX_DIPOLE, &
         WAVEFORM_NAMES
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_case_library, only: find_case, find_calibration
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_planner, only: moved_case, take_design, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, &
-        MOST_REVOLUTIONS
+    use gracecg_planning_planner, only: moved_case, options_there, take_design, PLANNING_STEP, &
+        SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_simulation_limits, only: check_motion
     use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
         new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
         design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
@@ -31,8 +33,6 @@ module gracecg_cli_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
     real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
     real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
     real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
@@ -52,6 +52,7 @@ module gracecg_cli_design
         integer :: map_step = 60            !! s
         character(:), allocatable :: out, map, output_format
         type(design_settings_t) :: settings
+        type(estimation_options_t) :: options   !! Of the case
     end type request_t
 
 contains
@@ -100,6 +101,7 @@ contains
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
         call arguments%add_option('--format', 'FORMAT', 'text or csv (default text)')
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
+        call add_options_option(arguments)
     end subroutine declare_design
 
     !> Searches or judges a manoeuvre, prints and writes it.
@@ -117,7 +119,7 @@ contains
         type(map_point_t), allocatable :: points(:)
 
         call read_request(arguments, request, misuse)
-        if (.not. allocated(misuse)) call take_cases(arguments, request, case, misuse, error)
+        if (.not. allocated(misuse)) call take_cases(arguments, request, case, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
@@ -229,13 +231,14 @@ contains
     end subroutine check_combination
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
-    subroutine take_cases(arguments, request, case, misuse, error)
+    subroutine take_cases(arguments, request, case, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(inout) :: request
         type(case_t), intent(out) :: case
+        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: of_manoeuvre
+        type(calibration_t) :: calibration, of_manoeuvre
         character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: duration, rate, pointing
 
@@ -245,14 +248,16 @@ contains
         name = satellite//'-1'
         if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_case(name, case, error)
+        call take_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
+        case = calibration%case
+        request%options = calibration%options
         request%built_in = any(REPORT_CASE_NAMES == name)
         if (request%given) then
-            call find_calibration(manoeuvre, of_manoeuvre, error)
+            call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
-            call take_manoeuvre(of_manoeuvre%satellite%rods, case%satellite%rods)
-            case%duration = of_manoeuvre%duration
+            call take_manoeuvre(of_manoeuvre%case%satellite%rods, case%satellite%rods)
+            case%duration = of_manoeuvre%case%duration
         end if
         call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
                            high=LONGEST_ARC, unit='s')
@@ -521,13 +526,15 @@ contains
         type(manoeuvre_design_t), intent(in) :: design
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: later
+        type(calibration_t) :: later
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        later = moved_case(case, orbit, request%time, request%built_in)
+        later%case = moved_case(case, orbit, request%time, request%built_in)
+        later%options = request%options
+        if (request%time > 0) later%options = options_there(request%options, later%case)
         if (.not. request%given) call take_design(design, later)
-        call case_text(later, text, error)
+        call calibration_text(later, text, error)
         if (.not. allocated(error)) call file%open(request%out, error)
         if (allocated(error)) return
         call file%line(text)

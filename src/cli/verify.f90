@@ -1,13 +1,14 @@
 !> gracecg verify: the verification of CSR-TM-00-01 section 5.3.
 module gracecg_cli_verify
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_case
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
-        check_windows, CURVE_NAMES, AXIS_NAMES
+        check_windows, CURVE_NAMES
     use gracecg_studies_study_files, only: write_curves, curves_file_name
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -188,9 +189,9 @@ contains
         call console%line(name//': curves, SI units, body axes')
         call console%line('quantity           axis  least        greatest     mean')
         do curve = 1, size(CURVE_NAMES)
-            do axis = 1, size(AXIS_NAMES)
+            do axis = 1, size(AXES)
                 associate (values => verification%curve(axis, curve, :))
-                    write (line, '(a19, a4, 3(es12.4, 1x))') CURVE_NAMES(curve), AXIS_NAMES(axis), &
+                    write (line, '(a19, a4, 3(es12.4, 1x))') CURVE_NAMES(curve), AXES(axis), &
                         minval(values), maxval(values), sum(values)/size(values)
                 end associate
                 call console%line(trim(line))

@@ -2,29 +2,31 @@
 !> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, NANOTESLA, MILLIMETRE
     use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
-    use gracecg_files_settings, only: settings_t, FULL_RANGE
+    use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t
+    use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
-    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
-    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
     implicit none
     private
     public :: operator_knowledge_t, a_priori_t, HEADS, NO_FIELD_MODEL
-    public :: describe_satellite, describe_instruments, describe_a_priori, describe_estimation, check_quaternion
+    public :: describe_satellite, describe_instruments, describe_a_priori, describe_former_a_priori, check_quaternion
+    public :: ESTIMATION_GROUPS, FORMER_GROUP
     public :: describe_noise_spectra
 
     integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
     !> What stands for no field model
     character(*), parameter :: NO_FIELD_MODEL = 'none'
-    !> The group of files of version 0.1 in which the keys of `a_priori` stood
+    !> Groups that a case file, or a setup.nml of version 0.1, may have beside: they say how to estimate, and
+    !> the estimators read them
+    character(10), parameter :: ESTIMATION_GROUPS(3) = [character(10) :: 'estimation', 'optimal', 'sequential']
+    !> The one of them in which the keys of `a_priori` stood in version 0.1
     character(*), parameter :: FORMER_GROUP = 'optimal'
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
     real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
 
     !> The limits within which satellite and instruments are known: standard deviations.
@@ -71,14 +73,6 @@ module gracecg_observations_knowledge
         !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
         real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
         type(a_priori_t) :: a_priori                    !! How well it is known
-        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
-        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
-        real(dp) :: guess_offset(3) = 0                 !! d*, m
-        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
-        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
-        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
-        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
-        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
     end type operator_knowledge_t
 
 contains
@@ -134,7 +128,7 @@ contains
         call settings%end_group()
         call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
         call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
-                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
+                                 [character(16) :: GEOMAGNETIC_MODELS, NO_FIELD_MODEL])
         call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
                                  'deg, of Greenwich at the epoch', DEGREE, 'deg')
         call settings%end_group()
@@ -158,9 +152,17 @@ contains
         class(settings_t), intent(inout) :: settings
         type(a_priori_t), intent(inout) :: a_priori
 
-        if (settings%holds(FORMER_GROUP)) call describe_sigmas(settings, FORMER_GROUP, a_priori)
+        call describe_former_a_priori(settings, a_priori)
         call describe_sigmas(settings, 'a_priori', a_priori)
     end subroutine describe_a_priori
+
+    !> The same as it stands in a file of version 0.1, if the file to be read is one.
+    subroutine describe_former_a_priori(settings, a_priori)
+        type(settings_t), intent(inout) :: settings
+        type(a_priori_t), intent(inout) :: a_priori
+
+        if (settings%holds(FORMER_GROUP, 'sigma_')) call describe_sigmas(settings, FORMER_GROUP, a_priori)
+    end subroutine describe_former_a_priori
 
     subroutine describe_sigmas(settings, group, a_priori)
         class(settings_t), intent(inout) :: settings
@@ -182,32 +184,6 @@ contains
                                  'N m, of the change of the unmodelled torque over the arc', unit='N m')
         call settings%end_group()
     end subroutine describe_sigmas
-
-    !> Initial guesses and weights: groups estimation, optimal and sequential.
-    subroutine describe_estimation(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        call settings%group('estimation', 'Initial guesses and weights of the estimators')
-        call settings%real_values('guess_quaternion', knowledge%guess_quaternion, -1.0_dp, 1.0_dp, &
-                                  'inertial to body, scalar last; normalised before use', required=.true.)
-        if (.not. norm2(knowledge%guess_quaternion) > 0.5_dp) then
-            call settings%reject('guess_quaternion', 'is too far from unit length')
-        end if
-        call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
-                                  'rad/s', unit='rad/s', required=.true.)
-        call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
-                                  1e-3_dp, 'mm')
-        call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
-                                  FULL_RANGE, 'of the axes')
-        call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
-                                 'of every attitude component, ASSEST')
-        call settings%real_value('combined_star_camera_weight', knowledge%combined_star_camera_weight, &
-                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
-        call settings%end_group()
-        call describe_optimal(settings, knowledge%optimal)
-        call describe_sequential(settings, knowledge%sequential)
-    end subroutine describe_estimation
 
     !> Refuses a quaternion that is not of unit length.
     subroutine check_quaternion(settings, key, quaternion)

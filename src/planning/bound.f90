@@ -4,10 +4,12 @@
 module gracecg_planning_bound
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: model_state_t, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, &
         ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE
@@ -41,13 +43,14 @@ module gracecg_planning_bound
 
 contains
 
-    !> The bound for what `optimal` would estimate under the case's settings. The density wave counts only
-    !> if the settings give it.
+    !> The bound for what `optimal` would estimate under the options. The density wave counts only
+    !> if the options give it.
     !>
     !> Fails when the case cannot be simulated, the rods are off, a noise level is not positive, or the
     !> offset is not determined.
-    subroutine bound_of_case(case, bound, error)
+    subroutine bound_of_case(case, options, bound, error)
         type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
         type(case_bound_t), intent(out) :: bound
         type(error_t), allocatable, intent(out) :: error
 
@@ -58,13 +61,14 @@ contains
                                                            magnetometer_bias=.false.), simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call bound_at_truth(simulator, observations, bound, error)
+        call bound_at_truth(simulator, observations, options, bound, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
-    subroutine bound_at_truth(simulator, observations, bound, error)
+    subroutine bound_at_truth(simulator, observations, options, bound, error)
         type(simulator_t), intent(in) :: simulator
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(case_bound_t), intent(inout) :: bound
         type(error_t), allocatable, intent(out) :: error
 
@@ -74,7 +78,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (allocated(error)) return
         if (.not. any(abs(data%torque) > 0)) then
             call fail(error, 'the torque rods are off all the time: nothing turns the satellite so that '// &
@@ -84,9 +88,9 @@ contains
                       'give catalogue_noise or measurement_noise')
         end if
         if (allocated(error)) return
-        estimated = estimated_parameters(observations%knowledge)
+        estimated = estimated_parameters(options%optimal)
         call find_considered(estimated, considered, source)
-        call prepare_calibration(observations%knowledge, data, [estimated, considered], problem)
+        call prepare_calibration(observations%knowledge, options, data, [estimated, considered], problem)
         problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
         problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
         problem%state%value(OFFSET) = simulator%case%satellite%offset
@@ -101,36 +105,45 @@ contains
                 sum = sqrt(sum**2 + bound%considered(:, i)**2)
             end associate
         end do
-        call consider_knowledge(simulator, observations, estimated, problem%state, bound, error)
+        call consider_knowledge(simulator, observations, options, estimated, problem%state, bound, error)
     end subroutine bound_at_truth
 
-    !> What the errors in the operator's knowledge add: to first order, by the difference of the right-hand
-    !> sides of the normal equations at the true state, with each component one sigma up and one down.
-    subroutine consider_knowledge(simulator, observations, estimated, state, bound, error)
+    !> What the errors in the operator's knowledge add: to first order, by the difference of one Gauss-Newton
+    !> step with each component one sigma up and one down. The steps start where right knowledge leads to: with
+    !> small residuals, so that partials that change do not matter.
+    subroutine consider_knowledge(simulator, observations, options, estimated, start, bound, error)
         type(simulator_t), intent(in) :: simulator
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: estimated(:)             !! Parameters
-        type(model_state_t), intent(in) :: state        !! The true one
+        type(model_state_t), intent(in) :: start        !! The true one
         type(case_bound_t), intent(inout) :: bound
         type(error_t), allocatable, intent(out) :: error
 
+        integer, parameter :: STEPS = 3     ! to the estimate
         type(operator_t) :: operator
-        real(dp) :: rhs(size(estimated), 2), sigma
-        integer :: source, i, side
+        type(model_state_t) :: state
+        real(dp) :: up(size(estimated)), down(size(estimated)), sigma
+        integer :: source, i, place(3)
 
+        place = [(findloc(estimated, OFFSET(i), 1), i=1, 3)]
+        operator = simulator%case%operator
+        if (.not. any(operator%sigma > 0)) return
+        state = start
+        do i = 1, STEPS
+            call find_step(0.0_dp, up, advance=.true.)
+            if (allocated(error)) return
+        end do
         do source = 1, size(KNOWLEDGE_SOURCES)
             if (any(OPERATOR_PLACES == source)) cycle
             do i = 1, KNOWLEDGE_SOURCES(source)%components
-                sigma = simulator%case%operator%sigma(i, source)
+                sigma = operator%sigma(i, source)
                 if (.not. sigma > 0) cycle
-                do side = 1, 2
-                    operator = simulator%case%operator
-                    operator%value(i, source) = operator%value(i, source) + merge(sigma, -sigma, side == 1)
-                    call right_hand_side(operator, rhs(:, side))
-                    if (allocated(error)) return
-                end do
-                associate (sum => bound%by_knowledge(:, source))
-                    sum = sqrt(sum**2 + (matmul(bound%response, rhs(:, 1) - rhs(:, 2))/2)**2)
+                call find_step(sigma, up, advance=.false.)
+                if (.not. allocated(error)) call find_step(-sigma, down, advance=.false.)
+                if (allocated(error)) return
+                associate (total => bound%by_knowledge(:, source))
+                    total = sqrt(total**2 + ((up(place) - down(place))/2)**2)
                 end associate
             end do
         end do
@@ -138,27 +151,36 @@ contains
 
     contains
 
-        subroutine right_hand_side(operator, side)
-            type(operator_t), intent(in) :: operator
-            real(dp), intent(out) :: side(:)
+        !> The Gauss-Newton step from the state, with a change of component i of the source.
+        subroutine find_step(change, step, advance)
+            real(dp), intent(in) :: change      !! 0 before there is a source
+            real(dp), intent(out) :: step(:)
+            logical, intent(in) :: advance      !! Take it
 
+            type(operator_t) :: wrong
             type(observation_set_t) :: told
             type(fitting_data_t) :: data
             type(whitened_problem_t) :: problem
             real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+            real(dp) :: covariance(size(estimated), size(estimated)), condition
 
-            side = 0
+            step = 0
+            wrong = operator
+            if (abs(change) > 0) wrong%value(i, source) = wrong%value(i, source) + change
             told = observations
-            call tell_operator(simulator, operator, told)
-            call preprocess(told, data, error)
+            call tell_operator(simulator, wrong, told)
+            call preprocess(told, options, data, error)
             if (allocated(error)) return
-            call prepare_calibration(told%knowledge, data, estimated, problem)
+            call prepare_calibration(told%knowledge, options, data, estimated, problem)
             problem%state = state
             call set_noise(problem, error)
             if (allocated(error)) return
             call information_matrix(problem, information, rhs, residuals)
-            side = rhs
-        end subroutine right_hand_side
+            call solve_normal_equations(information, rhs, step, covariance, condition, error, PARAMETER_NAMES(estimated))
+            if (allocated(error) .or. .not. advance) return
+            call problem%correct(step)
+            state = problem%state
+        end subroutine find_step
     end subroutine consider_knowledge
 
     !> The parameters that are not estimated, and the source that each belongs to.

@@ -9,7 +9,7 @@
 !> result does not depend on threads.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI
+    use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
@@ -234,8 +234,8 @@ contains
         end do
         design%evaluations = spent
         if (design%worst <= target) return
-        call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
-                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least*1e3_dp)// &
+        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
                   ' mm on its worst axis')
 
     contains

@@ -27,8 +27,6 @@ module gracecg_planning_offset_bound
         real(dp), allocatable :: considered(:, :)
         !! Error of d by one sigma of each considered parameter, (3, parameters), m
         real(dp) :: consider_sigma(3) = 0       !! Of d with all of them, m
-        real(dp), allocatable :: response(:, :)
-        !! Change of d by the right-hand side of the normal equations of the estimated parameters, (3, parameters)
     end type offset_bound_t
 
 contains
@@ -63,7 +61,6 @@ contains
                 if (column(maxloc(abs(column), 1)) < 0) column = -column
             end associate
         end do
-        bound%response = covariance(offset, :)
         allocate (bound%considered(3, size(consider_sigma)))
         do i = 1, size(consider_sigma)
             bound%considered(:, i) = -matmul(covariance(offset, :), information(:n, n + i))*consider_sigma(i)

@@ -6,19 +6,23 @@
 !> written to a namelist file (`describe_case`), and turned into models by gracecg_simulation_case_models.
 module gracecg_simulation_case
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, KILOMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: normalised
-    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
+    use gracecg_files_settings, only: settings_t
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE
+    use gracecg_environment_gravity_models, only: GRAVITY_MODELS
+    use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
+    use gracecg_environment_density_models, only: DENSITY_MODELS
+    use gracecg_environment_space_weather, only: SPACE_WEATHER_SOURCES
+    use gracecg_environment_wind_models, only: WIND_MODELS
+    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_CONSTANTS
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
-    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_a_priori, describe_estimation, &
-        check_quaternion
+    use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
@@ -35,7 +39,6 @@ module gracecg_simulation_case
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
-        type(operator_knowledge_t) :: knowledge
         ! initial state
         real(dp) :: position(3) = 0                 !! Inertial J2000, m
         real(dp) :: velocity(3) = 0                 !! m/s
@@ -89,10 +92,10 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open(path, error)
-        if (.not. allocated(error)) call take_case(reader, path, case, error)
+        call settings%open(path, error)
+        if (.not. allocated(error)) call take_case(settings, path, case, error)
     end subroutine read_case
 
     !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
@@ -101,20 +104,20 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_case(reader, name, case, error)
+        call settings%open_text(text, name, error)
+        if (.not. allocated(error)) call take_case(settings, name, case, error)
     end subroutine case_from_text
 
-    subroutine take_case(reader, name, case, error)
-        type(settings_reader_t), intent(inout) :: reader
+    subroutine take_case(settings, name, case, error)
+        type(settings_t), intent(inout) :: settings
         character(*), intent(in) :: name        !! Of the file, for messages
         type(case_t), intent(inout) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        call describe_case(reader, case)
-        call reader%finish(error)
+        call describe_case(settings, case)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         call add_context(error, name)
@@ -129,12 +132,12 @@ contains
         character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(case_t) :: copy
 
         copy = case
-        call describe_case(writer, copy)
-        call writer%file%to_text(text, error)
+        call describe_case(settings, copy)
+        call settings%to_text(text, error)
     end subroutine case_text
 
     !> Every setting of a case, with its unit and range.
@@ -156,7 +159,6 @@ contains
         call describe_magnetometer(settings, case%satellite%magnetometer)
         call describe_operator(settings, case%operator)
         call describe_a_priori(settings, case%operator%a_priori)
-        call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 
     subroutine describe_state(settings, case)
@@ -168,7 +170,7 @@ contains
                                  [character(16) :: 'front', 'back'])
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
         call settings%real_values('offset_mm', case%satellite%offset, -1000.0_dp, 1000.0_dp, &
-                                  'mm, from the centre of mass to the proof-mass centre', 1e-3_dp, 'mm')
+                                  'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
                                   unit='m', required=.true.)
         call settings%real_values('velocity', case%velocity, -1e5_dp, 1e5_dp, 'm/s, inertial J2000', &
@@ -200,13 +202,13 @@ contains
         call settings%real_value('ut1_minus_utc', case%ut1_minus_utc, -1.0_dp, 1.0_dp, 's, for gmst-1982', &
                                  unit='s')
         call settings%text_value('gravity', case%gravity_model, 'geopotential', &
-                                 [character(16) :: 'egm96', 'point-mass', 'file'])
+                                 [character(16) :: GRAVITY_MODELS, 'file'])
         call settings%text_value('gravity_file', case%gravity_file, 'ICGEM .gfc file')
         call check_file_key(settings, 'gravity', case%gravity_model, case%gravity_file)
         call settings%integer_value('degree', case%gravity_degree, 0, 360, 'of the geopotential')
         call settings%integer_value('order', case%gravity_order, 0, 360, 'of the geopotential')
         call settings%text_value('magnetic_field', case%field_model, 'geomagnetic field', &
-                                 [character(16) :: 'igrf95', 'igrf14', 'file'])
+                                 [character(16) :: GEOMAGNETIC_MODELS, 'file'])
         call settings%text_value('magnetic_field_file', case%field_file, 'SHC file')
         call check_file_key(settings, 'magnetic_field', case%field_model, case%field_file)
         call settings%end_group()
@@ -233,11 +235,11 @@ contains
 
         call settings%group('atmosphere', 'Density and wind')
         call settings%text_value('density', case%density_model, 'thermosphere model', &
-                                 [character(16) :: 'dtm77', 'exponential', 'none'])
+                                 [character(16) :: DENSITY_MODELS, 'none'])
         call settings%real_value('density_scale', case%density_scale, 0.0_dp, 100.0_dp, &
                                  'factor of the model''s density')
         call settings%text_value('space_weather', case%space_weather, 'solar flux and Kp of the date', &
-                                 [character(16) :: 'table', 'given', 'file'])
+                                 SPACE_WEATHER_SOURCES)
         call settings%text_value('space_weather_file', case%space_weather_file, 'if file')
         call check_file_key(settings, 'space_weather', case%space_weather, case%space_weather_file)
         call settings%real_value('f107', case%f107, 50.0_dp, 500.0_dp, 'sfu, of the day before, if given', &
@@ -248,9 +250,9 @@ contains
         call settings%real_value('reference_density', case%reference_density, 0.0_dp, 1.0_dp, &
                                  'kg/m^3, exponential model', unit='kg/m^3')
         call settings%real_value('reference_height_km', case%reference_height, 0.0_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('scale_height_km', case%scale_height, 1e-3_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('density_wave_amplitude', case%density_wave%amplitude, 0.0_dp, 1.0_dp, &
                                  'of the short-period density perturbation, relative to the model''s density')
         call settings%real_value('density_wave_period', case%density_wave%period, 1e-3_dp, 1e6_dp, 's', &
@@ -260,7 +262,7 @@ contains
         call settings%logical_value('density_wave_random', case%density_wave_random, &
                                     'draw the phase anew for every run')
         call settings%text_value('wind', case%wind_model, 'horizontal wind', &
-                                 [character(16) :: 'hwm93', 'constant', 'none', 'file'])
+                                 [character(16) :: WIND_MODELS, 'none', 'file'])
         call settings%text_value('wind_file', case%wind_file, 'if file')
         call check_file_key(settings, 'wind', case%wind_model, case%wind_file)
         call settings%real_value('wind_east', case%wind_east, -2000.0_dp, 2000.0_dp, 'm/s, if constant', &
@@ -280,7 +282,7 @@ contains
         call settings%real_value('reflectivity_sun', case%satellite%reflectivity_sun, 0.0_dp, 2.0_dp, &
                                  'eta of the solar radiation pressure')
         call settings%text_value('earth_constants', case%earth_radiation_constants, 'albedo and emissivity', &
-                                 [character(20) :: 'report', 'knocke', 'constant-emissivity'])
+                                 EARTH_RADIATION_CONSTANTS)
         call settings%integer_value('earth_rings', case%earth_radiation_rings, 0, 7, &
                                     'of 6, 12, 18 ... segments around the cap')
         call settings%real_value('reflectivity_earth', case%satellite%reflectivity_earth, 0.0_dp, 2.0_dp, &

@@ -10,8 +10,7 @@ module gracecg_simulation_operator_view
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_vectors, only: cross, unit
-    use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_simulation_star_camera, only: N_HEADS
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: sidereal_angle_at_epoch
     use gracecg_simulation_operator_errors
@@ -29,7 +28,6 @@ contains
 
         integer :: head
 
-        knowledge = case%knowledge
         knowledge%name = case%name
         knowledge%epoch = case%epoch
         knowledge%duration = case%duration
@@ -54,7 +52,7 @@ contains
             knowledge%accelerometer_noise = satellite%accelerometer%noise
             knowledge%accelerometer_noise%level = satellite%accelerometer%noise%level* &
                                                   errors_of(operator, ACCELEROMETER_NOISE)
-            do head = 1, N_HEADS
+            do head = 1, HEADS
                 knowledge%mounting(:, head) = turned(satellite%star_camera%mounting(head), &
                                                      operator%value(3*head - 2:3*head, MOUNTING))
             end do

@@ -1,8 +1,8 @@
 !> The satellite as it really is: the truth of a simulation. What its operator believes of it is derived in
-!> gracecg_simulation_operator_view.
+!> gracecg_simulation_case_models.
 module gracecg_simulation_satellite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, ARCSECOND
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_surface_loads, only: wall_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
@@ -114,12 +114,12 @@ contains
         type(magnetometer_t), intent(inout) :: magnetometer
 
         call settings%group('magnetometer', 'Magnetometer')
-        call settings%real_values('bias_nt', magnetometer%bias, -1e9_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
-        call settings%real_value('noise_nt', magnetometer%noise, 0.0_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
+        call settings%real_values('bias_nt', magnetometer%bias, -1e9_dp, 1e9_dp, 'nT', NANOTESLA, 'nT')
+        call settings%real_value('noise_nt', magnetometer%noise, 0.0_dp, 1e9_dp, 'nT', NANOTESLA, 'nT')
         call settings%logical_value('limited', magnetometer%limited, 'samples saturate at the range')
-        call settings%real_value('range_nt', magnetometer%range, 1.0_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
+        call settings%real_value('range_nt', magnetometer%range, 1.0_dp, 1e9_dp, 'nT', NANOTESLA, 'nT')
         call settings%logical_value('quantised', magnetometer%quantised, 'samples are rounded')
-        call settings%real_value('resolution_nt', magnetometer%resolution, 1e-6_dp, 1e9_dp, 'nT', 1e-9_dp, &
+        call settings%real_value('resolution_nt', magnetometer%resolution, 1e-6_dp, 1e9_dp, 'nT', NANOTESLA, &
                                  'nT')
         call settings%real_value('interval', magnetometer%sampling_interval, 1e-3_dp, 100.0_dp, 's', &
                                  unit='s')

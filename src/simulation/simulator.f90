@@ -13,7 +13,8 @@ module gracecg_simulation_simulator
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
-    use gracecg_simulation_star_camera, only: star_frame_t, N_HEADS
+    use gracecg_simulation_star_camera, only: star_frame_t
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
@@ -127,8 +128,8 @@ contains
         call case_star_catalogue(simulator%case, catalogue, error)
         if (allocated(error)) return
         n = simulator%arc%steps/simulator%star_camera_stride
-        allocate (simulator%frames(n, N_HEADS))
-        do head = 1, N_HEADS
+        allocate (simulator%frames(n, HEADS))
+        do head = 1, HEADS
             do i = 1, n
                 call simulator%case%satellite%star_camera%see(catalogue, attitude_at(simulator, i), head, &
                                                     simulator%frames(i, head), error)
@@ -298,8 +299,8 @@ contains
             observations%star_camera_head = [(self%case%operator%head, i=1, n)]
         else
             observations%star_camera_time = [((time_tag(i*self%star_camera_stride, self%arc%interval), &
-                                               head=1, N_HEADS), i=1, n)]
-            observations%star_camera_head = [((head, head=1, N_HEADS), i=1, n)]
+                                               head=1, HEADS), i=1, n)]
+            observations%star_camera_head = [((head, head=1, HEADS), i=1, n)]
         end if
         allocate (observations%quaternion(4, size(observations%star_camera_time)))
         call tell_operator(self, operator, observations)
@@ -393,11 +394,11 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        type(random_stream_t) :: streams(N_HEADS)
+        type(random_stream_t) :: streams(HEADS)
         real(dp) :: covariance(3, 3)
         integer :: i, head, frame
 
-        do head = 1, N_HEADS
+        do head = 1, HEADS
             streams(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
         end do
         do i = 1, size(observations%star_camera_time)

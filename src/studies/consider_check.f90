@@ -7,6 +7,7 @@
 module gracecg_studies_consider_check
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
@@ -27,8 +28,9 @@ contains
     !> Checks one source of a case, with its standard deviations as source_sigma gives them. Fails as
     !> bound_of_case and the estimator do. A source that `optimal` estimates under the case's options adds
     !> nothing in the bound.
-    subroutine check_consider(case, source, seed, runs, threads, check, error)
+    subroutine check_consider(case, options, source, seed, runs, threads, check, error)
         type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: source               !! Its place in SOURCES
         integer, intent(in) :: seed, runs, threads  !! First seed; how many runs; in parallel
         type(consider_check_t), intent(out) :: check
@@ -44,12 +46,12 @@ contains
         call source_sigma(case%operator, source, sigma, origin)
         alone%operator%sigma = 0
         alone%operator%sigma(:size(sigma), source) = sigma
-        call bound_of_case(alone, bound, error)
+        call bound_of_case(alone, options, bound, error)
         if (.not. allocated(error)) &
             call new_switched_simulator(alone, error_switches_t(curved_force=.false., scale_factors=.false., &
                                                                 magnetometer_bias=.false.), simulator, error)
         if (.not. allocated(error)) &
-            call study_knowledge(simulator, 'optimal', source, seed, runs, threads, check%knowledge_study_t, error)
+            call study_knowledge(simulator, 'optimal', options, source, seed, runs, threads, check%knowledge_study_t, error)
         call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         check%origin = origin

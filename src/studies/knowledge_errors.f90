@@ -10,7 +10,8 @@ module gracecg_studies_knowledge_errors
     use gracecg_base_text, only: rounded_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_optimal_options, only: NOISE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: NOISE_GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_operator_errors, only: operator_t, SOURCES, INERTIA, COMMON_ROD_GAIN, ACCELEROMETER_SCALE, &
@@ -39,6 +40,7 @@ module gracecg_studies_knowledge_errors
     type, extends(parallel_work_t) :: estimates_t
         type(simulator_t), pointer :: simulator => null()
         character(:), allocatable :: algorithm
+        type(estimation_options_t) :: options
         type(observation_set_t) :: observations         !! Without noise
         type(operator_t), allocatable :: operators(:)   !! One for each piece
         real(dp), allocatable :: offset(:, :)           !! (3, pieces), m
@@ -83,9 +85,10 @@ contains
 
     !> Draws one source in `runs` runs, with the standard deviations of source_sigma, and estimates from
     !> observations without noise. Fails as the estimator does.
-    subroutine study_knowledge(simulator, algorithm, source, seed, runs, threads, study, error)
+    subroutine study_knowledge(simulator, algorithm, options, source, seed, runs, threads, study, error)
         type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: source                   !! Its place in SOURCES
         integer, intent(in) :: seed, runs, threads      !! First seed; how many runs; in parallel
         type(knowledge_study_t), intent(out) :: study
@@ -111,6 +114,9 @@ contains
         end do
         work%simulator => simulator
         work%algorithm = algorithm
+        work%options = options
+        work%options%covariance = .false.
+        work%options%optimal%noise = NOISE_GIVEN        ! there is none to estimate
         call observe_without_noise(simulator, density_wave_t(), work%observations)
         allocate (work%offset(3, size(work%operators)))
         call run_parallel(work, size(work%operators), threads, error)
@@ -152,8 +158,7 @@ contains
 
         observations = self%observations
         call tell_operator(self%simulator, self%operators(i), observations)
-        observations%knowledge%optimal%noise = NOISE_GIVEN      ! there is none to estimate
-        call estimate_offset(self%algorithm, observations, solution, error, with_covariance=.false.)
+        call estimate_offset(self%algorithm, observations, self%options, solution, error)
         self%offset(:, i) = solution%offset
     end subroutine estimate_one
 end module gracecg_studies_knowledge_errors

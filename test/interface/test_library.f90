@@ -1,6 +1,7 @@
 !> The umbrella module: with `use gracecg` alone, models one by one, an integrator of one's own, and a
 !> calibration from arrays in memory.
 module test_library
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -186,7 +187,7 @@ contains
         observations%magnetometer_time = simulated%magnetometer_time
         observations%field = simulated%field
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             ! some sigmas, with what the systematic errors add

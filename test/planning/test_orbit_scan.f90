@@ -6,6 +6,7 @@ module test_orbit_scan
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
@@ -63,7 +64,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call scan_orbit(case, orbit, times, 2, places, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
         if (allocated(failure)) call test_failed(error, failure%message)
     end subroutine scan
 
@@ -209,7 +210,8 @@ contains
                     case%satellite%rods%activations%amplitude = -case%satellite%rods%activations%amplitude
                 end if
                 call new_simulator(case, simulator, failure)
-                if (.not. allocated(failure)) call predict_errors(simulator, 'assest-fde', prediction, failure)
+                if (.not. allocated(failure)) &
+                    call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
@@ -351,7 +353,7 @@ contains
         call fly('front', case, orbit, error)
         if (.not. allocated(error)) call scan(case, orbit, TIMES, two_threads, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, TIMES, 1, one_thread, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
         do i = 1, size(TIMES)
             call check(error, all(two_threads(i)%sigma == one_thread(i)%sigma))
             if (allocated(error)) return
@@ -366,17 +368,18 @@ contains
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:)
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
         call fly('front', case, orbit, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, [0, 6000], 2, places, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, [0, 6000], 2, places, failure)
         call check(error, allocated(failure))
         if (allocated(error)) return
         call check(error, index(failure%message, 'from 0 to 5635 s') > 0, failure%message)
         if (allocated(error)) return
-        case%knowledge%accelerometer_weight = 0
-        call scan_orbit(case, orbit, [100, 200], 2, places, failure)
+        options%accelerometer_weight = 0
+        call scan_orbit(case, options, orbit, [100, 200], 2, places, failure)
         call check(error, allocated(failure))
         if (allocated(error)) return
         call check(error, index(failure%message, 'calibration at 100 s') > 0, failure%message)

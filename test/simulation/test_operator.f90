@@ -15,6 +15,8 @@ module test_operator
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, tell_operator, &
         operator_of_run
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
@@ -225,12 +227,12 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', SEED, [(i, i=1, 6)], 1, exact, failure)
+        call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, exact, failure)
         simulator%case%operator%sigma(:3, ROD_GAIN) = 5e-3_dp
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', SEED, [(i, i=1, 6)], 1, one, failure)
+            call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 1, one, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', SEED, [(i, i=1, 6)], 2, two, failure)
+            call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), SEED, [(i, i=1, 6)], 2, two, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(one%offset == two%offset) .and. any(one%offset /= exact%offset))
@@ -472,7 +474,7 @@ contains
             if (.not. allocated(failure)) then
                 call observe_without_noise(simulator, density_wave_t(), observations)
                 call tell_operator(simulator, operator, observations)
-                call estimate_offset('optimal', observations, solution, failure)
+                call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
             end if
             call check_passes(error, message_of(failure))
         end subroutine estimate
@@ -490,14 +492,14 @@ contains
         call prepare(simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call estimate_offset('optimal', observations, right, failure)
+        call estimate_offset('optimal', observations, estimation_options_t(), right, failure)
         n = size(observations%accelerometer_time)
         observations%acceleration(:, 2:) = observations%acceleration(:, :n - 1)
         observations%acceleration = observations%acceleration(:, 2:)
         observations%accelerometer_time = observations%accelerometer_time(2:)
-        if (.not. allocated(failure)) call estimate_offset('optimal', observations, late, failure)
+        if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), late, failure)
         observations%knowledge%accelerometer_delay = observations%knowledge%accelerometer_interval
-        if (.not. allocated(failure)) call estimate_offset('optimal', observations, known, failure)
+        if (.not. allocated(failure)) call estimate_offset('optimal', observations, estimation_options_t(), known, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, norm2(known%offset - right%offset) < 0.02_dp*norm2(late%offset - right%offset) .and. &

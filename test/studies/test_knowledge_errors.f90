@@ -4,6 +4,7 @@ module test_knowledge_errors
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use statistics, only: Z_999
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors
     use gracecg_simulation_report_cases, only: report_case
@@ -43,7 +44,7 @@ contains
 
         call report_case('front-1', case, failure)
         do i = 1, size(CHECKED)
-            call check_consider(case, CHECKED(i), 1, RUNS, 2, result, failure)
+            call check_consider(case, report_options('front-1'), CHECKED(i), 1, RUNS, 2, result, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             associate (small => result%considered < 1e-3_dp*result%noise)
@@ -97,7 +98,7 @@ contains
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
                 if (allocated(error)) return
-                call study_knowledge(simulator, trim(ALGORITHMS(k)), i, 1, 1, 2, study, failure)
+                call study_knowledge(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, 1, 1, 2, study, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 if (i == COMMON_ROD_GAIN) call check(error, any(study%predicted > 1e-7_dp), ALGORITHMS(k))
