@@ -143,7 +143,7 @@ contains
             do i = 1, size(knowledge)
                 do axis = 1, 3
                     call file%row([real(knowledge(i)%runs, dp), knowledge(i)%rms(axis)/MILLIMETRE], &
-                                  [character(20) :: SOURCES(knowledge(i)%source)%name, AXIS_NAMES(axis)])
+                                  [character(20) :: SOURCES(knowledge(i)%source)%name, AXES(axis)])
                 end do
             end do
         end if
