@@ -25,15 +25,15 @@ module gracecg_planning_site
     use gracecg_simulation_limits, only: attitude_motion_t
     implicit none
     private
-    public :: accelerometer_view_t, new_accelerometer_view
+    public :: planned_arc_t, new_planned_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
     public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
 
-    !> What the accelerometer makes of an arc: its noise, and the disturbance by the density wave.
-    type :: accelerometer_view_t
+    !> An arc to be planned, wherever it starts: its samples, the accelerometer's noise and the density wave.
+    type :: planned_arc_t
         type(operator_knowledge_t) :: knowledge          !! What the operator knows
         integer :: samples = 0                      !! n, at k h for k = 1..n
         real(dp) :: interval = 0                    !! h, s
@@ -42,7 +42,7 @@ module gracecg_planning_site
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
         !! drift: (2, n, axis), s^4/m^2
-    end type accelerometer_view_t
+    end type planned_arc_t
 
     !> One place of the nominal orbit.
     type :: manoeuvre_site_t
@@ -74,41 +74,41 @@ module gracecg_planning_site
 
 contains
 
-    !> The view of a case's accelerometer on an arc of its duration. Fails when the noise cannot be
-    !> whitened (level 0), or when the arc has too few samples.
-    subroutine new_accelerometer_view(case, view, error)
+    !> An arc of a case's duration. Fails when the noise cannot be whitened (level 0), or when the arc has too
+    !> few samples.
+    subroutine new_planned_arc(case, arc, error)
         type(case_t), intent(in) :: case
-        type(accelerometer_view_t), intent(out) :: view
+        type(planned_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: angle
         integer :: k, axis
 
-        view%knowledge = operator_knowledge(case, case%operator)
-        view%interval = view%knowledge%accelerometer_interval
-        view%samples = nint(view%knowledge%duration/view%interval)
-        call accelerometer_whiteners(view%knowledge, [(k, k=1, view%samples)], view%whiteners, error)
+        arc%knowledge = operator_knowledge(case, case%operator)
+        arc%interval = arc%knowledge%accelerometer_interval
+        arc%samples = nint(arc%knowledge%duration/arc%interval)
+        call accelerometer_whiteners(arc%knowledge, [(k, k=1, arc%samples)], arc%whiteners, error)
         if (allocated(error)) return
-        allocate (view%weighed_wave(2, view%samples, 3))
-        view%weighed_wave = 0
+        allocate (arc%weighed_wave(2, arc%samples, 3))
+        arc%weighed_wave = 0
         if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
         if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
             .not. case%density_wave%period > 0) return
-        view%wave_amplitude = case%density_wave%amplitude/case%density_scale
-        if (.not. view%wave_amplitude > 0) return
+        arc%wave_amplitude = case%density_wave%amplitude/case%density_scale
+        if (.not. arc%wave_amplitude > 0) return
         do axis = 1, 3
-            do k = 1, view%samples
-                angle = TWO_PI*k*view%interval/case%density_wave%period
-                view%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
+            do k = 1, arc%samples
+                angle = TWO_PI*k*arc%interval/case%density_wave%period
+                arc%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
             end do
-            call weigh_series(view%whiteners(axis), view%weighed_wave(1, :, axis))
-            call weigh_series(view%whiteners(axis), view%weighed_wave(2, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(1, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(2, :, axis))
         end do
-    end subroutine new_accelerometer_view
+    end subroutine new_planned_arc
 
     !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
-    subroutine new_manoeuvre_site(view, orbit, time, site, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine new_manoeuvre_site(arc, orbit, time, site, error)
+        type(planned_arc_t), intent(in) :: arc
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
         type(manoeuvre_site_t), intent(out) :: site
@@ -125,7 +125,7 @@ contains
             return
         end if
         site%time = time
-        associate (duration => view%samples*view%interval)
+        associate (duration => arc%samples*arc%interval)
             steps = max(1, ceiling(duration/ORBIT_STEP))
             step = duration/steps
         end associate
@@ -146,12 +146,12 @@ contains
             if (j > 0) cycle
             site%drag = acting%drag
             site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
-                                                  view%knowledge%inertia)
+                                                  arc%knowledge%inertia)
         end do
         call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
-        allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
-        do j = 0, 2*view%samples
-            place = j*view%interval/(2*fine_step)
+        allocate (site%field(3, 0:2*arc%samples), site%weighed_force(3, arc%samples), series(arc%samples))
+        do j = 0, 2*arc%samples
+            place = j*arc%interval/(2*fine_step)
             i = min(int(place), fine_steps - 1)
             fraction = place - i
             site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
@@ -160,7 +160,7 @@ contains
         end do
         do axis = 1, 3
             series = site%weighed_force(axis, :)
-            call weigh_series(view%whiteners(axis), series)
+            call weigh_series(arc%whiteners(axis), series)
             site%weighed_force(axis, :) = series
         end do
     end subroutine new_manoeuvre_site
@@ -217,8 +217,8 @@ contains
     !>
     !> by the classical Runge-Kutta method with one step a sampling interval. The rods' time counts
     !> from the start of the calibration.
-    pure subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, theta, motion)
-        type(accelerometer_view_t), intent(in) :: view
+    pure subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
         real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
@@ -230,15 +230,15 @@ contains
         real(dp) :: moment(3), middle_moment(3), next_moment(3)
         integer :: k
 
-        inertia = view%knowledge%inertia
+        inertia = arc%knowledge%inertia
         inverse = inverse_3x3(inertia)
         nominal = site%state(RATE)
         y = [nominal, 0.0_dp, 0.0_dp, 0.0_dp]
         motion%rate = norm2(nominal)
         moment = dipole_moment(rods, 0.0_dp)
-        associate (h => view%interval)
+        associate (h => arc%interval)
             slope(:, 1) = derivative(moment, 0, y)
-            do k = 1, view%samples
+            do k = 1, arc%samples
                 middle_moment = dipole_moment(rods, (k - 0.5_dp)*h)
                 next_moment = dipole_moment(rods, k*h)
                 slope(:, 2) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 1))
@@ -279,20 +279,20 @@ contains
 
     !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
     !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
-    pure subroutine evaluate_manoeuvre(view, site, rods, quality)
-        type(accelerometer_view_t), intent(in) :: view
+    pure subroutine evaluate_manoeuvre(arc, site, rods, quality)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
         type(manoeuvre_quality_t), intent(out) :: quality
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
-        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples), theta(3, view%samples)
-        real(dp) :: turned(view%samples, 3)
+        real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
+        real(dp) :: turned(arc%samples, 3)
         real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
-        call fly_manoeuvre(view, site, rods, omega, omega_dot, theta, quality%motion)
-        information = offset_information(omega, omega_dot, view%whiteners)
+        call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, quality%motion)
+        information = offset_information(omega, omega_dot, arc%whiteners)
         product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         quality%sigma = huge(1.0_dp)
         quality%wave = huge(1.0_dp)
@@ -300,26 +300,26 @@ contains
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
-        do i = 1, view%samples
+        do i = 1, arc%samples
             turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
                            matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
         end do
         do axis = 1, 3
-            call weigh_series(view%whiteners(axis), turned(:, axis))
+            call weigh_series(arc%whiteners(axis), turned(:, axis))
         end do
         on_wave = 0
         on_force = 0
-        do i = 1, view%samples
+        do i = 1, arc%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
             on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
             do axis = 1, 3
-                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
-                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*arc%weighed_wave(1, i, axis)*site%drag(axis)
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*arc%weighed_wave(2, i, axis)*site%drag(axis)
             end do
         end do
         quality%force = abs(matmul(quality%covariance, on_force))
         ! a wave of random phase: the mean of the squares of sine and cosine
-        quality%wave = view%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
+        quality%wave = arc%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
     end subroutine evaluate_manoeuvre
 
     !> The direction in which the offset is least known, and its standard deviation.

@@ -12,11 +12,10 @@ module gracecg_cli_chapter_design
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES, SQUARE
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, design_manoeuvre
-    use gracecg_planning_planner, only: take_design
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_design, only: manoeuvre_design_t
+    use gracecg_planning_planner, only: plan_request_t, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
+        times_along, take_design
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
@@ -36,8 +35,6 @@ module gracecg_cli_chapter_design
     character(*), parameter :: ALGORITHM = 'optimal'
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), TRIM_ROUNDS = 2
     real(dp), parameter :: GOAL = 10e-6_dp          !! RMS error of every component, m
-    real(dp), parameter :: ORBIT_STEP = 10          !! Of the orbit's samples, s
-    real(dp), parameter :: DESIGN_STEP = 240        !! Between the places that the manoeuvre is designed for, s
     real(dp), parameter :: MAP_STEP = 60            !! Between the places of the map, s
     real(dp), parameter :: LOWEST_FREQUENCY = 0.1_dp        !! Of the search, Hz
     character(*), parameter :: RESULT_FILE = 'design.csv'
@@ -102,30 +99,27 @@ contains
         type(design_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
 
-        type(accelerometer_view_t) :: view
-        type(nominal_orbit_t) :: orbit
-        type(manoeuvre_site_t), allocatable :: sites(:)
-        type(design_settings_t) :: settings
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
         real(dp), allocatable :: times(:)
-        integer :: i
 
         call find_calibration(satellite//'-1', study%calibration, error)
-        if (.not. allocated(error)) call new_accelerometer_view(study%calibration%case, view, error)
-        if (.not. allocated(error)) call new_nominal_orbit(study%calibration%case, orbit, error, 1, ORBIT_STEP)
         if (allocated(error)) return
-        settings%threads = threads
-        settings%lowest_frequency = LOWEST_FREQUENCY
-        settings%waveform_used = .false.
-        settings%waveform_used(SQUARE) = .true.
-        times = [(i*DESIGN_STEP, i=0, int(last_time(orbit)/DESIGN_STEP))]
-        study%places = size(times)
-        call new_manoeuvre_sites(view, orbit, times, threads, sites, error)
-        if (.not. allocated(error)) call design_manoeuvre(view, sites, settings, study%design, error)
+        request%place = EVERYWHERE
+        request%settings%threads = threads
+        request%settings%lowest_frequency = LOWEST_FREQUENCY
+        request%settings%waveform_used = .false.
+        request%settings%waveform_used(SQUARE) = .true.
+        call prepare_plan(study%calibration, request, plan, error)
+        if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
         if (allocated(error)) return
-        times = [(i*MAP_STEP, i=0, int(last_time(orbit)/MAP_STEP))]
-        call map_manoeuvre(view, orbit, times, study%calibration%case%satellite%rods, threads, study%report, error)
+        study%places = size(plan%sites)
+        study%design = plan%design
+        times = times_along(plan%orbit, MAP_STEP)
+        call map_manoeuvre(plan%arc, plan%orbit, times, study%calibration%case%satellite%rods, threads, &
+                           study%report, error)
         if (allocated(error)) return
-        call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
+        call map_manoeuvre(plan%arc, plan%orbit, times, study%design%rods, threads, study%designed, error)
         call take_design(study%design, study%calibration)
         study%calibration%case%name = satellite//'-design'
     end subroutine study_design
