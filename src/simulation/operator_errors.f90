@@ -54,7 +54,7 @@ module gracecg_simulation_operator_errors
         error_source_t('rod_gain', 3, '', 1.0_dp, 0.0_dp, 5e-3_dp, 1.0_dp, 'relative, of each rod'), &
         error_source_t('rod_direction_deg', 6, 'deg', DEGREE, 0.0_dp, 0.1_dp, 180.0_dp, &
                        'deg, of the x rod about y and z, of the y rod about z and x, of the z rod about x and y'), &
-        error_source_t('rod_delay', 3, 's', 1.0_dp, 0.0_dp, 1e-3_dp, 10.0_dp, 's, of each rod'), &
+        error_source_t('rod_delay', 3, 's', 1.0_dp, 0.0_dp, 5e-4_dp, 10.0_dp, 's, of each rod'), &
         error_source_t('accelerometer_scale', 3, '', 1.0_dp, 0.0_dp, 1e-2_dp, 0.9_dp, 'factor minus 1, of each axis'), &
         error_source_t('accelerometer_delay', 1, 's', 1.0_dp, 0.0_dp, 1e-3_dp, 0.1_dp, &
                        's, by which the time tags are believed to be late'), &

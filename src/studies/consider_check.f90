@@ -51,7 +51,8 @@ contains
             call new_switched_simulator(alone, error_switches_t(curved_force=.false., scale_factors=.false., &
                                                                 magnetometer_bias=.false.), simulator, error)
         if (.not. allocated(error)) &
-            call study_knowledge(simulator, 'optimal', options, source, seed, runs, threads, check%knowledge_study_t, error)
+            call study_knowledge(simulator, 'optimal', options, source, seed, runs, threads, &
+                                 check%knowledge_study_t, error)
         call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         check%origin = origin
@@ -64,12 +65,13 @@ contains
         end if
     end subroutine check_consider
 
-    !> The Monte Carlo's standard deviation by that of the bound, minus 1; 0 where both are below `least`.
+    !> The Monte Carlo's standard deviation by that of the bound, minus 1; 0 where both are below `least`, and
+    !> where the bound has none, because the source is estimated.
     elemental real(dp) function relative_deviation(drawn, considered, least) result(deviation)
         real(dp), intent(in) :: drawn, considered   !! m
         real(dp), intent(in) :: least               !! m
 
         deviation = 0
-        if (max(drawn, considered) > least) deviation = drawn/max(considered, tiny(1.0_dp)) - 1
+        if (considered > 0 .and. max(drawn, considered) > least) deviation = drawn/considered - 1
     end function relative_deviation
 end module gracecg_studies_consider_check
