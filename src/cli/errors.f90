@@ -7,10 +7,8 @@ module gracecg_cli_errors
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_operator_errors, only: SOURCES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_knowledge, size_text
-    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
-    use gracecg_studies_study_files, only: write_error_sources
+    use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_all_knowledge, size_text
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, write_error_sources, STUDY_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
@@ -18,7 +16,6 @@ module gracecg_cli_errors
     implicit none
     private
     public :: declare_errors, run_errors
-
 
 contains
 
@@ -55,8 +52,7 @@ contains
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
         type(knowledge_study_t) :: knowledge(size(SOURCES))
-        type(simulator_t) :: simulator
-        integer :: runs, seed, threads, i
+        integer :: runs, seed, threads
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
         call arguments%get('--case', case_name, misuse, default='front-1')
@@ -70,23 +66,13 @@ contains
         if (.not. allocated(error)) call take_firing_calibration(arguments, case_name, console, &
                                                                      calibration, error)
         if (allocated(error)) return
-        do i = 1, size(STUDY_NAMES)
-            call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, &
-                              runs, threads, studies(i), error)
-            if (allocated(error)) return
-        end do
-        call new_simulator(calibration%case, simulator, error)
+        call study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, console)
+        if (.not. allocated(error)) call study_all_knowledge(calibration, algorithm, seed, runs, threads, knowledge, &
+                                                             error, console)
         if (allocated(error)) return
-        do i = 1, size(SOURCES)
-            call console%progress('errors: '//trim(SOURCES(i)%name)//', '//integer_text(runs)//' runs')
-            call study_knowledge(simulator, algorithm, calibration%options, i, seed, runs, threads, knowledge(i), error)
-            if (allocated(error)) return
-        end do
-        case_name = trim(calibration%case%name)
-        call show(case_name//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        call show(trim(calibration%case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
         call show_knowledge(knowledge, console)
-        if (path /= '') call write_error_sources(path, 'errors', case_name//', '//algorithm// &
+        if (path /= '') call write_error_sources(path, 'errors', trim(calibration%case%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error, knowledge)
     end subroutine run_errors
 

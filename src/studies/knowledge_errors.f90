@@ -7,7 +7,8 @@ module gracecg_studies_knowledge_errors
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_base_text, only: rounded_text
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: rounded_text, integer_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -16,10 +17,11 @@ module gracecg_studies_knowledge_errors
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_operator_errors, only: operator_t, SOURCES, INERTIA, COMMON_ROD_GAIN, ACCELEROMETER_SCALE, &
         MAGNETOMETER_BIAS, TORQUE_CHANGE
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator, operator_of_run
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, tell_operator, operator_of_run
+    use gracecg_planning_calibration, only: calibration_t
     implicit none
     private
-    public :: knowledge_study_t, study_knowledge, source_sigma, size_text
+    public :: knowledge_study_t, study_knowledge, study_all_knowledge, source_sigma, size_text
     public :: SIGMA_OF_CASE, SIGMA_A_PRIORI, SIGMA_BY_DEFAULT
 
     !> Where the size of an error comes from: the case's group operator, its a-priori sigmas, or the size
@@ -130,6 +132,26 @@ contains
             study%rms = sqrt(sum((drawn - spread(right, 2, runs))**2, 2)/max(1, runs))
         end associate
     end subroutine study_knowledge
+
+    !> All of SOURCES, one after the other.
+    subroutine study_all_knowledge(calibration, algorithm, seed, runs, threads, studies, error, progress)
+        type(calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed, runs, threads      !! First seed; runs of each source; in parallel
+        type(knowledge_study_t), intent(out) :: studies(:)      !! In the order of SOURCES
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(simulator_t) :: simulator
+        integer :: i
+
+        call new_simulator(calibration%case, simulator, error)
+        do i = 1, size(SOURCES)
+            if (allocated(error)) return
+            call tell(progress, 'knowledge: '//trim(SOURCES(i)%name)//', '//integer_text(runs)//' runs')
+            call study_knowledge(simulator, algorithm, calibration%options, i, seed, runs, threads, studies(i), error)
+        end do
+    end subroutine study_all_knowledge
 
     !> The size of a study's error, as a row or a comment has it: 'rod_gain: sigma 0.005 (default size)'.
     pure function size_text(study) result(text)
