@@ -63,6 +63,7 @@ program tester
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
+    use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
@@ -151,6 +152,7 @@ program tester
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
+             new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &

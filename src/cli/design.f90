@@ -177,9 +177,9 @@ contains
         type(arguments_t), intent(in) :: arguments
         type(error_t), allocatable, intent(inout) :: misuse
 
-        character(12), parameter :: OF_THE_SEARCH(8) = [character(12) :: '--anywhere', '--everywhere', &
+        character(13), parameter :: OF_THE_SEARCH(9) = [character(13) :: '--anywhere', '--everywhere', &
                                                         '--target-mm', '--rods', '--amplitude', &
-                                                        '--frequencies', '--waveforms', '--taper']
+                                                        '--frequencies', '--waveforms', '--taper', '--rise-time']
         integer :: i
 
         call refuse_if(arguments%has('--satellite') .and. arguments%positional_count() > 0, &
