@@ -72,7 +72,8 @@ module gracecg
     use gracecg_simulation_magnetometer, only: magnetometer_t
     ! Simulation, observation sets, estimation
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t, check_observations
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
     use gracecg_observations_optimal_options, only: optimal_settings_t

@@ -45,6 +45,7 @@ program tester
     use test_preprocessing, only: collect_preprocessing
     use test_square_root_filter, only: collect_square_root_filter
     use test_gauss_markov, only: collect_gauss_markov
+    use test_parallel, only: collect_parallel
     use test_median, only: collect_median
     use test_spike_screen, only: collect_spike_screen
     use test_sequential, only: collect_sequential
@@ -129,6 +130,7 @@ program tester
              new_testsuite('preprocessing', collect_preprocessing), &
              new_testsuite('square-root-filter', collect_square_root_filter), &
              new_testsuite('gauss-markov', collect_gauss_markov), &
+             new_testsuite('parallel', collect_parallel), &
              new_testsuite('median', collect_median), &
              new_testsuite('spike-screen', collect_spike_screen), &
              new_testsuite('sequential', collect_sequential), &

@@ -23,7 +23,7 @@ module gracecg_base_coloured_noise
     use gracecg_base_random, only: random_stream_t
     implicit none
     private
-    public :: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED, N_POLES
+    public :: noise_spectrum_t, coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED, N_POLES
 
     integer, parameter :: ONE_SIDED = 1     !! The power lies at frequencies from 0 to fs/2
     integer, parameter :: TWO_SIDED = 2     !! The power lies at frequencies from -fs/2 to fs/2
@@ -44,6 +44,13 @@ module gracecg_base_coloured_noise
     !! The last: sum of the geometric series of the missing poles below, exact for f >> pole
 
     real(dp), parameter :: LARGEST = huge(1.0_dp)
+
+    !> A power spectral density S(f) = level (1 + corner/f), CSR-TM-00-01 eq. (3-2).
+    type :: noise_spectrum_t
+        real(dp) :: level = 0           !! White level, unit^2/Hz (m^2 s^-4/Hz), >= 0
+        real(dp) :: corner = 0          !! Frequency where both parts are equal, Hz, >= 0
+        integer :: sides = TWO_SIDED    !! ONE_SIDED or TWO_SIDED
+    end type noise_spectrum_t
 
     !> A generator of coloured noise and where it has got to.
     type :: coloured_noise_t
@@ -66,42 +73,40 @@ module gracecg_base_coloured_noise
 
 contains
 
-    !> A generator for S(f) = level (1 + corner/f). Fails when an argument is not in its range.
-    function coloured_noise(level, corner, sides, sampling_interval, error) result(noise)
-        real(dp), intent(in) :: level               !! White level, unit^2/Hz (m^2 s^-4/Hz), >= 0
-        real(dp), intent(in) :: corner              !! Where both parts are equal, Hz, >= 0
-        integer, intent(in) :: sides                !! ONE_SIDED or TWO_SIDED
+    !> A generator for a spectrum. Fails when an argument is not in its range.
+    function coloured_noise(spectrum, sampling_interval, error) result(noise)
+        type(noise_spectrum_t), intent(in) :: spectrum
         real(dp), intent(in) :: sampling_interval   !! s, > 0
         type(error_t), allocatable, intent(out) :: error
         type(coloured_noise_t) :: noise
 
         real(dp) :: two_sided_level
 
-        call check_arguments(level, corner, sides, sampling_interval, error)
+        call check_arguments(spectrum, sampling_interval, error)
         if (allocated(error)) return
-        two_sided_level = level*sides/2
+        two_sided_level = spectrum%level*spectrum%sides/2
         noise%sampling_interval = sampling_interval
         noise%white_deviation = sqrt(two_sided_level/sampling_interval)
         noise%phi = exp(-TWO_PI*POLE)
-        noise%variance = two_sided_level*corner*WEIGHT
+        noise%variance = two_sided_level*spectrum%corner*WEIGHT
         noise%drive = sqrt(noise%variance*(1 - noise%phi**2))
         noise%has_flicker = any(noise%variance > 0)
     end function coloured_noise
 
-    subroutine check_arguments(level, corner, sides, sampling_interval, error)
-        real(dp), intent(in) :: level, corner, sampling_interval
-        integer, intent(in) :: sides
+    subroutine check_arguments(spectrum, sampling_interval, error)
+        type(noise_spectrum_t), intent(in) :: spectrum
+        real(dp), intent(in) :: sampling_interval
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. (level >= 0 .and. ieee_is_finite(level))) then
-            call fail_out_of_range(error, 'noise level', level, 0.0_dp, LARGEST, 'unit^2/Hz')
-        else if (.not. (corner >= 0 .and. ieee_is_finite(corner))) then
-            call fail_out_of_range(error, 'noise corner frequency', corner, 0.0_dp, LARGEST, 'Hz')
+        if (.not. (spectrum%level >= 0 .and. ieee_is_finite(spectrum%level))) then
+            call fail_out_of_range(error, 'noise level', spectrum%level, 0.0_dp, LARGEST, 'unit^2/Hz')
+        else if (.not. (spectrum%corner >= 0 .and. ieee_is_finite(spectrum%corner))) then
+            call fail_out_of_range(error, 'noise corner frequency', spectrum%corner, 0.0_dp, LARGEST, 'Hz')
         else if (.not. (sampling_interval > 0 .and. ieee_is_finite(sampling_interval))) then
             call fail_out_of_range(error, 'sampling interval', sampling_interval, &
                                    tiny(1.0_dp), LARGEST, 's')
-        else if (sides /= ONE_SIDED .and. sides /= TWO_SIDED) then
-            call fail(error, 'sides of the noise spectrum = '//integer_text(sides)// &
+        else if (spectrum%sides /= ONE_SIDED .and. spectrum%sides /= TWO_SIDED) then
+            call fail(error, 'sides of the noise spectrum = '//integer_text(spectrum%sides)// &
                       ': allowed are 1 (one-sided) and 2 (two-sided)')
         end if
     end subroutine check_arguments
@@ -165,6 +170,7 @@ contains
             sum(self%drive**2/((1 - self%phi)**2 + &
                                4*self%phi*sin(TWO_PI*f*self%sampling_interval/2)**2)))
     end function spectrum
+
     !> The process as a sum of a white sequence and independent first-order Gauss-Markov sequences
     !> x(k+1) = correlation x(k) + noise, for filters.
     pure subroutine markov_form(self, white_variance, correlation, variance)

@@ -1,10 +1,12 @@
 !> The arguments of a command: words that stand by their position, and options.
 !>
 !> A command describes itself and its options, parses the words behind its name and fetches typed
-!> values. Options are `--name`, followed by as many values as declared, or `--name=value` (several
+!> values, one after the other; the first failure stays, so that one test behind them is enough.
+!> Options are `--name`, followed by as many values as declared, or `--name=value` (several
 !> values then by comma). A word that begins with a minus sign and a digit is a value. Behind `--`
 !> everything is a word. Every failure here is wrong usage.
 module gracecg_cli_arguments
+    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, join, padded, split, split_words, integer_text
@@ -12,7 +14,7 @@ module gracecg_cli_arguments
         allowed_integer, allowed_choice, did_you_mean
     implicit none
     private
-    public :: arguments_t, process_words
+    public :: arguments_t, process_words, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
@@ -41,7 +43,8 @@ module gracecg_cli_arguments
         procedure :: positional         !! One of these words
         procedure :: has                !! Was an option given?
         generic :: get => get_real, get_reals, get_integer, get_text, get_list
-        !! The value or values of an option
+        !! The value or values of an option; after a failure nothing is looked up
+        procedure :: get_threads        !! The value of --threads
         procedure :: help_text          !! What --help prints
         procedure, private :: get_real
         procedure, private :: get_reals
@@ -50,6 +53,8 @@ module gracecg_cli_arguments
         procedure, private :: get_list
     end type arguments_t
 
+    integer, parameter :: MOST_RUNS = 10000000  !! Of a Monte Carlo
+    integer, parameter :: MOST_THREADS = 1024
     character(*), parameter :: PROGRAM_NAME = 'gracecg'
     character(*), parameter :: LF = new_line('a')
     integer, parameter :: HELP_COLUMN = 26      !! Where the texts of the options begin
@@ -324,7 +329,7 @@ contains
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         real(dp), intent(out) :: value
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: default, low, high
         character(*), intent(in), optional :: unit
 
@@ -342,7 +347,7 @@ contains
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         real(dp), intent(out) :: value(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         real(dp), intent(in), optional :: default(:)    !! As long as `value`
         real(dp), intent(in), optional :: low, high
         character(*), intent(in), optional :: unit
@@ -363,12 +368,30 @@ contains
         end do
     end subroutine get_reals
 
+    !> On how many threads to work; by default as many as there are processors.
+    subroutine get_threads(self, threads, error)
+        class(arguments_t), intent(in) :: self
+        integer, intent(out) :: threads
+        type(error_t), allocatable, intent(inout) :: error
+
+        call self%get('--threads', threads, error, default=omp_get_num_procs(), low=1, high=MOST_THREADS)
+    end subroutine get_threads
+
+    !> Notes a wrong usage, unless there is an earlier one.
+    subroutine refuse_if(condition, message, error)
+        logical, intent(in) :: condition            !! The usage is wrong
+        character(*), intent(in) :: message
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (condition .and. .not. allocated(error)) call fail(error, message)
+    end subroutine refuse_if
+
     !> One integer.
     subroutine get_integer(self, name, value, error, default, low, high)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         integer, intent(out) :: value
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         integer, intent(in), optional :: default, low, high
 
         type(string_t), allocatable :: given(:)
@@ -388,7 +411,7 @@ contains
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         character(:), allocatable, intent(out) :: value
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         character(*), intent(in), optional :: default
         character(*), intent(in), optional :: choices(:)
 
@@ -407,7 +430,7 @@ contains
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
         type(string_t), allocatable, intent(out) :: value(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
         character(*), intent(in), optional :: default       !! As given: 'front-1,back-1'
         character(*), intent(in), optional :: choices(:)
 
@@ -416,23 +439,21 @@ contains
 
         allocate (value(0))
         call look_up(self, name, 1, .not. present(default), allowed_text(choices), given, error)
-        if (allocated(error)) return
         if (size(given) > 0) then
             value = split(given(1)%text, ',')
         else if (present(default)) then
             value = split(default, ',')
         end if
         do i = 1, size(value)
+            if (allocated(error)) return
             if (value(i)%text == '') then
                 call fail(error, 'option '//name//': an empty name in the list')
             else if (present(choices)) then
                 call choose(name, choices, value(i)%text, error)
             end if
-            if (allocated(error)) return
             do k = 1, i - 1
-                if (value(k)%text /= value(i)%text) cycle
-                call fail(error, 'option '//name//': "'//value(i)%text//'" is twice in the list')
-                return
+                call refuse_if(value(k)%text == value(i)%text, 'option '//name//': "'//value(i)%text// &
+                               '" is twice in the list', error)
             end do
         end do
     end subroutine get_list
@@ -449,7 +470,7 @@ contains
     subroutine choose(name, choices, text, error)
         character(*), intent(in) :: name, choices(:)
         character(:), allocatable, intent(inout) :: text
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
         character(:), allocatable :: chosen, problem
 
@@ -461,7 +482,8 @@ contains
         end if
     end subroutine choose
 
-    !> The values given for an option; none when it was not given, which fails if it is required.
+    !> The values given for an option; none when it was not given, which fails if it is required, and
+    !> none after an earlier failure.
     subroutine look_up(self, name, count, required, allowed, given, error)
         class(arguments_t), intent(in) :: self
         character(*), intent(in) :: name
@@ -469,11 +491,12 @@ contains
         logical, intent(in) :: required
         character(*), intent(in) :: allowed
         type(string_t), allocatable, intent(out) :: given(:)
-        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable, intent(inout) :: error
 
         integer :: position
 
         allocate (given(0))
+        if (allocated(error)) return
         position = option_position(self, name)
         if (position == 0) then
             call fail(error, 'option '//name//' is not declared by '//self%command)

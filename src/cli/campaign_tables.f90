@@ -1,10 +1,10 @@
 !> What montecarlo and merge print of a campaign: the layout of Tables 6.1 and 6.2 of CSR-TM-00-01.
 module gracecg_cli_campaign_tables
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_studies_campaign, only: campaign_t, verdict_t, campaign_verdict, AXES
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
     private
@@ -19,14 +19,12 @@ contains
     subroutine read_campaign_files(arguments, table_file, runs_file, misuse)
         type(arguments_t), intent(in) :: arguments
         character(:), allocatable, intent(out) :: table_file, runs_file !! As given; empty when not
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         call arguments%get('--out', table_file, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--runs-out', runs_file, misuse, default='')
-        if (allocated(misuse)) return
-        if (table_file /= '' .and. table_file == runs_file) then
-            call fail(misuse, 'options --out and --runs-out name the same file, '//table_file)
-        end if
+        call arguments%get('--runs-out', runs_file, misuse, default='')
+        call refuse_if(table_file /= '' .and. table_file == runs_file, &
+                       'options --out and --runs-out name the same file, '//table_file, misuse)
     end subroutine read_campaign_files
 
     !> RMS by case and axis; a row of ours, one of the report and one of theory; then the verdict.

@@ -1,7 +1,6 @@
 !> gracecg design: plans the manoeuvre. Searches the best one, or judges a given one, at a place of the
 !> orbit or along revolutions.
 module gracecg_cli_design
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail, add_context
@@ -23,7 +22,7 @@ module gracecg_cli_design
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
         design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
     private
@@ -170,50 +169,38 @@ contains
         request%given = arguments%has('--manoeuvre')
         call arguments%get('--at', request%time, misuse, default=0.0_dp, low=0.0_dp, unit='s')
         associate (settings => request%settings)
-            if (.not. allocated(misuse)) call arguments%get('--amplitude', settings%amplitude, misuse, &
-                                                            default=DEFAULT%amplitude, low=0.0_dp, &
-                                                            high=MAX_DIPOLE, unit='A m^2')
-            if (.not. allocated(misuse)) call arguments%get('--frequencies', frequencies, misuse, &
-                                                            default=[DEFAULT%lowest_frequency, &
-                                                                     DEFAULT%highest_frequency], &
-                                                            low=0.0_dp, high=1e3_dp, unit='Hz')
+            call arguments%get('--amplitude', settings%amplitude, misuse, default=DEFAULT%amplitude, &
+                               low=0.0_dp, high=MAX_DIPOLE, unit='A m^2')
+            call arguments%get('--frequencies', frequencies, misuse, default=[DEFAULT%lowest_frequency, &
+                               DEFAULT%highest_frequency], low=0.0_dp, high=1e3_dp, unit='Hz')
             settings%lowest_frequency = frequencies(1)
             settings%highest_frequency = frequencies(2)
-            if (.not. allocated(misuse)) call arguments%get('--taper', settings%taper, misuse, &
-                                                            default=DEFAULT%taper, low=0.0_dp, unit='s')
-            if (.not. allocated(misuse)) call arguments%get('--rise-time', settings%rise_time, misuse, &
-                                                            default=DEFAULT%rise_time, low=0.0_dp, unit='s')
-            if (.not. allocated(misuse)) call arguments%get('--threads', settings%threads, misuse, &
-                                                            default=omp_get_num_procs(), low=1, high=1024)
-            if (.not. allocated(misuse)) call arguments%get('--waveforms', waveforms, misuse, &
-                                                            default='sine,tapered,square', choices=WAVEFORM_NAMES)
-            if (allocated(misuse)) return
+            call arguments%get('--taper', settings%taper, misuse, default=DEFAULT%taper, low=0.0_dp, unit='s')
+            call arguments%get('--rise-time', settings%rise_time, misuse, default=DEFAULT%rise_time, &
+                               low=0.0_dp, unit='s')
+            call arguments%get_threads(settings%threads, misuse)
+            call arguments%get('--waveforms', waveforms, misuse, default='sine,tapered,square', &
+                               choices=WAVEFORM_NAMES)
             settings%waveform_used = .false.
             do i = 1, size(waveforms)
                 settings%waveform_used = settings%waveform_used .or. WAVEFORM_NAMES == waveforms(i)%text
             end do
             call arguments%get('--rods', rods, misuse, default='xyz')
-            if (allocated(misuse)) return
             do i = 1, 3
                 settings%rod_used(i) = index(rods, AXES(i)) > 0
             end do
-            if (verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used)) then
-                call fail(misuse, 'option --rods: "'//rods//'" has to be one or several of x, y, z')
-                return
-            end if
+            call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
+                           'option --rods: "'//rods//'" has to be one or several of x, y, z', misuse)
         end associate
         call arguments%get('--target-mm', request%target, misuse, default=0.0_dp, low=1e-9_dp, high=1e3_dp, &
                            unit='mm')
         request%target = request%target*MILLIMETRE
-        if (.not. allocated(misuse)) call arguments%get('--revolutions', request%revolutions, misuse, &
-                                                        default=1, low=1, high=MOST_REVOLUTIONS)
-        if (.not. allocated(misuse)) call arguments%get('--step', request%map_step, misuse, default=60, &
-                                                        low=1, high=3600)
-        if (.not. allocated(misuse)) call arguments%get('--out', request%out, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--map', request%map, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--format', request%output_format, misuse, &
-                                                        default='text', choices=FORMATS)
-        if (allocated(misuse)) return
+        call arguments%get('--revolutions', request%revolutions, misuse, default=1, low=1, &
+                           high=MOST_REVOLUTIONS)
+        call arguments%get('--step', request%map_step, misuse, default=60, low=1, high=3600)
+        call arguments%get('--out', request%out, misuse, default='')
+        call arguments%get('--map', request%map, misuse, default='')
+        call arguments%get('--format', request%output_format, misuse, default='text', choices=FORMATS)
         call check_combination(arguments, request, misuse)
     end subroutine read_request
 
@@ -221,27 +208,22 @@ contains
     subroutine check_combination(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(in) :: request
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         character(12), parameter :: OF_THE_SEARCH(8) = [character(12) :: '--anywhere', '--everywhere', &
                                                         '--target-mm', '--rods', '--amplitude', &
                                                         '--frequencies', '--waveforms', '--taper']
         integer :: i
 
-        if (arguments%has('--satellite') .and. arguments%positional_count() > 0) then
-            call fail(misuse, 'option --satellite and a CASE exclude each other: a case names its satellite')
-        else if (count([arguments%has('--at'), request%anywhere, request%everywhere]) > 1 .and. &
-                 .not. (request%everywhere .and. .not. request%anywhere)) then
-            call fail(misuse, 'options --at, --anywhere and --everywhere: --anywhere chooses the place itself')
-        else if (arguments%has('--target-mm') .and. (request%anywhere .or. request%everywhere)) then
-            call fail(misuse, 'option --target-mm goes with one place (--at), not with --anywhere or --everywhere')
-        end if
-        if (allocated(misuse) .or. .not. request%given) return
+        call refuse_if(arguments%has('--satellite') .and. arguments%positional_count() > 0, &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
+        call refuse_if(request%anywhere .and. (arguments%has('--at') .or. request%everywhere), &
+                       'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
+        call refuse_if(arguments%has('--target-mm') .and. (request%anywhere .or. request%everywhere), &
+                       'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
         do i = 1, size(OF_THE_SEARCH)
-            if (.not. arguments%has(trim(OF_THE_SEARCH(i)))) cycle
-            call fail(misuse, 'option '//trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre '// &
-                      'does not search')
-            return
+            call refuse_if(request%given .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
+                           trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)
         end do
     end subroutine check_combination
 
@@ -254,10 +236,10 @@ contains
 
         type(case_t) :: of_manoeuvre
         character(:), allocatable :: satellite, name, manoeuvre
-        real(dp) :: limit, duration
+        real(dp) :: duration, rate, pointing
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
-        if (.not. allocated(misuse)) call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
+        call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
         if (allocated(misuse)) return
         name = satellite//'-1'
         if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
@@ -271,17 +253,17 @@ contains
             case%knowledge%rods = of_manoeuvre%knowledge%rods
             case%knowledge%duration = of_manoeuvre%knowledge%duration
         end if
-        call arguments%get('--duration', duration, misuse, default=case%knowledge%duration, low=SHORTEST_ARC, &
-                           high=LONGEST_ARC, unit='s')
-        if (allocated(misuse)) return
-        case%knowledge%duration = duration
-        call arguments%get('--rate-limit', limit, misuse, default=case%knowledge%rate_limit/DEGREE, low=1e-6_dp, &
-                           high=1e3_dp, unit='deg/s')
-        if (allocated(misuse)) return
-        if (arguments%has('--rate-limit')) case%knowledge%rate_limit = limit*DEGREE
-        call arguments%get('--pointing-limit', limit, misuse, default=case%knowledge%pointing_limit/DEGREE, &
-                           low=1e-6_dp, high=180.0_dp, unit='deg')
-        if (arguments%has('--pointing-limit')) case%knowledge%pointing_limit = limit*DEGREE
+        associate (knowledge => case%knowledge)
+            call arguments%get('--duration', duration, misuse, default=knowledge%duration, low=SHORTEST_ARC, &
+                               high=LONGEST_ARC, unit='s')
+            call arguments%get('--rate-limit', rate, misuse, default=knowledge%rate_limit/DEGREE, low=1e-6_dp, &
+                               high=1e3_dp, unit='deg/s')
+            call arguments%get('--pointing-limit', pointing, misuse, default=knowledge%pointing_limit/DEGREE, &
+                               low=1e-6_dp, high=180.0_dp, unit='deg')
+            knowledge%duration = duration
+            if (arguments%has('--rate-limit')) knowledge%rate_limit = rate*DEGREE
+            if (arguments%has('--pointing-limit')) knowledge%pointing_limit = pointing*DEGREE
+        end associate
     end subroutine take_cases
 
     !> Where the manoeuvre is to be good. Chooses the place when asked to.

@@ -1,6 +1,5 @@
 !> gracecg errors: Figure 6.5 of CSR-TM-00-01, one error source off at a time.
 module gracecg_cli_errors
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join
@@ -10,13 +9,12 @@ module gracecg_cli_errors
     use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
     use gracecg_studies_study_files, only: write_error_sources
     use gracecg_files_file, only: check_writable
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_errors, run_errors
 
-    integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
@@ -53,13 +51,11 @@ contains
         integer :: runs, seed, threads, i
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
-        if (.not. allocated(misuse)) call arguments%get('--case', case_name, misuse, default='front-1')
-        if (.not. allocated(misuse)) call arguments%get('--algorithm', algorithm, misuse, default='ascfest', &
-                                                        choices=ESTIMATOR_NAMES)
-        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
-                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
-        if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
+        call arguments%get('--case', case_name, misuse, default='front-1')
+        call arguments%get('--algorithm', algorithm, misuse, default='ascfest', choices=ESTIMATOR_NAMES)
+        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get_threads(threads, misuse)
+        call arguments%get('--out', path, misuse, default='')
         if (allocated(misuse)) return
 
         call check_writable(path, error)

@@ -4,7 +4,8 @@ module gracecg_cli_estimate
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -12,7 +13,7 @@ module gracecg_cli_estimate
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_cli_running_file, only: write_running_estimate
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t, number_fields
     implicit none
     private
@@ -69,13 +70,12 @@ contains
         character(:), allocatable :: algorithm, output_format, page, running_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
-        if (.not. allocated(misuse)) call arguments%get('--report', page, misuse, default='')
-        if (.not. allocated(misuse)) call arguments%get('--running', running_file, misuse, default='')
-        if (.not. allocated(misuse) .and. running_file /= '' .and. algorithm /= 'sequential') &
-            call fail(misuse, '--running: '//algorithm//' estimates from all samples at once and has no '// &
-                      'running estimate; use --algorithm sequential')
+        call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        call arguments%get('--report', page, misuse, default='')
+        call arguments%get('--running', running_file, misuse, default='')
+        call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
+                       ' estimates from all samples at once and has no running estimate; use --algorithm '// &
+                       'sequential', misuse)
         if (allocated(misuse)) return
 
         call check_writable(page, error)
@@ -122,7 +122,7 @@ contains
             call console%message('warning: '//solution%warnings(i)%text)
         end do
         if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
-        if (.not. all(knowledge%accelerometer_psd_level > 0)) &
+        if (.not. all(knowledge%accelerometer_noise%level > 0)) &
             call console%message('warning: the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')
         if (.not. all(knowledge%star_camera_sigma > 0)) &

@@ -1,6 +1,5 @@
 !> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
 module gracecg_cli_magnetometer_loss
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
@@ -10,7 +9,7 @@ module gracecg_cli_magnetometer_loss
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_studies_study_files, only: write_field_studies
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
@@ -19,7 +18,6 @@ module gracecg_cli_magnetometer_loss
     character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
     character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
     character(5), parameter :: SATELLITES(2) = ['front', 'back ']
-    integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
     real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
     real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
@@ -96,15 +94,12 @@ contains
         type(error_t), allocatable, intent(out) :: misuse
 
         call arguments%get('--runs', plan%runs, misuse, default=100, low=1, high=MOST_RUNS)
-        if (.not. allocated(misuse)) call arguments%get('--satellite', plan%satellite, misuse, &
-                                                        default='front', choices=SATELLITES)
-        if (.not. allocated(misuse)) call arguments%get('--field-error', plan%deviation_nt, misuse, &
-                                                        default=REPORT_FIELD_ERROR, low=0.0_dp, &
-                                                        high=MOST_FIELD_ERROR, unit='nT')
-        if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
-                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
-        if (.not. allocated(misuse)) call arguments%get('--out', plan%path, misuse, default='')
+        call arguments%get('--satellite', plan%satellite, misuse, default='front', choices=SATELLITES)
+        call arguments%get('--field-error', plan%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
+                           low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
+        call arguments%get('--seed', plan%seed, misuse, default=1)
+        call arguments%get_threads(plan%threads, misuse)
+        call arguments%get('--out', plan%path, misuse, default='')
     end subroutine read_plan
 
     subroutine show(plan, studies, console)

@@ -15,7 +15,7 @@ module gracecg_cli_model
     use gracecg_environment_thermosphere, only: dtm77_t, new_dtm77, atmosphere_point_t, atmosphere_state_t
     use gracecg_environment_wind, only: tabulated_wind_t, embedded_wind
     use gracecg_environment_sun, only: sun_position
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
     private
@@ -68,11 +68,9 @@ contains
         integer :: degree, order
 
         call get_position(arguments, position, misuse)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--degree', degree, misuse, default=DEFAULT_DEGREE, low=0)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--order', order, misuse, default=degree, low=0)
-        if (.not. allocated(misuse)) call arguments%get('--file', file, misuse, default='')
+        call arguments%get('--degree', degree, misuse, default=DEFAULT_DEGREE, low=0)
+        call arguments%get('--order', order, misuse, default=degree, low=0)
+        call arguments%get('--file', file, misuse, default='')
         if (allocated(misuse)) return
 
         call check_position(position, error)
@@ -115,15 +113,12 @@ contains
         real(dp) :: position(3), b(3), radial, south, east
 
         call get_date(arguments, date, misuse)
-        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--table', table, misuse, default='igrf95', choices=FIELD_TABLES)
-        if (.not. allocated(misuse)) call arguments%get('--file', file, misuse, default='')
+        call get_position(arguments, position, misuse)
+        call arguments%get('--table', table, misuse, default='igrf95', choices=FIELD_TABLES)
+        call arguments%get('--file', file, misuse, default='')
+        call refuse_if(arguments%has('--table') .and. arguments%has('--file'), &
+                       'give --table or --file, not both', misuse)
         if (allocated(misuse)) return
-        if (arguments%has('--table') .and. arguments%has('--file')) then
-            call fail(misuse, 'give --table or --file, not both')
-            return
-        end if
 
         call check_position(position, error)
         if (allocated(error)) return
@@ -170,17 +165,12 @@ contains
         integer :: given
 
         given = count([arguments%has('--f107'), arguments%has('--f107a'), arguments%has('--kp')])
-        if (given == 1 .or. given == 2) then
-            call fail(misuse, 'give all three of --f107, --f107a and --kp, or none')
-            return
-        end if
+        call refuse_if(given == 1 .or. given == 2, 'give all three of --f107, --f107a and --kp, or none', misuse)
         call get_date(arguments, date, misuse)
-        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
-        if (.not. allocated(misuse)) &
-            call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
-        if (.not. allocated(misuse)) call arguments%get('--kp', kp, misuse, default=0.0_dp)
+        call get_position(arguments, position, misuse)
+        call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
+        call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
+        call arguments%get('--kp', kp, misuse, default=0.0_dp)
         if (allocated(misuse)) return
 
         if (given == 0) call look_up_space_weather(date, f107, f107_mean, kp, error)
@@ -246,7 +236,7 @@ contains
         real(dp) :: position(3), local_time, east, north
 
         call get_date(arguments, date, misuse)
-        if (.not. allocated(misuse)) call get_position(arguments, position, misuse)
+        call get_position(arguments, position, misuse)
         if (allocated(misuse)) return
 
         call check_position(position, error)
@@ -304,7 +294,7 @@ contains
     subroutine get_position(arguments, position, misuse)
         type(arguments_t), intent(in) :: arguments
         real(dp), intent(out) :: position(3)        !! Earth-fixed, m
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         call arguments%get('--position', position, misuse, low=-GREATEST_COORDINATE, &
                            high=GREATEST_COORDINATE, unit='m')
@@ -313,10 +303,11 @@ contains
     subroutine get_date(arguments, date, misuse)
         type(arguments_t), intent(in) :: arguments
         type(utc_t), intent(out) :: date
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         character(:), allocatable :: text
 
+        if (allocated(misuse)) return
         call arguments%get('--date', text, misuse)
         if (.not. allocated(misuse)) call parse_utc(text, date, misuse)
         call add_context(misuse, 'option --date')

@@ -50,10 +50,9 @@ contains
         integer :: head, seed, run
 
         call arguments%get('--quaternion', attitude, misuse, low=-1.1_dp, high=1.1_dp)
-        if (.not. allocated(misuse)) &
-            call arguments%get('--head', head, misuse, default=1, low=1, high=N_HEADS)
-        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--run', run, misuse, default=1, low=0)
+        call arguments%get('--head', head, misuse, default=1, low=1, high=N_HEADS)
+        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return
 
         if (abs(norm2(attitude) - 1) > SAMPLE_TOLERANCE) then

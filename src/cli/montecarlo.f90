@@ -1,9 +1,8 @@
 !> gracecg montecarlo: Tables 6.1 and 6.2 of CSR-TM-00-01, ours beside the published values and the
 !> theoretical prediction.
 module gracecg_cli_montecarlo
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_files_file, only: check_writable
     use gracecg_observations_observation_set, only: observation_set_t
@@ -17,7 +16,7 @@ module gracecg_cli_montecarlo
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
@@ -101,60 +100,52 @@ contains
         type(plan_t), intent(out) :: plan
         type(error_t), allocatable, intent(out) :: misuse
 
-        integer, parameter :: MOST_RUNS = 10000000, MOST_THREADS = 1024
-
         call arguments%get('--cases', plan%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
-        if (.not. allocated(misuse)) call arguments%get('--algorithms', plan%algorithms, misuse, &
-                                                        default=join(REPORT_ESTIMATORS, ','), &
-                                                        choices=ESTIMATOR_NAMES)
-        if (.not. allocated(misuse)) call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, &
-                                                        low=1, high=MOST_RUNS)
-        if (.not. allocated(misuse)) call read_shard(arguments, plan, misuse)
-        if (.not. allocated(misuse)) call read_switches(arguments, plan, misuse)
-        if (.not. allocated(misuse)) call arguments%get('--seed', plan%seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--threads', plan%threads, misuse, &
-                                                        default=omp_get_num_procs(), low=1, high=MOST_THREADS)
-        if (.not. allocated(misuse)) call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
+        call arguments%get('--algorithms', plan%algorithms, misuse, default=join(REPORT_ESTIMATORS, ','), &
+                           choices=ESTIMATOR_NAMES)
+        call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, low=1, high=MOST_RUNS)
+        call read_shard(arguments, plan, misuse)
+        call read_switches(arguments, plan, misuse)
+        call arguments%get('--seed', plan%seed, misuse, default=1)
+        call arguments%get_threads(plan%threads, misuse)
+        call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
     end subroutine read_plan
 
     subroutine read_switches(arguments, plan, misuse)
         type(arguments_t), intent(in) :: arguments
         type(plan_t), intent(inout) :: plan
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         type(string_t), allocatable :: names(:)
         integer :: i
 
         call arguments%get('--without', plan%without, misuse, default='')
-        if (allocated(misuse) .or. plan%without == '') return
+        if (plan%without == '') return
         names = split(plan%without, ',')
         do i = 1, size(names)
+            if (allocated(misuse)) return
             call switch_off(plan%switches, names(i)%text, misuse)
             call add_context(misuse, 'option --without')
-            if (allocated(misuse)) return
         end do
     end subroutine read_switches
 
     subroutine read_shard(arguments, plan, misuse)
         type(arguments_t), intent(in) :: arguments
         type(plan_t), intent(inout) :: plan
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         character(:), allocatable :: text
         integer :: slash
         logical :: ok(2)
 
         call arguments%get('--shard', text, misuse, default='1/1')
-        if (allocated(misuse)) return
         slash = index(text, '/')
         call parse_integer(text(:slash - 1), plan%shard, ok(1))
         call parse_integer(text(slash + 1:), plan%shards, ok(2))
-        if (slash == 0 .or. .not. all(ok) .or. plan%shard < 1 .or. plan%shard > plan%shards) then
-            call fail(misuse, 'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N')
-        else if (plan%shard > plan%runs) then
-            call fail(misuse, 'option --shard: shard '//text//' of '//integer_text(plan%runs)// &
-                      ' runs has none; there are as many shards as runs at most')
-        end if
+        call refuse_if(slash == 0 .or. .not. all(ok) .or. plan%shard < 1 .or. plan%shard > plan%shards, &
+                       'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N', misuse)
+        call refuse_if(plan%shard > plan%runs, 'option --shard: shard '//text//' of '//integer_text(plan%runs)// &
+                       ' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
 
     !> Simulates case number i, with all algorithms.

@@ -4,7 +4,6 @@
 !> tables and figures to the book, and notes what it found for the summary.
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail
@@ -28,14 +27,14 @@ module gracecg_cli_report
     use gracecg_cli_chapter_loss, only: add_loss_chapter
     use gracecg_cli_chapter_limit, only: add_limit_chapter
     use gracecg_cli_chapter_design, only: add_design_chapter
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_report, run_report
 
     character(*), parameter :: PAGE_NAME = 'index.html'
-    integer, parameter :: DEFAULT_RUNS = 200, MOST_RUNS = 10000000, MOST_THREADS = 1024
+    integer, parameter :: DEFAULT_RUNS = 200
 
 contains
 
@@ -76,13 +75,9 @@ contains
         integer :: runs, seed, threads
 
         call arguments%get('--out', folder, misuse)
-        if (.not. allocated(misuse)) call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, &
-                                                        low=REPORT_RUNS, &
-                                                        high=MOST_RUNS)
-        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
-                                                        default=omp_get_num_procs(), low=1, &
-                                                        high=MOST_THREADS)
+        call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
+        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
         call make_directory(folder, error)
         if (.not. allocated(error)) call check_writable(folder//'/'//PAGE_NAME, error)

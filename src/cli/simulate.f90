@@ -53,8 +53,8 @@ contains
         integer :: seed, run
 
         call arguments%get('--out', folder, misuse)
-        if (.not. allocated(misuse)) call arguments%get('--seed', seed, misuse, default=1)
-        if (.not. allocated(misuse)) call arguments%get('--run', run, misuse, default=1, low=0)
+        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return
 
         call find_case(arguments%positional(1), case, error)

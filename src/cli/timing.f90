@@ -54,9 +54,8 @@ contains
         integer :: step, i
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
-        if (.not. allocated(misuse)) call arguments%get('--step', step, misuse, default=DEFAULT_STEP, &
-                                                        low=1, high=LONGEST_STEP)
-        if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
+        call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
+        call arguments%get('--out', path, misuse, default='')
         if (allocated(misuse)) return
         call check_writable(path, error)
         if (allocated(error)) return

@@ -1,6 +1,5 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
@@ -69,11 +68,10 @@ contains
         integer :: runs, threads
 
         call arguments%get('--algorithm', algorithm, misuse, default='assest-fde', choices=ESTIMATOR_NAMES)
-        if (.not. allocated(misuse)) call arguments%get('--out', path, misuse, default='')
-        if (.not. allocated(misuse)) call read_settings(arguments, settings, misuse)
-        if (.not. allocated(misuse)) call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
-        if (.not. allocated(misuse)) call arguments%get('--threads', threads, misuse, &
-                                                        default=omp_get_num_procs(), low=1, high=1024)
+        call arguments%get('--out', path, misuse, default='')
+        call read_settings(arguments, settings, misuse)
+        call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
+        call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
         if (runs > 1 .and. .not. arguments%has('--rounds')) settings%rounds = 2
         call check_writable(path, error)
@@ -140,7 +138,7 @@ contains
     subroutine read_settings(arguments, settings, misuse)
         type(arguments_t), intent(in) :: arguments
         type(trim_settings_t), intent(out) :: settings
-        type(error_t), allocatable, intent(out) :: misuse
+        type(error_t), allocatable, intent(inout) :: misuse
 
         type(trim_settings_t), parameter :: DEFAULT = trim_settings_t()
         real(dp), parameter :: MOST = 1000.0_dp     ! mm
@@ -148,14 +146,13 @@ contains
 
         call arguments%get('--threshold-mm', threshold, misuse, default=DEFAULT%threshold/MILLIMETRE, &
                            low=1e-9_dp, high=MOST, unit='mm')
-        if (.not. allocated(misuse)) call arguments%get('--rounds', settings%rounds, misuse, &
-                                                        default=DEFAULT%rounds, low=1, high=MOST_ROUNDS)
-        if (.not. allocated(misuse)) call arguments%get('--balance-error', settings%balance_error, misuse, &
-                                                        default=DEFAULT%balance_error, low=0.0_dp, high=1.0_dp)
-        if (.not. allocated(misuse)) call arguments%get('--balance-noise-mm', noise, misuse, default=0.0_dp, &
-                                                        low=0.0_dp, high=MOST, unit='mm')
-        if (.not. allocated(misuse)) call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
-        if (allocated(misuse)) return
+        call arguments%get('--rounds', settings%rounds, misuse, default=DEFAULT%rounds, low=1, &
+                           high=MOST_ROUNDS)
+        call arguments%get('--balance-error', settings%balance_error, misuse, default=DEFAULT%balance_error, &
+                           low=0.0_dp, high=1.0_dp)
+        call arguments%get('--balance-noise-mm', noise, misuse, default=0.0_dp, low=0.0_dp, high=MOST, &
+                           unit='mm')
+        call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
         settings%threshold = threshold*MILLIMETRE
         settings%balance_noise = noise*MILLIMETRE
     end subroutine read_settings

@@ -23,6 +23,7 @@ module gracecg_files_settings
         procedure(group_interface), deferred :: group           !! Begins a group
         procedure(end_group_interface), deferred :: end_group   !! Ends the group
         procedure(count_interface), deferred :: count           !! How many groups of a name there are
+        procedure :: holds                                      !! Is there such a group to be read?
         procedure(real_interface), deferred :: real_value       !! A number
         procedure(reals_interface), deferred :: real_values     !! Several numbers
         procedure(integer_interface), deferred :: integer_value !! An integer
@@ -120,6 +121,7 @@ module gracecg_files_settings
         procedure :: group => read_group
         procedure :: end_group => read_end_group
         procedure :: count => read_count
+        procedure :: holds => read_holds
         procedure :: real_value => read_real
         procedure :: real_values => read_reals
         procedure :: integer_value => read_integer
@@ -144,6 +146,14 @@ module gracecg_files_settings
     end type settings_writer_t
 
 contains
+
+    !> Is there a group of this name to be read? Where settings are written, none.
+    logical function holds(self, name)
+        class(settings_t), intent(inout) :: self
+        character(*), intent(in) :: name        !! Of the group, without the &
+
+        holds = .false.
+    end function holds
 
     subroutine open_reader(self, path, error)
         class(settings_reader_t), intent(inout) :: self
@@ -197,6 +207,13 @@ contains
 
         n = self%file%group_count(name)
     end subroutine read_count
+
+    logical function read_holds(self, name) result(holds)
+        class(settings_reader_t), intent(inout) :: self
+        character(*), intent(in) :: name
+
+        holds = self%file%group_count(name) > 0
+    end function read_holds
 
     subroutine read_real(self, key, value, low, high, meaning, factor, unit, required)
         class(settings_reader_t), intent(inout) :: self

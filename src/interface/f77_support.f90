@@ -1,10 +1,18 @@
-!> What the Fortran 77 entry points (f77.f90) have in common: they call the C interface.
+!> What the Fortran 77 entry points have in common, and the work of those whose arguments are not those of
+!> one call of the C interface. The entry points themselves (f77.f90) are generated: tools/f77_entries.txt.
 module gracecg_interface_f77_support
-    use, intrinsic :: iso_c_binding, only: c_intptr_t, c_int, c_null_char
-    use gracecg_interface_c_support, only: c_error_t, c_utc_t, MESSAGE_SIZE, free_object
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
+        STATUS_NOT_CONVERGED, free_object, start, raise
+    use gracecg_interface_c_estimation, only: c_solution_t, c_estimate, c_observations_counts, create_observations
+    use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
+        c_design_t, c_design_manoeuvre, c_rod_t, c_case_rods, c_map
     implicit none
     private
-    public :: c_text, c_handle, finish, finish_handle, free_any
+    public :: c_text, c_handle, finish, finish_handle
+    public :: free_any, observation_counts, observation_arrays, estimate_arrays
+    public :: bound_arrays, design_defaults_arrays, design_arrays, rod_arrays, map_arrays
 
 contains
 
@@ -54,15 +62,199 @@ contains
     end subroutine finish_handle
 
     !> Frees an object of any kind.
-    subroutine free_any(ih, status, error)
+    function free_any(ih, error) result(status)
         integer, intent(inout) :: ih            !! 0 out
-        integer(c_int), intent(out) :: status   !! A gracecg_status
         type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                !! A gracecg_status
 
         integer(c_intptr_t) :: handle
 
         handle = ih
         call free_object(handle, 'gracecg object', status, error)
         ih = int(handle)
-    end subroutine free_any
+    end function free_any
+
+    !> Numbers of samples of an observation set.
+    function observation_counts(iobs, n, error) result(status)
+        integer(c_intptr_t), intent(in) :: iobs
+        integer, intent(inout) :: n(4)          !! Accelerometer, star camera, magnetometer, orbit
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                !! A gracecg_status
+
+        integer(c_size_t) :: counts(4)
+
+        counts = 0
+        status = c_observations_counts(iobs, counts, error)
+        n = int(counts)
+    end function observation_counts
+
+    !> An observation set from arrays; those that end with their own size.
+    function observation_arrays(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, error) result(status)
+        integer(c_intptr_t), intent(in) :: iset
+        integer, intent(in) :: na, ns, nm, no           !! Samples
+        real(dp), intent(in) :: ta(*), a(3, *)          !! Accelerometer: s; body axes, m/s^2
+        real(dp), intent(in) :: ts(*), q(4, *)          !! Star camera: s; inertial to camera, scalar last
+        integer, intent(in) :: ihead(*)                 !! 1 or 2
+        real(dp), intent(in) :: tm(*), b(3, *)          !! Magnetometer: s; body axes, T
+        real(dp), intent(in) :: to(*), xo(3, *)         !! Orbit: s; inertial, m
+        integer(c_intptr_t), intent(out) :: iobs        !! 0 when it fails
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        call start(status, error)
+        iobs = 0
+        if (min(na, ns, nm, no) < 0) then
+            call raise(STATUS_BAD_SIZE, 'a number of samples is negative', status, error)
+        else
+            call create_observations(iset, ta(:na), a(:, :na), ts(:ns), ihead(:ns), q(:, :ns), tm(:nm), &
+                                     b(:, :nm), to(:no), xo(:, :no), iobs, status, error)
+        end if
+    end function observation_arrays
+
+    !> An estimate; with STATUS_OK the message holds its warnings.
+    function estimate_arrays(algo, iobs, d, cov, rms, cond, niter, iconv, error) result(status)
+        character(*), intent(in) :: algo                !! As C wants it
+        integer(c_intptr_t), intent(in) :: iobs
+        real(dp), intent(inout) :: d(3), cov(3, 3)      !! Offset and covariance, m, m^2
+        real(dp), intent(inout) :: rms(3), cond         !! Of the residuals, m/s^2; condition number
+        integer, intent(inout) :: niter, iconv          !! Iterations; 1: converged
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        character(kind=c_char) :: warnings(MESSAGE_SIZE)
+        type(c_solution_t) :: solution
+
+        warnings(1) = c_null_char
+        status = c_estimate(algo, iobs, solution, warnings, size(warnings, kind=c_size_t), error)
+        if (status == STATUS_OK) error%message = warnings
+        if (status /= STATUS_OK .and. status /= STATUS_NOT_CONVERGED) return
+        d = solution%offset
+        cov = solution%covariance
+        rms = solution%residual_rms
+        cond = solution%condition
+        niter = solution%iterations
+        iconv = solution%converged
+    end function estimate_arrays
+
+    !> The bound of a case.
+    function bound_arrays(icas, sig, cov, psig, dir, csig, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas
+        real(dp), intent(inout) :: sig(3), cov(3, 3)    !! m, m^2
+        real(dp), intent(inout) :: psig(3), dir(3, 3)   !! Of the error ellipsoid, m; directions as columns
+        real(dp), intent(inout) :: csig(3)              !! With what is known only within limits, m
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        type(c_bound_t) :: bound
+
+        status = c_case_bound(icas, bound, error)
+        if (status /= STATUS_OK) return
+        sig = bound%sigma
+        cov = bound%covariance
+        psig = bound%principal_sigma
+        dir = bound%direction
+        csig = bound%consider_sigma
+    end function bound_arrays
+
+    !> The settings of the planner for a case.
+    function design_defaults_arrays(icas, opt, iopt, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas
+        real(dp), intent(inout) :: opt(9)               !! The numbers of c_design_settings_t in their order
+        integer, intent(inout) :: iopt(8)               !! Its integers likewise
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        type(c_design_settings_t) :: settings
+
+        status = c_design_defaults(icas, settings, error)
+        if (status /= STATUS_OK) return
+        opt = [settings%start, settings%duration, settings%amplitude, settings%lowest_frequency, &
+               settings%highest_frequency, settings%taper, settings%rise_time, settings%rate_limit, &
+               settings%pointing_limit]
+        iopt = [settings%rod_used, settings%waveform_used, settings%threads]
+    end function design_defaults_arrays
+
+    !> Searches a manoeuvre with settings as design_defaults_arrays gives them.
+    function design_arrays(icas, opt, iopt, jcas, sig, wave, frc, amot, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas
+        real(dp), intent(in) :: opt(9)
+        integer, intent(in) :: iopt(8)
+        integer(c_intptr_t), intent(inout) :: jcas      !! The case with the manoeuvre
+        real(dp), intent(inout) :: sig(3), wave(3), frc(3)    !! Limit; errors by wave and forces, m
+        real(dp), intent(inout) :: amot(2)              !! Greatest angular velocity, rad/s, and turn, rad
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        type(c_design_t) :: design
+
+        status = c_design_manoeuvre(icas, c_design_settings_t(opt(1), opt(2), opt(3), opt(4), opt(5), opt(6), &
+                                                              opt(7), opt(8), opt(9), iopt(1:3), iopt(4:7), &
+                                                              iopt(8)), jcas, design, error)
+        if (status /= STATUS_OK) return
+        sig = design%sigma
+        wave = design%wave
+        frc = design%force
+        amot = [design%rate, design%excursion]
+    end function design_arrays
+
+    !> The torque rods of a case, one a column.
+    function rod_arrays(icas, nmax, n, rod, irod, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas
+        integer, intent(in) :: nmax                     !! Columns of the arrays
+        integer, intent(inout) :: n                     !! Activations
+        real(dp), intent(inout) :: rod(7, *)            !! The numbers of c_rod_t in their order
+        integer, intent(inout) :: irod(2, *)            !! Its integers likewise
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        type(c_rod_t), allocatable :: rods(:)
+        integer(c_size_t) :: count
+        integer :: i
+
+        count = 0
+        call start(status, error)
+        if (nmax < 0) then
+            call raise(STATUS_BAD_SIZE, 'a number of columns is negative', status, error)
+        else
+            status = c_case_rods(icas, 0_c_size_t, count, error=error)
+        end if
+        n = int(count)
+        if (status /= STATUS_OK) return
+        allocate (rods(count))
+        status = c_case_rods(icas, int(min(n, nmax), c_size_t), count, rods, error)
+        if (status /= STATUS_OK) return
+        do i = 1, n
+            rod(:, i) = [rods(i)%amplitude, rods(i)%frequency, rods(i)%phase, rods(i)%start, rods(i)%stop, &
+                         rods(i)%taper, rods(i)%rise_time]
+            irod(:, i) = [rods(i)%axis, rods(i)%waveform]
+        end do
+    end function rod_arrays
+
+    !> The manoeuvre of a case at places of its orbit, one a column.
+    function map_arrays(icas, nplc, t, nthr, plc, sig, wrst, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas
+        integer, intent(in) :: nplc                     !! Places
+        real(dp), intent(in) :: t(*)                    !! Starts of the calibration, s from the case's epoch
+        integer, intent(in) :: nthr                     !! Threads
+        real(dp), intent(inout) :: plc(2, *), sig(3, *) !! Latitude and longitude, rad; standard deviations, m
+        real(dp), intent(inout) :: wrst(4, *)           !! Worst direction: standard deviation (m), unit vector
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        real(dp), allocatable :: latitude(:), longitude(:), worst(:), direction(:, :)
+
+        call start(status, error)
+        if (nplc < 0) then
+            call raise(STATUS_BAD_SIZE, 'the number of places is negative', status, error)
+            return
+        end if
+        allocate (latitude(nplc), longitude(nplc), worst(nplc), direction(3, nplc))
+        status = c_map(icas, int(nplc, c_size_t), t(:nplc), nthr, latitude, longitude, sig, worst, direction, &
+                       error=error)
+        if (status /= STATUS_OK) return
+        plc(1, :nplc) = latitude
+        plc(2, :nplc) = longitude
+        wrst(1, :nplc) = worst
+        wrst(2:4, :nplc) = direction
+    end function map_arrays
 end module gracecg_interface_f77_support

@@ -10,8 +10,9 @@ module gracecg_observations_observation_files
     use gracecg_files_csv, only: read_csv, csv_writer_t
     use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t, check_observations, &
-        describe_manoeuvre, describe_instruments, describe_estimation, has_orbit, HEADS, &
+    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
+        describe_instruments, describe_a_priori, describe_estimation, HEADS
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, &
         SAMPLE_TOLERANCE
     implicit none
     private
@@ -158,6 +159,7 @@ contains
 
         call describe_manoeuvre(settings, knowledge)
         call describe_instruments(settings, knowledge)
+        call describe_a_priori(settings, knowledge%a_priori)
         call describe_estimation(settings, knowledge)
     end subroutine describe_setup
 

@@ -3,59 +3,15 @@
 !> It holds what the instruments delivered and what an operator knows. It never holds the truth.
 module gracecg_observations_observation_set
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_files_settings, only: settings_t, FULL_RANGE
-    use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
-        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
-    use gracecg_observations_optimal_options, only: optimal_settings_t, describe_optimal
-    use gracecg_observations_sequential_options, only: sequential_settings_t, describe_sequential
+    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
     private
-    public :: observation_set_t, operator_knowledge_t, check_observations, has_orbit
-    public :: HEADS, SAMPLE_TOLERANCE, NO_FIELD_MODEL
-    public :: describe_manoeuvre, describe_instruments, describe_estimation, check_quaternion
-
-    integer, parameter :: HEADS = 2     !! Star-camera heads of a satellite
-    !> What stands for no field model
-    character(*), parameter :: NO_FIELD_MODEL = 'none'
-
-    !> What an operator knows of the satellite, the manoeuvre and the instruments.
-    type :: operator_knowledge_t
-        character(64) :: name = 'calibration'           !! For output
-        type(utc_t) :: epoch                            !! Time 0 of all time tags
-        real(dp) :: duration = 0                        !! Length of the arc, s
-        real(dp) :: mass = 0                            !! kg
-        real(dp) :: inertia(3, 3) = 0                   !! J_p about the proof-mass centre, kg m^2
-        type(torque_rods_t) :: rods                     !! The manoeuvre
-        real(dp) :: rate_limit = 0.1_dp*DEGREE
-        !! Greatest angular velocity about any axis, rad/s: what the star cameras bear, CSR-TM-00-01 4.1
-        real(dp) :: pointing_limit = DEGREE
-        !! Greatest turn away from the attitude that is held without a manoeuvre, rad
-        real(dp) :: accelerometer_interval = 0.1_dp     !! Sampling intervals, s
-        real(dp) :: star_camera_interval = 0.5_dp       !! As above, s
-        real(dp) :: magnetometer_interval = 1.0_dp      !! As above, s
-        real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
-        integer :: camera = 1                           !! The head whose quaternions are used
-        real(dp) :: accelerometer_psd_level(3) = 0      !! White level of (3-2), m^2 s^-4 / Hz
-        real(dp) :: accelerometer_psd_corner(3) = 0     !! Corner frequency of (3-2), Hz
-        integer :: accelerometer_psd_sides = 2          !! The spectra are one- (1) or two-sided (2)
-        real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
-        character(16) :: field_model = NO_FIELD_MODEL
-        !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
-        real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
-        real(dp) :: guess_quaternion(4) = 0             !! Initial guess at the epoch, inertial to body
-        real(dp) :: guess_angular_velocity(3) = 0       !! rad/s
-        real(dp) :: guess_offset(3) = 0                 !! d*, m
-        real(dp) :: accelerometer_weight(3) = 1         !! Diagonal of the report's weight matrix
-        real(dp) :: star_camera_weight = 1              !! Of every attitude component, ASSEST
-        real(dp) :: combined_star_camera_weight = 90    !! The same, ASCFEST and ASCREST
-        type(optimal_settings_t) :: optimal             !! Of the estimator `optimal`
-        type(sequential_settings_t) :: sequential       !! Of the estimator `sequential`
-    end type operator_knowledge_t
+    public :: observation_set_t, check_observations, has_orbit, SAMPLE_TOLERANCE
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.
@@ -73,178 +29,11 @@ module gracecg_observations_observation_set
     end type observation_set_t
 
     real(dp), parameter :: MOST_EPOCHS = 1e6_dp             !! Of an arc: a day at ten samples a second
-    real(dp), parameter :: QUATERNION_TOLERANCE = 1e-6_dp   !! Of the length of a quaternion
     real(dp), parameter :: SAMPLE_TOLERANCE = 1e-4_dp       !! Of the length of a star-camera quaternion
     real(dp), parameter :: LARGEST_ACCELERATION = 1         !! Of a satellite in free fall, m/s^2
     real(dp), parameter :: LARGEST_FIELD = 1e-3_dp          !! Fifteen times the Earth's, T
 
 contains
-
-    !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rod and
-    !> limits.
-    subroutine describe_manoeuvre(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        character(40) :: epoch
-        real(dp) :: moments(3), products(3)
-        type(error_t), allocatable :: problem
-
-        epoch = utc_text(knowledge%epoch)
-        call settings%group('calibration', 'The calibration: arc and time')
-        call settings%text_value('name', knowledge%name, 'of the calibration')
-        call settings%text_value('epoch', epoch, 'UTC, ISO 8601: time 0 of all time tags', required=.true.)
-        call parse_utc(trim(epoch), knowledge%epoch, problem)
-        if (allocated(problem)) call settings%reject('epoch', problem%message)
-        call settings%real_value('duration', knowledge%duration, 1.0_dp, 86400.0_dp, 's, length of the arc', &
-                                 unit='s')
-        call settings%end_group()
-
-        moments = [knowledge%inertia(1, 1), knowledge%inertia(2, 2), knowledge%inertia(3, 3)]
-        products = [knowledge%inertia(1, 2), knowledge%inertia(2, 3), knowledge%inertia(1, 3)]
-        call settings%group('mass_properties', 'Mass, and inertia about the proof-mass centre')
-        call settings%real_value('mass', knowledge%mass, 1e-3_dp, 1e6_dp, 'kg', unit='kg', required=.true.)
-        call settings%real_values('moments_of_inertia', moments, 1e-6_dp, 1e9_dp, &
-                                  'Ixx, Iyy, Izz in kg m^2', unit='kg m^2', required=.true.)
-        call settings%real_values('products_of_inertia', products, -1e9_dp, 1e9_dp, &
-                                  'Ixy, Iyz, Izx in kg m^2, with the sign of Ixy = -integral of x y dm', &
-                                  unit='kg m^2')
-        call settings%end_group()
-        knowledge%inertia = reshape([moments(1), products(1), products(3), &
-                                 products(1), moments(2), products(2), &
-                                 products(3), products(2), moments(3)], [3, 3])
-        call describe_rods(settings, knowledge%rods)
-        call settings%group('limits', 'What the manoeuvre may do to the satellite')
-        call settings%real_value('rate_deg_s', knowledge%rate_limit, 1e-6_dp, 1e3_dp, &
-                                 'deg/s, angular velocity about any axis (star cameras)', DEGREE, 'deg/s')
-        call settings%real_value('pointing_deg', knowledge%pointing_limit, 1e-6_dp, 180.0_dp, &
-                                 'deg, turn away from the attitude held without a manoeuvre', DEGREE, 'deg')
-        call settings%end_group()
-    end subroutine describe_manoeuvre
-
-    !> The manoeuvre: one group `rod` for each activation of a torque rod.
-    subroutine describe_rods(settings, rods)
-        class(settings_t), intent(inout) :: settings
-        type(torque_rods_t), intent(inout) :: rods
-
-        type(rod_activation_t) :: activations(MAX_ACTIVATIONS)
-        type(error_t), allocatable :: problem
-        character(len(WAVEFORM_NAMES)) :: waveform
-        integer :: n, i
-
-        n = rods%count
-        activations = rods%activations
-        call settings%count('rod', n)
-        if (n > MAX_ACTIVATIONS) then
-            call settings%group('rod', '', MAX_ACTIVATIONS + 1)
-            call settings%reject('axis', 'at most 16 groups &rod are allowed')
-            return
-        end if
-        do i = 1, n
-            call settings%group('rod', 'Magnetic moment amplitude w(2 pi frequency (t - start) + phase)', i)
-            call settings%integer_value('axis', activations(i)%axis, 1, 3, 'body axis: 1 x, 2 y, 3 z')
-            call settings%real_value('amplitude', activations(i)%amplitude, -MAX_DIPOLE, MAX_DIPOLE, &
-                                     'A m^2', unit='A m^2', required=.true.)
-            call settings%real_value('frequency', activations(i)%frequency, 0.0_dp, 10.0_dp, 'Hz', &
-                                     unit='Hz', required=.true.)
-            call settings%real_value('phase_deg', activations(i)%phase, -360.0_dp, 360.0_dp, 'deg', &
-                                     DEGREE, 'deg')
-            call settings%real_value('start', activations(i)%start, 0.0_dp, 86400.0_dp, 's', unit='s')
-            call settings%real_value('stop', activations(i)%stop, 0.0_dp, 86400.0_dp, 's', unit='s', &
-                                     required=.true.)
-            waveform = WAVEFORM_NAMES(activations(i)%waveform)
-            call settings%text_value('waveform', waveform, 'w', WAVEFORM_NAMES)
-            activations(i)%waveform = max(1, findloc(WAVEFORM_NAMES, waveform, 1))
-            call settings%real_value('taper', activations(i)%taper, 0.0_dp, 86400.0_dp, &
-                                     's, of a smooth start and stop; 0: abrupt', unit='s')
-            call settings%real_value('rise_time', activations(i)%rise_time, 0.0_dp, 86400.0_dp, &
-                                     's, of each edge of a square wave', unit='s')
-            if (allocated(settings%failure)) return
-            call new_torque_rods(rods, activations(:i), problem)
-            if (allocated(problem)) call settings%reject('amplitude', problem%message)
-            call settings%end_group()
-        end do
-        if (n == 0) rods%count = 0
-    end subroutine describe_rods
-
-    !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
-    !> geomagnetic_field.
-    subroutine describe_instruments(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        integer :: head
-
-        call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
-        call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
-        call settings%real_values('noise_level', knowledge%accelerometer_psd_level, 0.0_dp, 1.0_dp, &
-                                  'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', knowledge%accelerometer_psd_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                  unit='Hz')
-        call settings%integer_value('noise_sides', knowledge%accelerometer_psd_sides, 1, 2, &
-                                    'the spectrum is one- (1) or two-sided (2)')
-        call settings%end_group()
-        call settings%group('star_camera', 'Star camera: mounting and noise')
-        call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
-        call settings%integer_value('head', knowledge%camera, 1, HEADS, 'whose quaternions are used')
-        call settings%real_values('noise_about_axes', knowledge%star_camera_sigma, 0.0_dp, 1.0_dp, &
-                                  'rad, about camera x, y and boresight', unit='rad')
-        do head = 1, HEADS
-            call settings%real_values(merge('mounting_1', 'mounting_2', head == 1), &
-                                      knowledge%mounting(:, head), -1.0_dp, 1.0_dp, &
-                                      'quaternion body to camera, scalar last', required=.true.)
-            call check_quaternion(settings, merge('mounting_1', 'mounting_2', head == 1), &
-                                  knowledge%mounting(:, head))
-        end do
-        call settings%end_group()
-        call settings%group('magnetometer', 'Magnetometer')
-        call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
-        call settings%end_group()
-        call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
-        call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
-                                 [character(6) :: 'igrf95', 'igrf14', NO_FIELD_MODEL])
-        call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
-                                 'deg, of Greenwich at the epoch', DEGREE, 'deg')
-        call settings%end_group()
-    end subroutine describe_instruments
-
-    !> Initial guesses and weights: groups estimation, optimal and sequential.
-    subroutine describe_estimation(settings, knowledge)
-        class(settings_t), intent(inout) :: settings
-        type(operator_knowledge_t), intent(inout) :: knowledge
-
-        call settings%group('estimation', 'Initial guesses and weights of the estimators')
-        call settings%real_values('guess_quaternion', knowledge%guess_quaternion, -1.0_dp, 1.0_dp, &
-                                  'inertial to body, scalar last; normalised before use', required=.true.)
-        if (.not. norm2(knowledge%guess_quaternion) > 0.5_dp) then
-            call settings%reject('guess_quaternion', 'is too far from unit length')
-        end if
-        call settings%real_values('guess_angular_velocity', knowledge%guess_angular_velocity, -1.0_dp, 1.0_dp, &
-                                  'rad/s', unit='rad/s', required=.true.)
-        call settings%real_values('guess_offset_mm', knowledge%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
-                                  1e-3_dp, 'mm')
-        call settings%real_values('accelerometer_weight', knowledge%accelerometer_weight, tiny(1.0_dp), &
-                                  FULL_RANGE, 'of the axes')
-        call settings%real_value('star_camera_weight', knowledge%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &
-                                 'of every attitude component, ASSEST')
-        call settings%real_value('combined_star_camera_weight', knowledge%combined_star_camera_weight, &
-                                 tiny(1.0_dp), FULL_RANGE, 'of every attitude component, ASCFEST and ASCREST')
-        call settings%end_group()
-        call describe_optimal(settings, knowledge%optimal)
-        call describe_sequential(settings, knowledge%sequential)
-    end subroutine describe_estimation
-
-    !> Refuses a quaternion that is not of unit length.
-    subroutine check_quaternion(settings, key, quaternion)
-        class(settings_t), intent(inout) :: settings
-        character(*), intent(in) :: key         !! Name of the key, for the message
-        real(dp), intent(in) :: quaternion(4)   !! Scalar last
-
-        if (.not. abs(norm2(quaternion) - 1) <= QUATERNION_TOLERANCE) then
-            call settings%reject(key, 'is not a unit quaternion: its length is '// &
-                                 number_text(norm2(quaternion))//'; allowed is 1 within 1e-6')
-        end if
-    end subroutine check_quaternion
 
     !> True when the set has an orbit.
     pure logical function has_orbit(observations)

@@ -6,7 +6,8 @@ module gracecg_planning_bound
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
         INERTIA, TORQUE_CHANGE
@@ -119,11 +120,11 @@ contains
         integer :: i
 
         of_all = 0
-        of_all(SCALE_FACTORS) = knowledge%optimal%sigma_scale_factors
-        of_all(ROD_GAIN) = knowledge%optimal%sigma_rod_gain
-        of_all(FIELD_BIAS) = knowledge%optimal%sigma_magnetometer_bias
-        of_all(INERTIA) = knowledge%optimal%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
-        of_all(TORQUE_CHANGE) = knowledge%optimal%sigma_torque
+        of_all(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
+        of_all(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
+        of_all(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
+        of_all(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
+        of_all(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
         sigma = of_all(considered)
     end function consider_sigmas
 end module gracecg_planning_bound

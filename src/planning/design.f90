@@ -11,6 +11,7 @@ module gracecg_planning_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
         SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_dynamics, only: RATE => OMEGA
@@ -59,6 +60,19 @@ module gracecg_planning_design
         logical :: allowed = .false.                !! Within the limits at all places
         integer :: evaluations = 0                  !! Of a manoeuvre at a place, for the whole search
     end type manoeuvre_design_t
+
+    !> Candidates to be judged, as pieces of work.
+    type, extends(parallel_work_t) :: judging_t
+        type(accelerometer_view_t), pointer :: view => null()
+        type(manoeuvre_site_t), pointer :: sites(:) => null()
+        type(design_settings_t) :: settings
+        type(candidate_t), allocatable :: candidates(:)
+        integer :: most_places = 0                  !! To judge one at
+        logical :: refined = .false.                !! By the simplex method before they are judged
+        type(manoeuvre_design_t), allocatable :: judged(:)
+    contains
+        procedure :: do_one => judge_one
+    end type judging_t
 
     integer, parameter :: WIDEST = 4        !! Difference of two rods' cycles in the structured search
     integer, parameter :: FINAL_COUNT = 24    !! Judged at all places
@@ -137,35 +151,29 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(candidate_t), allocatable :: candidates(:), finalists(:)
-        type(manoeuvre_design_t), allocatable :: judged(:)
-        type(manoeuvre_design_t) :: pattern, refined(REFINED_COUNT)
-        type(candidate_t) :: improved
+        type(manoeuvre_design_t), allocatable :: judged(:), refined(:)
+        type(manoeuvre_design_t) :: pattern
         integer, allocatable :: order(:)
-        integer :: i, spent, spent_refining(REFINED_COUNT)
+        integer :: i, spent
 
         call check_design_settings(view, settings, error)
         if (allocated(error)) return
         candidates = structured_candidates(view, settings)
-        call judge_all(view, sites, settings, candidates, SEARCH_PLACES, judged)
+        call judge_all(view, sites, settings, candidates, SEARCH_PLACES, judged, error)
+        if (allocated(error)) return
         spent = sum(judged%evaluations)
         order = best_first(judged, FINAL_COUNT)
         finalists = candidates(order)
-        call judge_all(view, sites, settings, finalists, size(sites), judged)
+        call judge_all(view, sites, settings, finalists, size(sites), judged, error)
+        if (allocated(error)) return
         spent = spent + sum(judged%evaluations)
         order = best_first(judged, REFINED_COUNT)
         finalists = finalists(order)
         design = judged(order(1))
-
-        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(improved)
-        do i = 1, size(finalists)
-            improved = finalists(i)
-            call refine(view, sites, settings, improved, spent_refining(i))
-            call judge(view, sites, settings, improved, size(sites), refined(i))
-        end do
-        !$omp end parallel do
+        call judge_all(view, sites, settings, finalists, size(sites), refined, error, refine_first=.true.)
+        if (allocated(error)) return
         call judge_pattern_567(view, sites, settings, pattern)
-        spent = spent + sum(refined(:size(finalists))%evaluations) + sum(spent_refining(:size(finalists))) + &
-                pattern%evaluations
+        spent = spent + sum(refined%evaluations) + pattern%evaluations
         do i = 1, size(finalists)
             if (better(refined(i), design)) design = refined(i)
         end do
@@ -389,25 +397,43 @@ contains
         end do
     end function rods_of
 
-    subroutine judge_all(view, sites, settings, candidates, most_places, judged)
-        type(accelerometer_view_t), intent(in) :: view
-        type(manoeuvre_site_t), intent(in) :: sites(:)
+    subroutine judge_all(view, sites, settings, candidates, most_places, judged, error, refine_first)
+        type(accelerometer_view_t), intent(in), target :: view
+        type(manoeuvre_site_t), intent(in), target :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), intent(in) :: candidates(:)
         integer, intent(in) :: most_places
         type(manoeuvre_design_t), allocatable, intent(out) :: judged(:)
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: refine_first   !! By the simplex method; no when absent
+
+        type(judging_t) :: work
+
+        work%view => view
+        work%sites => sites
+        work%settings = settings
+        work%candidates = candidates
+        work%most_places = most_places
+        if (present(refine_first)) work%refined = refine_first
+        allocate (work%judged(size(candidates)))
+        call run_parallel(work, size(candidates), settings%threads, error)
+        call move_alloc(work%judged, judged)
+    end subroutine judge_all
+
+    subroutine judge_one(self, i, error)
+        class(judging_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
 
         type(candidate_t) :: candidate
-        integer :: i
+        integer :: spent
 
-        allocate (judged(size(candidates)))
-        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(candidate)
-        do i = 1, size(candidates)
-            candidate = candidates(i)
-            call judge(view, sites, settings, candidate, most_places, judged(i))
-        end do
-        !$omp end parallel do
-    end subroutine judge_all
+        candidate = self%candidates(i)
+        spent = 0
+        if (self%refined) call refine(self%view, self%sites, self%settings, candidate, spent)
+        call judge(self%view, self%sites, self%settings, candidate, self%most_places, self%judged(i))
+        self%judged(i)%evaluations = self%judged(i)%evaluations + spent
+    end subroutine judge_one
 
     !> Judges a candidate at no more than `most_places` places, spread over all. Where it goes beyond
     !> the limits, its amplitude is lowered.
@@ -624,8 +650,7 @@ contains
 
         type(candidate_t), allocatable :: candidates(:), chosen(:)
         type(manoeuvre_design_t), allocatable :: judged(:)
-        type(manoeuvre_design_t) :: at_place(size(sites)), trial
-        type(candidate_t) :: candidate
+        type(manoeuvre_design_t) :: at_place(size(sites))
         integer, allocatable :: order(:)
         integer :: i, k
 
@@ -637,23 +662,17 @@ contains
         allocate (chosen(0))
         do k = 1, SEARCH_PLACES
             i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
-            call judge_all(view, sites(i:i), settings, candidates, 1, judged)
+            call judge_all(view, sites(i:i), settings, candidates, 1, judged, error)
+            if (allocated(error)) return
             order = best_first(judged, 3)
             chosen = [chosen, candidates(order)]
         end do
-        !$omp parallel do schedule(dynamic) num_threads(settings%threads) default(shared) private(k, candidate, trial)
         do i = 1, size(sites)
-            do k = 1, size(chosen)
-                candidate = chosen(k)
-                call judge(view, sites(i:i), settings, candidate, 1, trial)
-                if (k == 1) then
-                    at_place(i) = trial
-                else if (better(trial, at_place(i))) then
-                    at_place(i) = trial
-                end if
-            end do
+            call judge_all(view, sites(i:i), settings, chosen, 1, judged, error)
+            if (allocated(error)) return
+            order = best_first(judged, 1)
+            at_place(i) = judged(order(1))
         end do
-        !$omp end parallel do
         order = best_first(at_place, 1)
         best = order(1)
     end subroutine choose_place

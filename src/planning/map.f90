@@ -2,6 +2,7 @@
 module gracecg_planning_map
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context, number_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_planning_site, only: accelerometer_view_t, manoeuvre_site_t, new_manoeuvre_site, &
@@ -20,74 +21,94 @@ module gracecg_planning_map
         real(dp) :: worst_direction(3) = 0  !! Unit vector, body axes
     end type map_point_t
 
+    !> Places of the orbit as pieces of work.
+    type, abstract, extends(parallel_work_t) :: places_t
+        type(accelerometer_view_t), pointer :: view => null()
+        type(nominal_orbit_t), pointer :: orbit => null()
+        real(dp), allocatable :: times(:)               !! s
+    end type places_t
+
+    type, extends(places_t) :: sites_t
+        type(manoeuvre_site_t), allocatable :: sites(:)
+    contains
+        procedure :: do_one => tabulate_site
+    end type sites_t
+
+    type, extends(places_t) :: map_t
+        type(torque_rods_t) :: rods
+        type(map_point_t), allocatable :: points(:)
+    contains
+        procedure :: do_one => map_place
+    end type map_t
+
 contains
 
     !> The places of the orbit at some times. Fails when one lies outside of the orbit.
     subroutine new_manoeuvre_sites(view, orbit, times, threads, sites, error)
-        type(accelerometer_view_t), intent(in) :: view
-        type(nominal_orbit_t), intent(in) :: orbit
+        type(accelerometer_view_t), intent(in), target :: view
+        type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
         integer, intent(in) :: threads                  !! 1 and more
         type(manoeuvre_site_t), allocatable, intent(out) :: sites(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(error_t), allocatable :: failure
-        integer :: i, first_failed
+        type(sites_t) :: work
 
-        allocate (sites(size(times)))
-        first_failed = size(times) + 1
-        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(failure)
-        do i = 1, size(times)
-            call new_manoeuvre_site(view, orbit, times(i), sites(i), failure)
-            if (allocated(failure)) then
-                !$omp critical (gracecg_manoeuvre_map_failure)
-                if (i < first_failed) then
-                    first_failed = i
-                    error = failure
-                end if
-                !$omp end critical (gracecg_manoeuvre_map_failure)
-            end if
-        end do
-        !$omp end parallel do
+        work%view => view
+        work%orbit => orbit
+        work%times = times
+        allocate (work%sites(size(times)))
+        call run_parallel(work, size(times), threads, error)
+        call move_alloc(work%sites, sites)
     end subroutine new_manoeuvre_sites
+
+    subroutine tabulate_site(self, i, error)
+        class(sites_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        call new_manoeuvre_site(self%view, self%orbit, self%times(i), self%sites(i), error)
+    end subroutine tabulate_site
 
     !> Evaluates a manoeuvre at places at some times, on `threads` threads. Where it leaves a direction
     !> unseen, the sigmas are huge(1.0). Fails when a time lies outside of the orbit.
     subroutine map_manoeuvre(view, orbit, times, rods, threads, points, error)
-        type(accelerometer_view_t), intent(in) :: view
-        type(nominal_orbit_t), intent(in) :: orbit
+        type(accelerometer_view_t), intent(in), target :: view
+        type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
         type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
         integer, intent(in) :: threads                  !! 1 and more
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(manoeuvre_site_t) :: site
-        type(error_t), allocatable :: failure
-        integer :: i, first_failed
+        type(map_t) :: work
 
-        allocate (points(size(times)))
-        first_failed = size(times) + 1
-        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(site, failure)
-        do i = 1, size(times)
-            call new_manoeuvre_site(view, orbit, times(i), site, failure)
-            if (.not. allocated(failure)) then
-                points(i)%time = site%time
-                points(i)%latitude = site%latitude
-                points(i)%longitude = site%longitude
-                call evaluate_manoeuvre(view, site, rods, points(i)%quality)
-                call worst_direction(points(i)%quality, points(i)%worst_sigma, points(i)%worst_direction, failure)
-            end if
-            if (allocated(failure)) then
-                !$omp critical (gracecg_manoeuvre_map_failure)
-                if (i < first_failed) then
-                    first_failed = i
-                    error = failure
-                end if
-                !$omp end critical (gracecg_manoeuvre_map_failure)
-            end if
-        end do
-        !$omp end parallel do
-        if (allocated(error)) call add_context(error, 'calibration at '//number_text(times(first_failed))//' s')
+        work%view => view
+        work%orbit => orbit
+        work%times = times
+        work%rods = rods
+        allocate (work%points(size(times)))
+        call run_parallel(work, size(times), threads, error)
+        call move_alloc(work%points, points)
     end subroutine map_manoeuvre
+
+    subroutine map_place(self, i, error)
+        class(map_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_site_t) :: site
+
+        call new_manoeuvre_site(self%view, self%orbit, self%times(i), site, error)
+        if (.not. allocated(error)) then
+            associate (point => self%points(i))
+                point%time = site%time
+                point%latitude = site%latitude
+                point%longitude = site%longitude
+                call evaluate_manoeuvre(self%view, site, self%rods, point%quality)
+                call worst_direction(point%quality, point%worst_sigma, point%worst_direction, error)
+            end associate
+        end if
+        call add_context(error, 'calibration at '//number_text(self%times(i))//' s')
+    end subroutine map_place
 end module gracecg_planning_map

@@ -5,11 +5,12 @@ module gracecg_planning_scan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: cross, inverse_3x3
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, report_pattern
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
     use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset
@@ -34,48 +35,54 @@ module gracecg_planning_scan
         real(dp) :: sigma(3) = 0            !! Predicted standard deviation of the CG offset, m
     end type orbit_place_t
 
+    !> The places as pieces of work.
+    type, extends(parallel_work_t) :: scan_t
+        type(case_t), pointer :: case => null()
+        type(nominal_orbit_t), pointer :: orbit => null()
+        type(operator_knowledge_t) :: knowledge             !! What the operator knows of the case
+        integer, allocatable :: times(:)                    !! s
+        type(orbit_place_t), allocatable :: places(:)
+    contains
+        procedure :: do_one => look_at_one
+    end type scan_t
+
 contains
 
     !> Looks at the places where the orbit is at the given times, on `threads` threads.
     !>
     !> Fails when a time lies outside of the revolution, or when the offset cannot be determined.
     subroutine scan_orbit(case, orbit, times, threads, places, error)
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit      !! Of this case
+        type(case_t), intent(in), target :: case
+        type(nominal_orbit_t), intent(in), target :: orbit      !! Of this case
         integer, intent(in) :: times(:)                 !! Within one revolution, s
         integer, intent(in) :: threads                  !! How many to use
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(operator_knowledge_t) :: knowledge
-        type(error_t), allocatable :: failure
-        integer :: i, first_failed
+        type(scan_t) :: work
 
         if (any(times < 0 .or. times > orbit%revolution)) then
             call fail(error, 'times of calibrations: from 0 to '//integer_text(int(orbit%revolution))// &
                       ' s, one revolution, is allowed')
             return
         end if
-        knowledge = operator_setup(case)
-        allocate (places(size(times)))
-        first_failed = size(times) + 1
-        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(failure)
-        do i = 1, size(times)
-            call look_at_place(case, knowledge, orbit, times(i), places(i), failure)
-            if (allocated(failure)) then
-                !$omp critical (gracecg_orbit_scan_failure)
-                if (i < first_failed) then
-                    first_failed = i
-                    error = failure
-                end if
-                !$omp end critical (gracecg_orbit_scan_failure)
-            end if
-        end do
-        !$omp end parallel do
-        if (allocated(error)) then
-            call add_context(error, 'calibration at '//integer_text(times(first_failed))//' s')
-        end if
+        work%case => case
+        work%orbit => orbit
+        work%knowledge = operator_setup(case)
+        work%times = times
+        allocate (work%places(size(times)))
+        call run_parallel(work, size(times), threads, error)
+        call move_alloc(work%places, places)
     end subroutine scan_orbit
+
+    subroutine look_at_one(self, i, error)
+        class(scan_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        call look_at_place(self%case, self%knowledge, self%orbit, self%times(i), self%places(i), error)
+        call add_context(error, 'calibration at '//integer_text(self%times(i))//' s')
+    end subroutine look_at_one
 
     !> Is the angular acceleration about x smaller than about y and z? There the report expects the
     !> best estimate of the x component (section 6.2).

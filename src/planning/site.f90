@@ -15,7 +15,7 @@ module gracecg_planning_site
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_simulation_dynamics, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information

@@ -17,8 +17,8 @@ module gracecg_simulation_case
     use gracecg_simulation_accelerometer, only: accelerometer_t
     use gracecg_simulation_star_camera, only: star_camera_t
     use gracecg_simulation_magnetometer, only: magnetometer_t
-    use gracecg_observations_observation_set, only: operator_knowledge_t, describe_manoeuvre, describe_estimation, &
-        check_quaternion
+    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
+        describe_a_priori, describe_estimation, describe_noise_spectra, check_quaternion
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -154,6 +154,7 @@ contains
         call describe_surface(settings, case)
         call describe_accelerometer(settings, case)
         call describe_other_instruments(settings, case)
+        call describe_a_priori(settings, case%knowledge%a_priori)
         call describe_estimation(settings, case%knowledge)
     end subroutine describe_case
 
@@ -319,12 +320,7 @@ contains
             call settings%real_values('scale3', accelerometer%scale3, -1e9_dp, 1e9_dp, 's^4/m^2', &
                                       unit='s^4/m^2')
             call settings%real_values('bias', accelerometer%bias, -1.0_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
-            call settings%real_values('noise_level', accelerometer%noise_level, 0.0_dp, 1.0_dp, &
-                                      'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-            call settings%real_values('noise_corner', accelerometer%noise_corner, 0.0_dp, 100.0_dp, 'Hz', &
-                                      unit='Hz')
-            call settings%integer_value('noise_sides', accelerometer%noise_sides, 1, 2, &
-                                        'the spectrum is one- (1) or two-sided (2)')
+            call describe_noise_spectra(settings, accelerometer%noise)
             call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
                                      's, between samples', unit='s')
             call settings%end_group()

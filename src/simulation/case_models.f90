@@ -19,7 +19,7 @@ module gracecg_simulation_case_models
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
     use gracecg_simulation_star_camera, only: N_HEADS
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_simulation_case, only: case_t
     implicit none
     private
@@ -66,9 +66,7 @@ contains
 
         knowledge = case%knowledge
         knowledge%accelerometer_interval = case%accelerometer%sampling_interval
-        knowledge%accelerometer_psd_level = case%accelerometer%noise_level
-        knowledge%accelerometer_psd_corner = case%accelerometer%noise_corner
-        knowledge%accelerometer_psd_sides = case%accelerometer%noise_sides
+        knowledge%accelerometer_noise = case%accelerometer%noise
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'

@@ -9,7 +9,7 @@ module gracecg_simulation_limits
     use gracecg_spacecraft_torque_rods, only: moves_rods
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     implicit none
     private
     public :: attitude_motion_t, attitude_motion, exceeds_limits, check_motion, check_manoeuvre_limits

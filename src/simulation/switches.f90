@@ -61,7 +61,7 @@ contains
         type(case_t) :: switched
 
         switched = case
-        if (.not. switches%accelerometer_noise) switched%accelerometer%noise_level = 0
+        if (.not. switches%accelerometer_noise) switched%accelerometer%noise%level = 0
         if (.not. switches%star_camera_noise) then
             switched%star_camera%catalogue_noise = 0
             switched%star_camera%measurement_noise = 0

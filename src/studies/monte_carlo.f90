@@ -4,6 +4,7 @@ module gracecg_studies_monte_carlo
     use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -58,6 +59,17 @@ module gracecg_studies_monte_carlo
         end subroutine alter_interface
     end interface
 
+    !> The runs of a Monte Carlo as pieces of work.
+    type, extends(parallel_work_t) :: runs_t
+        type(simulator_t), pointer :: simulator => null()
+        class(alteration_t), pointer :: alteration => null()    !! Not associated: none
+        character(:), allocatable :: algorithm
+        integer :: seed = 1
+        type(monte_carlo_t) :: results
+    contains
+        procedure :: do_one => do_run
+    end type runs_t
+
 contains
 
     !> Simulates and estimates the given runs, on `threads` threads. A run's numbers depend on nothing
@@ -65,47 +77,51 @@ contains
     !>
     !> Fails when a run fails: the error is that of the failed run with the lowest number.
     subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error, alteration)
-        type(simulator_t), intent(in) :: simulator
+        type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         integer, intent(in) :: seed             !! Of the random numbers
         integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
         integer, intent(in) :: threads          !! How many to use
         type(monte_carlo_t), intent(out) :: results
         type(error_t), allocatable, intent(out) :: error
-        class(alteration_t), intent(in), optional :: alteration     !! Of every observation set
+        class(alteration_t), intent(in), optional, target :: alteration     !! Of every observation set
+
+        type(runs_t) :: work
+
+        work%simulator => simulator
+        if (present(alteration)) work%alteration => alteration
+        work%algorithm = algorithm
+        work%seed = seed
+        work%results%run = runs
+        allocate (work%results%offset(3, size(runs)), work%results%converged(size(runs)), &
+                  work%results%normalised(size(runs)))
+        call run_parallel(work, size(runs), threads, error)
+        results = work%results
+    end subroutine run_monte_carlo
+
+    subroutine do_run(self, i, error)
+        class(runs_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
         type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        integer :: i, first_failed
 
-        allocate (results%offset(3, size(runs)), results%converged(size(runs)), results%normalised(size(runs)))
-        results%run = runs
-        first_failed = size(runs) + 1
-        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) &
-        !$omp& private(observations, solution, failure)
-        do i = 1, size(runs)
-            call observe(simulator, seed, runs(i), observations, failure, only_used_head=.true.)
-            if (.not. allocated(failure)) then
-                if (present(alteration)) call alteration%alter(simulator, seed, runs(i), observations)
-                call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
+        associate (results => self%results, run => self%results%run(i))
+            call observe(self%simulator, self%seed, run, observations, error, only_used_head=.true.)
+            if (.not. allocated(error)) then
+                if (associated(self%alteration)) &
+                    call self%alteration%alter(self%simulator, self%seed, run, observations)
+                call estimate_offset(self%algorithm, observations, solution, error, with_covariance=.false.)
             end if
-            if (allocated(failure)) then
-                !$omp critical (gracecg_monte_carlo_failure)
-                if (i < first_failed) then
-                    first_failed = i
-                    error = failure
-                end if
-                !$omp end critical (gracecg_monte_carlo_failure)
-                cycle
-            end if
+            call add_context(error, 'run '//integer_text(run))
+            if (allocated(error)) return
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
-            results%normalised(i) = normalised_error(solution%offset - simulator%case%offset, solution%covariance)
-        end do
-        !$omp end parallel do
-        if (allocated(error)) call add_context(error, 'run '//integer_text(runs(first_failed)))
-    end subroutine run_monte_carlo
+            results%normalised(i) = normalised_error(solution%offset - self%simulator%case%offset, &
+                                                     solution%covariance)
+        end associate
+    end subroutine do_run
 
     !> e^T C^-1 e, after scaling C to a unit diagonal; 0 without a covariance.
     pure real(dp) function normalised_error(deviation, covariance) result(square)

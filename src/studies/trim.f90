@@ -7,6 +7,7 @@ module gracecg_studies_trim
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
@@ -43,6 +44,16 @@ module gracecg_studies_trim
         real(dp) :: sigma(3) = 0            !! That the estimator states
     end type trim_statistics_t
 
+    !> Many trims as pieces of work.
+    type, extends(parallel_work_t) :: trims_t
+        type(case_t), pointer :: case => null()
+        character(:), allocatable :: algorithm
+        type(trim_settings_t) :: settings
+        type(trim_round_t), allocatable :: results(:, :)    !! (round, run)
+    contains
+        procedure :: do_one => do_trim
+    end type trims_t
+
 contains
 
     !> Trims a case many times, with the seeds from settings%seed on, settings%rounds rounds each
@@ -50,48 +61,30 @@ contains
     !>
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
     subroutine repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
-        type(case_t), intent(in) :: case
+        type(case_t), intent(in), target :: case
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(trim_settings_t), intent(in) :: settings
         integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
         type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
         type(error_t), allocatable, intent(out) :: error
 
-        type(trim_settings_t) :: own
-        type(trim_round_t), allocatable :: rounds(:)
-        type(trim_round_t) :: results(settings%rounds, runs)
-        type(error_t), allocatable :: failure
-        integer :: run, first_failed, i, axis
+        type(trims_t) :: work
+        integer :: i, axis
 
-        first_failed = runs + 1
-        !$omp parallel do schedule(dynamic) num_threads(threads) default(shared) private(own, rounds, failure)
-        do run = 1, runs
-            own = settings
-            own%seed = settings%seed + run - 1
-            own%threshold = 0
-            call trim_offset(case, algorithm, own, rounds, failure)
-            if (allocated(failure)) then
-                !$omp critical (gracecg_trim_failure)
-                if (run < first_failed) then
-                    first_failed = run
-                    error = failure
-                end if
-                !$omp end critical (gracecg_trim_failure)
-                cycle
-            end if
-            results(:, run) = rounds
-        end do
-        !$omp end parallel do
-        if (allocated(error)) then
-            call add_context(error, 'run '//integer_text(first_failed))
-            return
-        end if
+        work%case => case
+        work%algorithm = algorithm
+        work%settings = settings
+        work%settings%threshold = 0
+        allocate (work%results(settings%rounds, runs))
+        call run_parallel(work, runs, threads, error)
+        if (allocated(error)) return
         do i = 1, settings%rounds
             do axis = 1, 3
-                statistics(i)%offset(axis) = rms(results(i, :)%offset(axis))
-                statistics(i)%estimate_error(axis) = rms(results(i, :)%estimate(axis) - &
-                                                         results(i, :)%offset(axis))
-                statistics(i)%sigma(axis) = rms(results(i, :)%sigma(axis))
+                associate (results => work%results(i, :))
+                    statistics(i)%offset(axis) = rms(results%offset(axis))
+                    statistics(i)%estimate_error(axis) = rms(results%estimate(axis) - results%offset(axis))
+                    statistics(i)%sigma(axis) = rms(results%sigma(axis))
+                end associate
             end do
         end do
 
@@ -103,6 +96,21 @@ contains
             rms = norm2(values)/sqrt(real(size(values), dp))
         end function rms
     end subroutine repeat_trim
+
+    subroutine do_trim(self, i, error)
+        class(trims_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        type(trim_settings_t) :: own
+        type(trim_round_t), allocatable :: rounds(:)
+
+        own = self%settings
+        own%seed = own%seed + i - 1
+        call trim_offset(self%case, self%algorithm, own, rounds, error)
+        call add_context(error, 'run '//integer_text(i))
+        if (.not. allocated(error)) self%results(:, i) = rounds
+    end subroutine do_trim
 
     !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold,
     !> or the last one allowed.

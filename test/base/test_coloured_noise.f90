@@ -5,7 +5,7 @@ module test_coloured_noise
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, ONE_SIDED, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use statistics, only: Z_999, mean, variance, chi_square_limits, ljung_box
     use fixture, only: check_fails
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -41,14 +41,14 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: r_one(2), r_two(2)
 
-        two = coloured_noise(LEVEL, 0.0_dp, TWO_SIDED, INTERVAL, failure)
+        two = coloured_noise(noise_spectrum_t(LEVEL, 0.0_dp, TWO_SIDED), INTERVAL, failure)
         r_two = two%autocovariance([0, 1])
         call check(error, sqrt(r_two(1)), 3.16227766e-10_dp, thr=1e-18_dp)
         if (allocated(error)) return
         call check(error, r_two(2), 0.0_dp)
         if (allocated(error)) return
-        one = coloured_noise(LEVEL, 0.3_dp, ONE_SIDED, INTERVAL, failure)
-        two = coloured_noise(LEVEL, 0.3_dp, TWO_SIDED, INTERVAL, failure)
+        one = coloured_noise(noise_spectrum_t(LEVEL, 0.3_dp, ONE_SIDED), INTERVAL, failure)
+        two = coloured_noise(noise_spectrum_t(LEVEL, 0.3_dp, TWO_SIDED), INTERVAL, failure)
         r_one = one%autocovariance([0, 7])
         r_two = two%autocovariance([0, 7])
         call check(error, maxval(abs(r_two/r_one - 2)) < 1e-14_dp)
@@ -62,7 +62,7 @@ contains
         real(dp) :: f, ratio
         integer :: i
 
-        noise = coloured_noise(LEVEL, 1.0_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 1.0_dp, TWO_SIDED), INTERVAL, failure)
         do i = 0, 200
             f = 1e-3_dp*3000.0_dp**(i/200.0_dp)
             ratio = (noise%spectrum(f) - LEVEL)/(LEVEL/f)
@@ -82,7 +82,7 @@ contains
         real(dp) :: s
         integer :: i, k
 
-        noise = coloured_noise(LEVEL, 0.5_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 0.5_dp, TWO_SIDED), INTERVAL, failure)
         allocate (r(0:LAST), source=noise%autocovariance([(k, k=0, LAST)]))
         do i = 1, size(F)
             s = r(0)
@@ -119,7 +119,7 @@ contains
                 s(k, i) = window(k)*sin(TWO_PI*BIN(i)*k/N)
             end do
         end do
-        noise = coloured_noise(LEVEL, CORNER, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, CORNER, TWO_SIDED), INTERVAL, failure)
         stream = new_stream(21, 0, 0, 0, 0)
         power = 0
         do i = 1, RECORDS
@@ -147,7 +147,7 @@ contains
         real(dp) :: x(51), r(7), found(7)
         integer :: i
 
-        noise = coloured_noise(LEVEL, 2.0_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 2.0_dp, TWO_SIDED), INTERVAL, failure)
         stream = new_stream(22, 0, 0, 0, 0)
         found = 0
         do i = 1, RECORDS
@@ -172,7 +172,7 @@ contains
         real(dp) :: x(N), squares(5), r(1)
         integer :: i
 
-        noise = coloured_noise(LEVEL, 2.0_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 2.0_dp, TWO_SIDED), INTERVAL, failure)
         stream = new_stream(23, 0, 0, 0, 0)
         squares = 0
         do i = 1, RECORDS
@@ -193,7 +193,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: x(N), limits(2)
 
-        noise = coloured_noise(LEVEL, 0.0_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 0.0_dp, TWO_SIDED), INTERVAL, failure)
         stream = new_stream(24, 0, 0, 0, 0)
         call noise%generate(stream, x)
         limits = chi_square_limits(LAGS)
@@ -202,7 +202,7 @@ contains
         call check(error, variance(x)/(LEVEL/INTERVAL), 1.0_dp, thr=Z_999*sqrt(2.0_dp/N))
         if (allocated(error)) return
         ! The test can fail: flicker of the same level is found at once.
-        noise = coloured_noise(LEVEL, 1.0_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 1.0_dp, TWO_SIDED), INTERVAL, failure)
         call noise%generate(stream, x)
         call check(error, ljung_box(x, LAGS) > 100*limits(2))
     end subroutine test_white
@@ -214,7 +214,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: whole(100), pieces(100)
 
-        noise = coloured_noise(LEVEL, 0.1_dp, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(LEVEL, 0.1_dp, TWO_SIDED), INTERVAL, failure)
         stream = new_stream(25, 0, 0, 0, 0)
         call noise%generate(stream, whole)
         call noise%restart()
@@ -248,7 +248,7 @@ contains
             type(error_t), allocatable :: failure
 
             if (allocated(error)) return
-            noise = coloured_noise(level, corner, sides, interval, failure)
+            noise = coloured_noise(noise_spectrum_t(level, corner, sides), interval, failure)
             call check_fails(error, message_of(failure), [word])
         end subroutine expect_failure
     end subroutine test_arguments

@@ -4,7 +4,7 @@ module test_spectrum
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_spectrum
     use statistics, only: Z_999
     use fixture, only: check_passes
@@ -123,7 +123,7 @@ contains
 
         do trial = 1, 3
             corner = merge(0.1_dp, 0.0_dp, trial == 1)
-            noise = coloured_noise(1e-18_dp, corner, TWO_SIDED, H, failure)
+            noise = coloured_noise(noise_spectrum_t(1e-18_dp, corner, TWO_SIDED), H, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             stream = new_stream(99, 1, 1, trial, 1)

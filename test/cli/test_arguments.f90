@@ -27,6 +27,7 @@ contains
                     new_unittest('help-and-version', test_help_asked), &
                     new_unittest('wrong-usage', test_wrong_usage), &
                     new_unittest('wrong-values', test_wrong_values), &
+                    new_unittest('first-failure', test_first_failure), &
                     new_unittest('help-text', test_help_text), &
                     new_unittest('process-words', test_process)]
     end subroutine collect_arguments
@@ -58,8 +59,8 @@ contains
         integer :: runs
 
         call parse('front-1 --runs 15 --quiet --out run other', arguments, failure)
-        if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
-        if (.not. allocated(failure)) call arguments%get('--runs', runs, failure, low=1)
+        call arguments%get('--out', folder, failure)
+        call arguments%get('--runs', runs, failure, low=1)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, arguments%positional_count() == 2 .and. &
@@ -78,8 +79,8 @@ contains
         real(dp) :: position(3)
 
         call parse('front-1 --out=a=b --position=-1,2,3e6', arguments, failure)
-        if (.not. allocated(failure)) call arguments%get('--out', folder, failure)
-        if (.not. allocated(failure)) call arguments%get('--position', position, failure)
+        call arguments%get('--out', folder, failure)
+        call arguments%get('--position', position, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, folder == 'a=b' .and. all(abs(position - [-1.0_dp, 2.0_dp, 3e6_dp]) <= 0))
@@ -92,8 +93,8 @@ contains
         real(dp) :: position(3), step
 
         call parse('-1 --position -1 -.5 -3e6 --out - --step -2', arguments, failure)
-        if (.not. allocated(failure)) call arguments%get('--position', position, failure)
-        if (.not. allocated(failure)) call arguments%get('--step', step, failure)
+        call arguments%get('--position', position, failure)
+        call arguments%get('--step', step, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(abs(position - [-1.0_dp, -0.5_dp, -3e6_dp]) <= 0) .and. &
@@ -110,12 +111,11 @@ contains
         integer :: runs
 
         call parse('front-1 --out run', arguments, failure)
-        if (.not. allocated(failure)) call arguments%get('--step', step, failure, default=10.0_dp)
-        if (.not. allocated(failure)) call arguments%get('--runs', runs, failure, default=15)
-        if (.not. allocated(failure)) &
-            call arguments%get('--position', position, failure, default=[1.0_dp, 2.0_dp, 3.0_dp])
-        if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, default='a,b')
-        if (.not. allocated(failure)) call arguments%get('--cases', text, failure, default='a,b')
+        call arguments%get('--step', step, failure, default=10.0_dp)
+        call arguments%get('--runs', runs, failure, default=15)
+        call arguments%get('--position', position, failure, default=[1.0_dp, 2.0_dp, 3.0_dp])
+        call arguments%get('--cases', cases, failure, default='a,b')
+        call arguments%get('--cases', text, failure, default='a,b')
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, abs(step - 10) <= 0 .and. runs == 15 .and. &
@@ -131,7 +131,7 @@ contains
         type(string_t), allocatable :: cases(:)
 
         call parse('x --out run --cases Back-1,front-1', arguments, failure)
-        if (.not. allocated(failure)) call arguments%get('--cases', cases, failure, choices=CHOICES)
+        call arguments%get('--cases', cases, failure, choices=CHOICES)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, cases(1)%text//'|'//cases(2)%text, 'back-1|front-1')
@@ -222,24 +222,30 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--step', '"nan"', 'from 0.1 to 60 s'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--runs', runs, failure, low=1)
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--runs', '"1.5"', 'an integer of at least 1'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--position', position, failure, unit='m')
         call check_fails(error, message_of(failure), [character(W) :: '--position', '"3x"', 'in m'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--out', text, failure, choices=[character(5) :: 'runs', 'walks'])
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--out', 'one of runs, walks', 'did you mean "runs"'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--cases', text, failure)
         call check_fails(error, message_of(failure), [character(W) :: '--cases LIST is required'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--undeclared', text, failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--undeclared is not declared'])
         if (allocated(error)) return
+        deallocate (failure)
         call arguments%get('--position', step, failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--position is declared with 3 values, not 1'])
@@ -249,6 +255,33 @@ contains
         call check_fails(error, message_of(failure), &
                          [character(W) :: '--step', '61 is outside', 'at most 60'])
     end subroutine test_wrong_values
+
+    !> The first failure stays: the next values are the defaults, and nothing is looked up for them.
+    subroutine test_first_failure(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(arguments_t) :: arguments
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: cases(:)
+        character(:), allocatable :: text
+        real(dp) :: step
+        integer :: runs, threads
+
+        call parse('x --out run --runs many --step wide', arguments, failure)
+        call arguments%get('--runs', runs, failure, default=15)
+        call arguments%get('--step', step, failure, default=10.0_dp)
+        call arguments%get('--cases', cases, failure)
+        call arguments%get('--undeclared', text, failure, default='none')
+        call arguments%get_threads(threads, failure)
+        call refuse_if(.true., 'a later one', failure)
+        call check_fails(error, message_of(failure), [character(W) :: '--runs', '"many"'])
+        if (.not. allocated(error)) call check(error, index(failure%message, 'step') + index(failure%message, 'later'), 0)
+        if (.not. allocated(error)) call check(error, size(cases) == 0 .and. text == 'none' .and. abs(step - 10) <= 0)
+        if (allocated(error)) return
+        deallocate (failure)
+        call refuse_if(.false., 'nothing wrong', failure)
+        if (.not. allocated(failure)) call refuse_if(.true., 'wrong', failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'wrong'])
+    end subroutine test_first_failure
 
     subroutine test_help_text(error)
         type(error_type), allocatable, intent(out) :: error

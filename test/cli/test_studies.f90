@@ -266,7 +266,7 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        case%accelerometer%noise_level = 0
+        case%accelerometer%noise%level = 0
         case%star_camera%catalogue_noise = 0
         case%star_camera%measurement_noise = 0
         case%magnetometer%noise = 0

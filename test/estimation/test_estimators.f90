@@ -9,7 +9,7 @@ module test_estimators
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle, &
         rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use statistics, only: chi_square_limits
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -81,7 +81,7 @@ contains
             knowledge%magnetometer_interval = 1
             knowledge%mounting(:, 1) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -2.356_dp)
             knowledge%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
-            knowledge%accelerometer_psd_level = 1e-20_dp
+            knowledge%accelerometer_noise%level = 1e-20_dp
             knowledge%star_camera_sigma = 1*ARCSECOND
             knowledge%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
             knowledge%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
@@ -336,8 +336,8 @@ contains
 
         call example(clean, error, interval=0.5_dp)
         if (allocated(error)) return
-        clean%knowledge%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
-        clean%knowledge%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
+        clean%knowledge%accelerometer_noise%level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        clean%knowledge%accelerometer_noise%corner = [0.005_dp, 0.1_dp, 0.005_dp]
         clean%knowledge%star_camera_sigma = 0
         stream = new_stream(20, 1, 1, 1, 1)
         call check_normalised_errors(error, clean, draw)
@@ -353,8 +353,7 @@ contains
 
             observations = clean
             do axis = 1, 3
-                noise = coloured_noise(clean%knowledge%accelerometer_psd_level(axis), &
-                                       clean%knowledge%accelerometer_psd_corner(axis), TWO_SIDED, &
+                noise = coloured_noise(clean%knowledge%accelerometer_noise(axis), &
                                        clean%knowledge%accelerometer_interval, failure)
                 call noise%generate(stream, samples)
                 observations%acceleration(axis, :) = clean%acceleration(axis, :) + samples
@@ -372,7 +371,7 @@ contains
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=1.0_dp)
         if (allocated(error)) return
-        clean%knowledge%accelerometer_psd_level = 0
+        clean%knowledge%accelerometer_noise%level = 0
         clean%knowledge%star_camera_sigma = SIGMA
         stream = new_stream(20, 1, 1, 1, 4)
         call check_normalised_errors(error, clean, draw)

@@ -8,7 +8,7 @@ module test_fit_diagnostics
     use gracecg_base_quaternion, only: normalised, rotation_matrix
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
@@ -121,7 +121,7 @@ contains
         total = 0
         whole = 0
         do axis = 1, 3
-            noise = coloured_noise(LEVELS(axis), CORNERS(axis), TWO_SIDED, H, failure)
+            noise = coloured_noise(noise_spectrum_t(LEVELS(axis), CORNERS(axis), TWO_SIDED), H, failure)
             call new_whitener(noise, epoch, whitener, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
@@ -255,7 +255,7 @@ contains
         real(dp) :: x(N), ratios(RUNS), probabilities(RUNS), power
         integer :: run, i
 
-        noise = coloured_noise(1e-18_dp, 0.1_dp, TWO_SIDED, H, failure)
+        noise = coloured_noise(noise_spectrum_t(1e-18_dp, 0.1_dp, TWO_SIDED), H, failure)
         call new_whitener(noise, [(i, i=1, N)], whitener, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -335,7 +335,7 @@ contains
 
         call simulate('front-3', .true., observations, error)
         if (allocated(error)) return
-        observations%knowledge%accelerometer_psd_level = 0
+        observations%knowledge%accelerometer_noise%level = 0
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('ascrest', observations, solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)

@@ -6,8 +6,8 @@ module test_noise_whitening
     use gracecg_base_vectors, only: inverse_3x3, unit
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener, accelerometer_whiteners
     use gracecg_estimation_offset_information, only: offset_information, gravity_gradient_matrix
@@ -41,7 +41,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        noise = coloured_noise(level, corner, TWO_SIDED, INTERVAL, failure)
+        noise = coloured_noise(noise_spectrum_t(level, corner, TWO_SIDED), INTERVAL, failure)
     end function noise_of
 
     !> Epochs with gaps, and samples left out.
@@ -184,8 +184,8 @@ contains
         real(dp) :: normal(9, 9), rhs(9), solution(9), covariance(9, 9), condition, found(3, 3), t
         integer :: k, axis, side
 
-        knowledge%accelerometer_psd_level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
-        knowledge%accelerometer_psd_corner = [0.005_dp, 0.1_dp, 0.005_dp]
+        knowledge%accelerometer_noise%level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
+        knowledge%accelerometer_noise%corner = [0.005_dp, 0.1_dp, 0.005_dp]
         call accelerometer_whiteners(knowledge, [(k, k=1, N)], whiteners, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -255,12 +255,12 @@ contains
                           [.true., .false., .true., .false.])
         call check_fails(error, message_of(failure), ['2 samples'])
         if (allocated(error)) return
-        knowledge%accelerometer_psd_level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
+        knowledge%accelerometer_noise%level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
         call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise_level', 'positive'])
         if (allocated(error)) return
-        knowledge%accelerometer_psd_level = 1e-20_dp
-        knowledge%accelerometer_psd_corner = [0.1_dp, 0.1_dp, -0.1_dp]
+        knowledge%accelerometer_noise%level = 1e-20_dp
+        knowledge%accelerometer_noise%corner = [0.1_dp, 0.1_dp, -0.1_dp]
         call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'corner'])
     end subroutine test_refused

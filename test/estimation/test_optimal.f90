@@ -7,7 +7,7 @@ module test_optimal
     use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset
@@ -58,13 +58,13 @@ contains
 
         call example(observations, error, interval=0.2_dp, star_camera_interval=1.0_dp)
         if (allocated(error)) return
-        observations%knowledge%accelerometer_psd_level = LEVEL
-        observations%knowledge%accelerometer_psd_corner = CORNER
+        observations%knowledge%accelerometer_noise%level = LEVEL
+        observations%knowledge%accelerometer_noise%corner = CORNER
         observations%knowledge%star_camera_sigma = SIGMA
         allocate (samples(size(observations%accelerometer_time)))
         stream = new_stream(31, 1, 1, run, 1)
         do axis = 1, 3
-            noise = coloured_noise(LEVEL(axis), CORNER(axis), TWO_SIDED, 0.2_dp, failure)
+            noise = coloured_noise(noise_spectrum_t(LEVEL(axis), CORNER(axis), TWO_SIDED), 0.2_dp, failure)
             call noise%generate(stream, samples)
             observations%acceleration(axis, :) = observations%acceleration(axis, :) + samples
         end do
@@ -204,7 +204,8 @@ contains
         type(random_stream_t) :: stream
         type(coloured_noise_t) :: noise
         type(error_t), allocatable :: failure
-        real(dp) :: series(N), line(2, N), levels(RECORDS), corners(RECORDS)
+        type(noise_spectrum_t) :: found(RECORDS)
+        real(dp) :: series(N), line(2, N)
         logical :: kept(N)
         integer :: i, k, which
 
@@ -214,23 +215,22 @@ contains
         line(2, :) = [(k/600.0_dp, k=1, N)]
         stream = new_stream(32, 1, 1, 1, 1)
         do which = 1, 2
-            noise = coloured_noise(LEVEL(which), CORNER(which), TWO_SIDED, 0.1_dp, failure)
+            noise = coloured_noise(noise_spectrum_t(LEVEL(which), CORNER(which), TWO_SIDED), 0.1_dp, failure)
             do i = 1, RECORDS
                 call noise%restart()
                 call noise%generate(stream, series)
                 series = series + 1e-6_dp*line(1, :) - 2e-7_dp*line(2, :)
                 series(100:105) = 1
-                call estimate_spectrum(0.1_dp, TWO_SIDED, [(k, k=1, N)], kept, series, line, levels(i), &
-                                       corners(i), failure)
+                call estimate_spectrum(0.1_dp, TWO_SIDED, [(k, k=1, N)], kept, series, line, found(i), failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
             end do
-            call check(error, abs(sum(levels)/RECORDS/LEVEL(which) - 1) < 0.03_dp, 'level')
+            call check(error, abs(sum(found%level)/RECORDS/LEVEL(which) - 1) < 0.03_dp, 'level')
             if (allocated(error)) return
             if (which == 1) then
-                call check(error, count(corners < 0.05_dp) > 0.9_dp*RECORDS, 'small corner')
+                call check(error, count(found%corner < 0.05_dp) > 0.9_dp*RECORDS, 'small corner')
             else
-                call check(error, abs(sum(corners)/RECORDS/CORNER(which) - 1) < 0.25_dp, 'corner')
+                call check(error, abs(sum(found%corner)/RECORDS/CORNER(which) - 1) < 0.25_dp, 'corner')
             end if
             if (allocated(error)) return
         end do
@@ -255,9 +255,9 @@ contains
             if (allocated(error)) return
             if (mod(run, 2) == 0) then
                 observations%knowledge%optimal%noise = 'estimate'
-                observations%knowledge%accelerometer_psd_level = 3*LEVEL
+                observations%knowledge%accelerometer_noise%level = 3*LEVEL
             else
-                observations%knowledge%accelerometer_psd_level = 0
+                observations%knowledge%accelerometer_noise%level = 0
                 observations%knowledge%star_camera_sigma = 0
             end if
             call estimate(observations, solution, error)
@@ -362,9 +362,9 @@ contains
 
         call example(clean, error, interval=0.2_dp, star_camera_interval=0.2_dp)
         if (allocated(error)) return
-        clean%knowledge%optimal%sigma_rod_gain = 1
-        clean%knowledge%optimal%sigma_magnetometer_bias = 1e-4_dp
-        clean%knowledge%optimal%sigma_scale_factors = 1e-6_dp
+        clean%knowledge%a_priori%sigma_rod_gain = 1
+        clean%knowledge%a_priori%sigma_magnetometer_bias = 1e-4_dp
+        clean%knowledge%a_priori%sigma_scale_factors = 1e-6_dp
         clean%knowledge%optimal%estimate_scale_factors = .true.
 
         observations = clean

@@ -518,11 +518,11 @@ contains
 
         call straight_set('front-3', 1, observations, true_offset, error)
         if (allocated(error)) return
-        observations%knowledge%accelerometer_psd_level(2) = 0
+        observations%knowledge%accelerometer_noise(2)%level = 0
         call estimate_offset('sequential', observations, solution, failure)
         call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
         if (allocated(error)) return
-        observations%knowledge%accelerometer_psd_level(2) = 1e-18_dp
+        observations%knowledge%accelerometer_noise(2)%level = 1e-18_dp
         observations%knowledge%star_camera_sigma = 0
         call estimate_offset('sequential', observations, solution, failure)
         call check(error, index(message_of(failure), 'noise_about_axes') > 0, message_of(failure))

@@ -104,9 +104,9 @@ contains
                                     a%magnetometer_interval], [b%accelerometer_interval, &
                                     b%star_camera_interval, b%magnetometer_interval])
             call same('mounting', [a%mounting], [b%mounting])
-            call same('noise', [a%accelerometer_psd_level, a%accelerometer_psd_corner, &
-                                a%star_camera_sigma], [b%accelerometer_psd_level, &
-                                b%accelerometer_psd_corner, b%star_camera_sigma])
+            call same('noise', [a%accelerometer_noise%level, a%accelerometer_noise%corner, &
+                                a%star_camera_sigma], [b%accelerometer_noise%level, &
+                                b%accelerometer_noise%corner, b%star_camera_sigma])
             call same('guess', [a%guess_quaternion, a%guess_angular_velocity, a%guess_offset], &
                       [b%guess_quaternion, b%guess_angular_velocity, b%guess_offset])
             call same('sidereal angle', [a%sidereal_angle], [b%sidereal_angle])
@@ -116,7 +116,7 @@ contains
             call check(error, a%name == b%name .and. a%camera == b%camera .and. &
                        a%field_model == b%field_model .and. a%field_model == 'igrf95' .and. &
                        a%rods%count == b%rods%count .and. &
-                       a%accelerometer_psd_sides == b%accelerometer_psd_sides)
+                       all(a%accelerometer_noise%sides == b%accelerometer_noise%sides))
         end associate
 
     contains

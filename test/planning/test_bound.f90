@@ -70,7 +70,7 @@ contains
         do manoeuvre = 1, 3
             do i = 1, 3
                 call report_case(REPORT_CASE_NAMES(i), case, failure)
-                case%accelerometer%noise_sides = 1
+                case%accelerometer%noise%sides = 1
                 if (manoeuvre == 2) then
                     call new_torque_rods(case%knowledge%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
                 else if (manoeuvre == 3) then
@@ -180,8 +180,8 @@ contains
 
         call report_case('front-3', case, failure)
         call bound_of_case(case, first, failure)
-        case%accelerometer%noise_level = 4*case%accelerometer%noise_level
-        associate (limits => case%knowledge%optimal)
+        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
+        associate (limits => case%knowledge%a_priori)
             limits%sigma_scale_factors = 2*limits%sigma_scale_factors
             limits%sigma_rod_gain = 2*limits%sigma_rod_gain
             limits%sigma_magnetometer_bias = 2*limits%sigma_magnetometer_bias
@@ -236,12 +236,12 @@ contains
         call check_fails(error, message_of(failure), [character(20) :: 'front-1', 'torque rods are off', '&rod'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise_level(2) = -1e-18_dp
+        case%accelerometer%noise(2)%level = -1e-18_dp
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise level'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise_level(3) = 0
+        case%accelerometer%noise(3)%level = 0
         call bound_of_case(case, bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'noise level'])
         if (allocated(error)) return

@@ -110,7 +110,7 @@ contains
         rods(3) = three_rods([5, 6, 7], SINE)
         do number = 1, 3
             call report_case(REPORT_CASE_NAMES(number), case, failure)
-            case%accelerometer%noise_sides = 1
+            case%accelerometer%noise%sides = 1
             call stand(case, view, site, error)
             if (allocated(error)) return
             rods(1) = case%knowledge%rods
@@ -555,7 +555,7 @@ contains
         settings = design_settings_t(taper=0.0_dp)
         call refused([character(W) :: 'needs a taper'])
         if (allocated(error)) return
-        case%accelerometer%noise_level = 0
+        case%accelerometer%noise%level = 0
         call new_accelerometer_view(case, view, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'axis x', 'noise_level'])
 

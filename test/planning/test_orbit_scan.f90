@@ -332,7 +332,7 @@ contains
         call fly('back', case, orbit, error)
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
-        case%accelerometer%noise_level = 4*case%accelerometer%noise_level
+        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
         call scan(case, orbit, [2000], noisy, error)
         if (allocated(error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)

@@ -275,7 +275,7 @@ contains
                          maxval(abs(a%knowledge%inertia - b%knowledge%inertia)) + &
                          maxval(abs(a%centre_of_mass - b%centre_of_mass)) + &
                          maxval(abs(a%accelerometer%scale3 - b%accelerometer%scale3)) + &
-                         maxval(abs(a%accelerometer%noise_level - b%accelerometer%noise_level)) + &
+                         maxval(abs(a%accelerometer%noise%level - b%accelerometer%noise%level)) + &
                          maxval(abs(a%knowledge%accelerometer_weight - &
                                 b%knowledge%accelerometer_weight)) + &
                          maxval(abs(dipole_moment(a%knowledge%rods, 1.3_dp) - &

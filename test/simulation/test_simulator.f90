@@ -254,7 +254,7 @@ contains
 
         call prepare(simulator, error)
         if (allocated(error)) return
-        simulator%case%accelerometer%noise_corner = 0
+        simulator%case%accelerometer%noise%corner = 0
         squares = 0
         total = 0
         do run = 1, RUNS
@@ -436,11 +436,11 @@ contains
                        norm2(knowledge%guess_angular_velocity - case%angular_velocity) > 1e-5_dp .and. &
                        norm2(knowledge%guess_quaternion - case%quaternion) > 1e-4_dp)
             if (allocated(error)) return
-            call check(error, all(knowledge%accelerometer_psd_level == &
-                       case%accelerometer%noise_level) .and. &
-                       all(knowledge%accelerometer_psd_corner == &
-                           case%accelerometer%noise_corner) .and. &
-                       knowledge%accelerometer_psd_sides == case%accelerometer%noise_sides .and. &
+            call check(error, all(knowledge%accelerometer_noise%level == &
+                       case%accelerometer%noise%level) .and. &
+                       all(knowledge%accelerometer_noise%corner == &
+                           case%accelerometer%noise%corner) .and. &
+                       all(knowledge%accelerometer_noise%sides == case%accelerometer%noise%sides) .and. &
                        all(knowledge%mounting(:, 1) == case%star_camera%mounting(1)) .and. &
                        all(knowledge%mounting(:, 2) == case%star_camera%mounting(2)))
         end associate

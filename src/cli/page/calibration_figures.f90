@@ -8,7 +8,7 @@ module gracecg_cli_calibration_figures
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_environment_time, only: time_tag
     use gracecg_spacecraft_torque_rods, only: dipole_moment
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, projected_ellipse, ELLIPSE_95

@@ -8,7 +8,8 @@ module gracecg_cli_calibration_page
     use gracecg_base_text, only: string_t, integer_text, rounded_text, padded
     use gracecg_files_file, only: make_directory, text_file_t, read_text_file
     use gracecg_environment_time, only: utc_text
-    use gracecg_observations_observation_set, only: observation_set_t, has_orbit, HEADS
+    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose

@@ -13,7 +13,8 @@ module gracecg_estimation_field_fallback
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_environment_time, only: decimal_year, sidereal_angle, time_tag
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
-    use gracecg_observations_observation_set, only: observation_set_t, has_orbit, NO_FIELD_MODEL
+    use gracecg_observations_knowledge, only: NO_FIELD_MODEL
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated, is_covered, &
         cubic_interpolated, LONGEST_ORBIT_SPACING
     use gracecg_estimation_star_attitude, only: star_attitude_t

@@ -3,7 +3,8 @@ module gracecg_estimation_repeated_samples
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_observations_observation_set, only: observation_set_t, HEADS
+    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_observations_observation_set, only: observation_set_t
     implicit none
     private
     public :: drop_repeated_samples, drop_stuck_field

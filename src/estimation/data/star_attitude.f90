@@ -5,7 +5,8 @@ module gracecg_estimation_star_attitude
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, normalised
-    use gracecg_observations_observation_set, only: observation_set_t, HEADS
+    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_interpolation, only: is_covered, LONGEST_GAP, REACH
     implicit none
     private

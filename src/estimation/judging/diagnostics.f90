@@ -9,7 +9,7 @@ module gracecg_estimation_diagnostics
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t, NOISE_SOURCES
     implicit none
@@ -99,7 +99,7 @@ contains
         integer :: axis, component
 
         do axis = 1, 3
-            noise(axis) = noise_of_axis(knowledge, axis, error)
+            noise(axis) = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             call new_whitener(noise(axis), record%epoch, whitener(axis), no_whitener)
             known(axis) = .not. allocated(no_whitener)
@@ -161,16 +161,6 @@ contains
             end if
         end do
     end subroutine diagnose
-
-    function noise_of_axis(knowledge, axis, error) result(noise)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        integer, intent(in) :: axis
-        type(error_t), allocatable, intent(out) :: error
-        type(coloured_noise_t) :: noise
-
-        noise = coloured_noise(knowledge%accelerometer_psd_level(axis), knowledge%accelerometer_psd_corner(axis), &
-                               knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
-    end function noise_of_axis
 
     !> Semi-axes and directions of the error ellipsoid of one sigma: the roots of the eigenvalues of the
     !> covariance, and its eigenvectors, each with its largest component positive.

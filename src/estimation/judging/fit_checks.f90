@@ -6,7 +6,7 @@ module gracecg_estimation_fit_checks
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_estimation_fit_record, only: fit_record_t
@@ -78,9 +78,7 @@ contains
                     return
                 end if
             end associate
-            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                knowledge%accelerometer_psd_corner(axis), &
-                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             deviation = sqrt(noise%autocovariance([0]))
             if (deviation(1) > 0) call judge_noise(axis, rms, deviation(1), warnings)

@@ -3,7 +3,7 @@
 module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join, padded
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS

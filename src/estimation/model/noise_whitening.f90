@@ -13,7 +13,7 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
@@ -125,13 +125,11 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            if (.not. knowledge%accelerometer_psd_level(axis) > 0) then
-                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_psd_level(axis))// &
+            if (.not. knowledge%accelerometer_noise(axis)%level > 0) then
+                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_noise(axis)%level)// &
                           ' m^2 s^-4/Hz has to be positive')
             else
-                noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                                       knowledge%accelerometer_psd_corner(axis), &
-                                       knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+                noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             end if
             if (.not. allocated(error)) then
                 if (present(kept)) then

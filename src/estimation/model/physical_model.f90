@@ -20,7 +20,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: dipole_moment
-    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_optimal_options, only: WAVE_GIVEN
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING

@@ -4,9 +4,9 @@
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_base_lapack, only: normal_equations
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_optimal_options, only: WAVE_GIVEN
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
@@ -19,9 +19,7 @@ module gracecg_estimation_whitened_problem
 
     !> The noise that the observations are whitened with.
     type :: assumed_noise_t
-        real(dp) :: level(3) = 0            !! Accelerometer, (3-2), m^2 s^-4/Hz
-        real(dp) :: corner(3) = 0           !! Hz
-        integer :: sides = 2    !! Of the spectrum that `level` is meant for: 1 or 2
+        type(noise_spectrum_t) :: accelerometer(3)  !! (3-2), m^2 s^-4/Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
     end type assumed_noise_t
 
@@ -88,9 +86,7 @@ contains
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
-        problem%noise%sides = knowledge%accelerometer_psd_sides
-        problem%noise%level = knowledge%accelerometer_psd_level
-        problem%noise%corner = knowledge%accelerometer_psd_corner
+        problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
         problem%linear = .false.
     end subroutine prepare_calibration
@@ -147,9 +143,9 @@ contains
         integer :: i
 
         sigma = 0
-        sigma(SCALE_FACTORS) = knowledge%optimal%sigma_scale_factors
-        sigma(ROD_GAIN) = knowledge%optimal%sigma_rod_gain
-        sigma(FIELD_BIAS) = knowledge%optimal%sigma_magnetometer_bias
+        sigma(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
+        sigma(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
+        sigma(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         problem%known = pack([(i, i=1, size(estimated))], sigma(estimated) > 0)
         problem%known_sigma = sigma(estimated(problem%known))
     end subroutine take_prior
@@ -165,8 +161,7 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
-                                   problem%model%interval, error)
+            noise = coloured_noise(problem%noise%accelerometer(axis), problem%model%interval, error)
             if (.not. allocated(error)) &
                 call new_whitener(noise, problem%data%accelerometer_epoch, problem%whiteners(axis), error, &
                                   problem%acceleration_kept(axis, :))

@@ -7,8 +7,9 @@ module gracecg_estimation_optimal
     use gracecg_base_error, only: error_t, add_context, number_text
     use gracecg_base_text, only: append, string_t
     use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model
@@ -222,9 +223,9 @@ contains
         type(assumed_noise_t), intent(inout) :: noise
         logical, intent(out) :: unknown_level(3), unknown_angle(3)
 
-        unknown_level = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_psd_level > 0
+        unknown_level = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_noise%level > 0
         unknown_angle = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
-        where (.not. noise%level > 0) noise%level = FIRST_LEVEL
+        where (.not. noise%accelerometer%level > 0) noise%accelerometer%level = FIRST_LEVEL
         where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
     end subroutine find_unknown
 
@@ -250,22 +251,21 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: regressors(:, :)
-        real(dp) :: level, corner
+        type(noise_spectrum_t) :: found
         integer :: axis
 
         do axis = 1, 3
             if (.not. unknown(axis)) cycle
             regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
-            associate (noise => problem%noise)
+            associate (noise => problem%noise%accelerometer(axis))
                 call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
                                        problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
-                                       regressors, level, corner, error)
+                                       regressors, found, error)
                 if (allocated(error)) return
-                level = max(level, SMALLEST_LEVEL)
-                changed = changed .or. abs(level/noise%level(axis) - 1) > SAME_LEVEL .or. &
-                          abs(corner - noise%corner(axis)) > SAME_LEVEL*max(corner, noise%corner(axis))
-                noise%level(axis) = level
-                noise%corner(axis) = corner
+                found%level = max(found%level, SMALLEST_LEVEL)
+                changed = changed .or. abs(found%level/noise%level - 1) > SAME_LEVEL .or. &
+                          abs(found%corner - noise%corner) > SAME_LEVEL*max(found%corner, noise%corner)
+                noise = found
             end associate
         end do
     end subroutine update_spectra
@@ -331,8 +331,8 @@ contains
                 solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
             end associate
         end do
-        solution%noise_level = problem%noise%level
-        solution%noise_corner = problem%noise%corner
+        solution%noise_level = problem%noise%accelerometer%level
+        solution%noise_corner = problem%noise%accelerometer%corner
         solution%star_camera_sigma = problem%noise%star_camera_sigma
         redundancy = 3*count(problem%star_kept) + count(problem%acceleration_kept) + &
                      (problem%observations - problem%star_rows - problem%acceleration_rows) - &
@@ -354,8 +354,7 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            noise = coloured_noise(problem%noise%level(axis), problem%noise%corner(axis), problem%noise%sides, &
-                                   problem%model%interval, error)
+            noise = coloured_noise(problem%noise%accelerometer(axis), problem%model%interval, error)
             if (allocated(error)) return
             deviation = sqrt(noise%autocovariance([0]))
             call judge_noise(axis, solution%residual_rms(axis), deviation(1), solution%warnings)
@@ -434,7 +433,7 @@ contains
         factor = 1
         sigma = 0
         free = knowledge
-        free%optimal%sigma_rod_gain = 0         ! no a-priori knowledge
+        free%a_priori%sigma_rod_gain = 0         ! no a-priori knowledge
         associate (estimated => problem%model%estimated)
             call with_parameters(free, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
         end associate

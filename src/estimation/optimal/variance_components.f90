@@ -10,7 +10,7 @@
 module gracecg_estimation_variance_components
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     implicit none
     private
@@ -30,15 +30,14 @@ contains
     !> arc cannot tell it from 0, and it is returned as 0) and half the sampling frequency.
     !>
     !> Fails when too few samples are kept.
-    subroutine estimate_spectrum(interval, sides, epoch, kept, series, regressors, level, corner, error)
+    subroutine estimate_spectrum(interval, sides, epoch, kept, series, regressors, spectrum, error)
         real(dp), intent(in) :: interval            !! Of the epochs, s
         integer, intent(in) :: sides                !! Of the spectrum
         integer, intent(in) :: epoch(:)    !! k of each sample
         logical, intent(in) :: kept(:)    !! (samples)
         real(dp), intent(in) :: series(:)           !! Residuals, (samples)
         real(dp), intent(in) :: regressors(:, :)    !! (regressors, samples)
-        real(dp), intent(out) :: level              !! Unit of the series squared per Hz
-        real(dp), intent(out) :: corner             !! Hz
+        type(noise_spectrum_t), intent(out) :: spectrum     !! Unit of the series squared per Hz
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: width, low, high, inner(2), value(2), best_value, grid_value(0:GRID)
@@ -47,8 +46,7 @@ contains
         high = log(0.5_dp/interval)
         low = high + log(LOWEST_CORNER)
         width = (high - low)/GRID
-        level = 0
-        corner = 0
+        spectrum%sides = sides
         do i = 0, GRID
             call evaluate(exp(low + i*width), grid_value(i))
             if (allocated(error)) return
@@ -73,14 +71,14 @@ contains
                 call evaluate(exp(inner(2)), value(2))
             end if
         end do
-        corner = exp((low + high)/2)
-        call evaluate(corner, best_value)
+        spectrum%corner = exp((low + high)/2)
+        call evaluate(spectrum%corner, best_value)
         if (allocated(error)) return
         call evaluate(0.0_dp, value(1))         ! white noise, when it is as likely
         if (value(1) <= best_value .or. best == 0) then
-            corner = 0
+            spectrum%corner = 0
         else
-            call evaluate(corner, best_value)
+            call evaluate(spectrum%corner, best_value)
         end if
 
     contains
@@ -96,7 +94,7 @@ contains
             integer :: rank
 
             minus_twice = huge(1.0_dp)
-            noise = coloured_noise(1.0_dp, at, sides, interval, error)
+            noise = coloured_noise(noise_spectrum_t(1.0_dp, at, sides), interval, error)
             if (.not. allocated(error)) call new_whitener(noise, epoch, whitener, error, kept)
             if (allocated(error)) return
             rows = regressors
@@ -104,8 +102,8 @@ contains
             call whitener%whiten(rows)
             call whitener%whiten_series(left)
             call project_off(rows, left, rank, log_normal)
-            level = sum(left**2)/max(1, whitener%kept - rank)
-            minus_twice = (whitener%kept - rank)*log(max(level, tiny(1.0_dp))) + whitener%log_determinant + &
+            spectrum%level = sum(left**2)/max(1, whitener%kept - rank)
+            minus_twice = (whitener%kept - rank)*log(max(spectrum%level, tiny(1.0_dp))) + whitener%log_determinant + &
                           log_normal
         end subroutine evaluate
     end subroutine estimate_spectrum

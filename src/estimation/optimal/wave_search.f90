@@ -124,7 +124,7 @@ contains
 
         first = problem%star_rows
         along = airflow_at(problem%model, problem%state%quaternion, 0)
-        weight = along/sqrt(problem%noise%level)
+        weight = along/sqrt(problem%noise%accelerometer%level)
         weight = weight/norm2(weight)
         series = 0
         do axis = 1, 3

@@ -8,7 +8,7 @@ module gracecg_estimation_attitude_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, &
         fitted_small_angles_t, new_attitude_fit, kinematic_partials

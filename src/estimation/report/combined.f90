@@ -4,7 +4,8 @@
 module gracecg_estimation_combined
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_estimation_offset_model, only: offset_rate_partials

@@ -5,7 +5,7 @@ module gracecg_estimation_noise_propagation
     use gracecg_base_error, only: error_t
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observations_observation_set, only: operator_knowledge_t, HEADS
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_attitude_fit, only: kinematic_partials
     use gracecg_estimation_interpolation, only: interpolation_t
     use gracecg_estimation_star_attitude, only: star_attitude_t
@@ -30,9 +30,7 @@ contains
 
         covariance = 0
         do axis = 1, 3
-            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                knowledge%accelerometer_psd_corner(axis), &
-                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             part = stationary_noise_covariance( &
                    gain(:, axis::3), epoch, &

@@ -3,7 +3,7 @@
 module gracecg_estimation_offset_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_observations_observation_set, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
     use gracecg_estimation_batch_processor, only: batch_problem_t

@@ -12,7 +12,8 @@ module gracecg_estimation_sequential
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
-    use gracecg_observations_observation_set, only: observation_set_t, operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_sequential_options, only: ADAPTIVE, GIVEN, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
@@ -183,9 +184,9 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            if (.not. knowledge%accelerometer_psd_level(axis) > 0) then
+            if (.not. knowledge%accelerometer_noise(axis)%level > 0) then
                 call fail(error, 'sequential: noise_level of accelerometer axis '//AXES(axis)//' = '// &
-                          number_text(knowledge%accelerometer_psd_level(axis))//' m^2 s^-4/Hz: it must be '// &
+                          number_text(knowledge%accelerometer_noise(axis)%level)//' m^2 s^-4/Hz: it must be '// &
                           'positive, since the noise gives the samples their weights')
             else if (.not. knowledge%star_camera_sigma(axis) > 0) then
                 call fail(error, 'sequential: noise_about_axes('//AXES(axis)//') of the star camera = '// &
@@ -207,9 +208,7 @@ contains
         integer :: axis
 
         do axis = 1, 3
-            noise = coloured_noise(knowledge%accelerometer_psd_level(axis), &
-                knowledge%accelerometer_psd_corner(axis), &
-                                   knowledge%accelerometer_psd_sides, knowledge%accelerometer_interval, error)
+            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
             call noise%markov_form(white_variance, correlation, variance)
             work%white_sigma(axis) = sqrt(white_variance)
@@ -561,8 +560,8 @@ contains
         root = constants%inverse_root()
         solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(TORQUE(i)), final%value(TORQUE(i)), &
                                                       norm2(root(TORQUE(i), :))), i=1, 3)]    ! PLACE is the same
-        solution%noise_level = knowledge%accelerometer_psd_level
-        solution%noise_corner = knowledge%accelerometer_psd_corner
+        solution%noise_level = knowledge%accelerometer_noise%level
+        solution%noise_corner = knowledge%accelerometer_noise%corner
         solution%star_camera_sigma = knowledge%star_camera_sigma
         solution%edited = [count(.not. work%problem%kept), count(.not. work%problem%star_kept)]
         call constants%last_covariance(unused, solution%covariance)

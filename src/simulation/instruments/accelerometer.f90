@@ -9,7 +9,7 @@ module gracecg_simulation_accelerometer
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_vectors, only: cross
     use gracecg_base_random, only: random_stream_t
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, TWO_SIDED
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     implicit none
     private
     public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
@@ -38,12 +38,10 @@ module gracecg_simulation_accelerometer
         !! Cubic scale factor, s^4/m^2
         real(dp) :: bias(3) = [-1.2047e-6_dp, -2.2781e-5_dp, 0.9871e-6_dp]
         !! m/s^2
-        real(dp) :: noise_level(3) = [1e-20_dp, 1e-18_dp, 1e-20_dp]
-        !! White level of the noise's power spectral density, m^2 s^-4/Hz
-        real(dp) :: noise_corner(3) = [0.005_dp, 0.1_dp, 0.005_dp]
-        !! Corner frequency of the noise, Hz
-        integer :: noise_sides = TWO_SIDED
-        !! ONE_SIDED or TWO_SIDED power spectral density
+        type(noise_spectrum_t) :: noise(3) = [noise_spectrum_t(1e-20_dp, 0.005_dp), &
+                                              noise_spectrum_t(1e-18_dp, 0.1_dp), &
+                                              noise_spectrum_t(1e-20_dp, 0.005_dp)]
+        !! Power spectral densities, m^2 s^-4/Hz
         real(dp) :: sampling_interval = 0.1_dp
         !! s
     contains
@@ -116,8 +114,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(coloured_noise_t) :: noise
 
-        noise = coloured_noise(self%noise_level(i), self%noise_corner(i), self%noise_sides, &
-                               self%sampling_interval, error)
+        noise = coloured_noise(self%noise(i), self%sampling_interval, error)
         call add_context(error, 'accelerometer, '//AXIS(i)//' axis')
     end function noise_of_axis
 

@@ -189,9 +189,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(accelerometer_t) :: accelerometer
 
-        accelerometer%noise_level(2) = -1
+        accelerometer%noise(2)%level = -1
         call expect_failure('y axis')
-        accelerometer = accelerometer_t(noise_sides=0)
+        accelerometer = accelerometer_t()
+        accelerometer%noise%sides = 0
         call expect_failure('sides')
         accelerometer = accelerometer_t(bias=ieee_value([0.0_dp, 0.0_dp, 0.0_dp], ieee_quiet_nan))
         call expect_failure('not finite')

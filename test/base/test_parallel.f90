@@ -1,0 +1,120 @@
+!> The parallel loop: every piece once, the same results with any number of threads, and the failure of the
+!> first piece that fails.
+module test_parallel
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_text, only: integer_text
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_parallel
+
+    !> Sums; a piece of `failing` fails.
+    type, extends(parallel_work_t) :: sums_t
+        integer, allocatable :: times_done(:)
+        real(dp), allocatable :: sums(:)
+        integer, allocatable :: failing(:)
+    contains
+        procedure :: do_one => add_up
+    end type sums_t
+
+contains
+
+    subroutine collect_parallel(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('every-piece-once', test_once), &
+                    new_unittest('results-do-not-depend-on-threads', test_threads), &
+                    new_unittest('first-failure', test_failure), &
+                    new_unittest('nothing-to-do', test_nothing)]
+    end subroutine collect_parallel
+
+    subroutine add_up(self, i, error)
+        class(sums_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k
+
+        self%times_done(i) = self%times_done(i) + 1
+        do k = 1, 200*(1 + modulo(7*i, 5))      ! not all pieces take as long
+            self%sums(i) = self%sums(i) + sin(real(i*k, dp))
+        end do
+        if (any(self%failing == i)) call fail(error, 'piece '//integer_text(i))
+    end subroutine add_up
+
+    function new_sums(n, failing) result(sums)
+        integer, intent(in) :: n, failing(:)
+        type(sums_t) :: sums
+
+        allocate (sums%times_done(n), source=0)
+        allocate (sums%sums(n), source=0.0_dp)
+        sums%failing = failing
+    end function new_sums
+
+    subroutine test_once(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t) :: sums
+        type(error_t), allocatable :: failure
+
+        sums = new_sums(1000, [integer ::])
+        call run_parallel(sums, 1000, 4, failure)
+        call check(error, .not. allocated(failure), 'failed')
+        if (.not. allocated(error)) call check(error, all(sums%times_done == 1), 'not every piece once')
+    end subroutine test_once
+
+    subroutine test_threads(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t) :: one, other
+        type(error_t), allocatable :: failure
+        integer :: threads
+
+        one = new_sums(300, [integer ::])
+        call run_parallel(one, 300, 1, failure)
+        do threads = 2, 5
+            other = new_sums(300, [integer ::])
+            call run_parallel(other, 300, threads, failure)
+            call check(error, all(.not. abs(one%sums - other%sums) > 0), 'another result with '// &
+                       integer_text(threads)//' threads')
+            if (allocated(error)) return
+        end do
+    end subroutine test_threads
+
+    !> That with the lowest number, whichever fails first in time; all pieces before it are done.
+    subroutine test_failure(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t) :: sums
+        type(error_t), allocatable :: failure
+        integer :: threads, attempt
+
+        do threads = 1, 4
+            do attempt = 1, 20
+                sums = new_sums(64, [63, 17, 18, 19, 20, 40])
+                call run_parallel(sums, 64, threads, failure)
+                call check(error, allocated(failure), 'no failure')
+                if (allocated(error)) return
+                call check(error, failure%message, 'piece 17')
+                if (allocated(error)) return
+                call check(error, all(sums%times_done(:17) == 1) .and. all(sums%times_done <= 1), &
+                           'a piece before the failure was not done once')
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_failure
+
+    subroutine test_nothing(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t) :: sums
+        type(error_t), allocatable :: failure
+
+        sums = new_sums(0, [integer ::])
+        call run_parallel(sums, 0, 2, failure)
+        call check(error, .not. allocated(failure), 'failed')
+    end subroutine test_nothing
+end module test_parallel
