@@ -15,6 +15,8 @@ program benchmark
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
@@ -214,14 +216,17 @@ contains
         call estimate(evaluations, .true.)
     end subroutine time_assest_covariance
 
-    subroutine estimate(evaluations, with_covariance)
+    subroutine estimate(evaluations, covariance)
         integer, intent(in) :: evaluations
-        logical, intent(in) :: with_covariance
+        logical, intent(in) :: covariance
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         integer :: i
 
+        options = report_options('front-1')
+        options%covariance = covariance
         do i = 1, evaluations
-            call estimate_offset('assest-fde', observations, solution, error, with_covariance)
+            call estimate_offset('assest-fde', observations, options, solution, error)
             sink = sink + solution%offset(1)
         end do
     end subroutine estimate
@@ -239,7 +244,8 @@ contains
             best = huge(best)
             do repeat = 1, 3
                 call system_clock(start, ticks_per_second)
-                call run_monte_carlo(simulator, 'assest-fde', 1, [(i, i=1, RUNS)], threads, results, error)
+                call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), 1, [(i, i=1, RUNS)], threads, &
+                                     results, error)
                 call system_clock(finish)
                 best = min(best, real(finish - start, dp)/ticks_per_second)
             end do

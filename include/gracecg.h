@@ -349,7 +349,9 @@ gracecg_status gracecg_simulator_truth(const gracecg_simulator *simulator, size_
 
 /* ------------------------------------------------------------------ observations */
 
-/* What an operator knows: satellite, manoeuvre, instruments, initial guesses and weights. */
+/* What an operator knows: satellite, manoeuvre, instruments; and beside it how to estimate. Cases, setups
+   and observation sets carry options of the estimators: those of the groups &estimation, &optimal and
+   &sequential of their text, and the defaults for what it does not say (gracecg_options_text). */
 typedef struct gracecg_setup gracecg_setup;
 
 /* From a file setup.nml, from such a file's text, or that of an observation set. */
@@ -357,7 +359,7 @@ gracecg_status gracecg_setup_read(const char *file, gracecg_setup **setup, grace
 gracecg_status gracecg_setup_parse(const char *text, gracecg_setup **setup, gracecg_error *error);
 gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
 
-/* The text of setup.nml; text, size and length as in gracecg_case_text. */
+/* The text of setup.nml, followed by the options; text, size and length as in gracecg_case_text. */
 gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
                                   gracecg_error *error);
 
@@ -385,7 +387,8 @@ typedef struct gracecg_observations gracecg_observations;
 gracecg_status gracecg_observations_create(const gracecg_setup *setup, const gracecg_samples *samples,
                                            gracecg_observations **observations, gracecg_error *error);
 
-/* From a folder as `gracecg simulate` writes it, and into one, which is made if it is not there. */
+/* From a folder as `gracecg simulate` writes it, and into one, which is made if it is not there. The options
+   stand in its file options.nml; without it they are the defaults, or those in a setup.nml of version 0.1. */
 gracecg_status gracecg_observations_read(const char *folder, gracecg_observations **observations,
                                          gracecg_error *error);
 gracecg_status gracecg_observations_write(const gracecg_observations *observations, const char *folder,
@@ -422,6 +425,18 @@ gracecg_status gracecg_observations_orbit(const gracecg_observations *observatio
 /* ------------------------------------------------------------------ estimation */
 
 /* Room for the parameters beside the offset, and for a name with its closing zero. */
+/* How to estimate, as the text of a file of options: groups &estimation (first guesses, weights), &optimal
+   and &sequential. `object` is a case, a setup or an observation set; text, size and length as in
+   gracecg_case_text. An observation set has the options of its simulator's case, of its setup, or of the
+   file options.nml in its folder. */
+gracecg_status gracecg_options_text(const void *object, char *text, size_t size, size_t *length,
+                                    gracecg_error *error);
+
+/* Another object like this one, with the options of a text: what it does not say has its default. `changed`
+   is the address of a handle of the object's type, cast; free it as its like. */
+gracecg_status gracecg_options_replace(const void *object, const char *text, void **changed,
+                                       gracecg_error *error);
+
 #define GRACECG_MOST_PARAMETERS 16
 #define GRACECG_NAME_SIZE 16
 
@@ -443,7 +458,7 @@ typedef struct gracecg_solution {
     double noise_corner[3];     /* Hz */
     double star_camera_sigma[3];/* about camera x, y, boresight, rad */
     double parameter_value[GRACECG_MOST_PARAMETERS];    /* beside the offset: unmodelled torque, and what */
-    double parameter_sigma[GRACECG_MOST_PARAMETERS];    /* group `optimal` of the setup asks for; SI units */
+    double parameter_sigma[GRACECG_MOST_PARAMETERS];    /* group `optimal` of the options asks for; SI units */
     char parameter_name[GRACECG_MOST_PARAMETERS][GRACECG_NAME_SIZE];
     int32_t parameter_count;
     int32_t edited[2];          /* samples left out: accelerometer (by axis), star camera */
@@ -452,8 +467,8 @@ typedef struct gracecg_solution {
     int32_t warning_count;      /* what was bridged, and what casts doubt on the fit */
 } gracecg_solution;
 
-/* Estimates the offset from observations alone, by an algorithm of gracecg_algorithm_name. The settings
-   of "optimal" and "sequential" are those of the groups of these names in the setup. warnings[size] (or
+/* Estimates the offset from observations alone, by an algorithm of gracecg_algorithm_name, with the
+   options of the observation set (gracecg_options_text). warnings[size] (or
    NULL with size 0) receives the warnings, each ended by a newline, cut off at the size.
    GRACECG_NOT_CONVERGED fills the solution, which is then not to be relied upon. */
 gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observations *observations,
@@ -464,7 +479,7 @@ gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observation
 
 /* The least covariance of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the
    drag a straight line in time; and what is added by what is known only within the limits of group
-   `optimal` of the case. Body axes. */
+   `a_priori` of the case. Body axes. */
 typedef struct gracecg_bound {
     double covariance[3][3];    /* m^2 */
     double sigma[3];            /* square roots of its diagonal, m */

@@ -9,8 +9,9 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
-!> - estimators: `estimate_offset`; settings of two of them: `optimal_settings_t`, `sequential_settings_t`,
-!>   components of the setup; the estimate on the way: `running_estimate_t`
+!> - estimators: `estimate_offset`; how to estimate: `estimation_options_t` with `optimal_options_t` and
+!>   `sequential_options_t` as components, `read_options`; the estimate on the way: `running_estimate_t`
+!> - a case and how it is estimated: `find_calibration`, `report_options`
 !> - the bound of an estimate: `bound_of_case`, and `bound_offset` from an information matrix
 !> - the planner of the manoeuvre: `plan_manoeuvre`, `map_case`
 !>
@@ -23,7 +24,8 @@ module gracecg
     use gracecg_base_version, only: LIBRARY_VERSION => VERSION
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
-    use gracecg_base_constants, only: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, &
+            ASTRONOMICAL_UNIT
     ! Time and frames
     use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
         julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
@@ -35,12 +37,20 @@ module gracecg
     use gracecg_environment_geopotential, only: gravity_model_t, point_mass_gravity_t, geopotential_t, &
         new_geopotential, egm96
     use gracecg_environment_gfc_file, only: read_gfc
-    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components
+    use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t, igrf_t, igrf, new_igrf, &
+            spherical_components
     use gracecg_environment_shc_file, only: read_shc
-    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
-    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, &
-        new_dtm77, exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
+    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather, &
+        space_weather_source_t
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
+        density_wave_t, new_density_wave
+    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
+    use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
+    use gracecg_environment_wind_models, only: new_wind_model, WIND_MODELS
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, &
         standard_rings, DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_EPOCH_JD, MAX_SEGMENTS
@@ -72,16 +82,20 @@ module gracecg
     use gracecg_simulation_magnetometer, only: magnetometer_t
     ! Simulation, observation sets, estimation
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case
-    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t, a_priori_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
-    use gracecg_observations_optimal_options, only: optimal_settings_t
-    use gracecg_observations_sequential_options, only: sequential_settings_t
+    use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
+        options_text, OF_CASE, OF_SETUP
+    use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_optimal_options, only: optimal_options_t
+    use gracecg_estimation_sequential_options, only: sequential_options_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     ! The limit of an estimate, and the planner
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_from_text, calibration_text
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, BOUND_SOURCES => SOURCES
     use gracecg_simulation_limits, only: attitude_motion_t
@@ -93,7 +107,7 @@ module gracecg
     private
 
     public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
-    public :: DEGREE, ARCSECOND, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
+    public :: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
     public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
@@ -102,8 +116,10 @@ module gracecg
     public :: earth_fixed_to_geodetic, geodetic_to_earth_fixed
 
     public :: gravity_model_t, point_mass_gravity_t, geopotential_t, new_geopotential, egm96, read_gfc
+    public :: new_gravity_model, GRAVITY_MODELS, new_geomagnetic_model, GEOMAGNETIC_MODELS
+    public :: new_density_model, density_settings_t, DENSITY_MODELS, new_wind_model, WIND_MODELS
     public :: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components, read_shc
-    public :: space_weather_t, embedded_space_weather, read_space_weather
+    public :: space_weather_t, embedded_space_weather, read_space_weather, space_weather_source_t
     public :: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, new_dtm77
     public :: exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
     public :: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
@@ -133,7 +149,10 @@ module gracecg
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
     public :: observation_set_t, operator_knowledge_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
-    public :: optimal_settings_t, sequential_settings_t, running_estimate_t, estimated_parameter_t
+    public :: a_priori_t, estimation_options_t, read_options, write_options, options_from_text, options_text
+    public :: OF_CASE, OF_SETUP, report_options, calibration_t, find_calibration, calibration_from_text, &
+            calibration_text
+    public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES

@@ -19,11 +19,12 @@ program tester
     use test_plates, only: collect_plates
     use test_surface_loads, only: collect_surface_loads
     use test_torque_rods, only: collect_torque_rods
+    use test_models, only: collect_models
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_file, only: collect_file
-    use test_field_file, only: collect_field_file
+    use test_table, only: collect_table
     use test_csv, only: collect_csv
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
@@ -46,14 +47,15 @@ program tester
     use test_square_root_filter, only: collect_square_root_filter
     use test_gauss_markov, only: collect_gauss_markov
     use test_parallel, only: collect_parallel
-    use test_median, only: collect_median
+    use test_statistics, only: collect_statistics
     use test_spike_screen, only: collect_spike_screen
     use test_sequential, only: collect_sequential
     use test_noise_propagation, only: collect_noise_propagation
     use test_noise_whitening, only: collect_noise_whitening
     use test_monte_carlo, only: collect_monte_carlo
     use test_estimators, only: collect_estimators
-    use test_calibration_model, only: collect_calibration_model
+    use test_options, only: collect_options
+    use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
     use test_bound_command, only: collect_bound_command
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
@@ -104,11 +106,12 @@ program tester
              new_testsuite('plates', collect_plates), &
              new_testsuite('surface-loads', collect_surface_loads), &
              new_testsuite('torque-rods', collect_torque_rods), &
+             new_testsuite('models', collect_models), &
              new_testsuite('geopotential', collect_geopotential), &
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('file', collect_file), &
-             new_testsuite('field-file', collect_field_file), &
+             new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
@@ -131,14 +134,15 @@ program tester
              new_testsuite('square-root-filter', collect_square_root_filter), &
              new_testsuite('gauss-markov', collect_gauss_markov), &
              new_testsuite('parallel', collect_parallel), &
-             new_testsuite('median', collect_median), &
+             new_testsuite('statistics', collect_statistics), &
              new_testsuite('spike-screen', collect_spike_screen), &
              new_testsuite('sequential', collect_sequential), &
              new_testsuite('noise-propagation', collect_noise_propagation), &
              new_testsuite('noise-whitening', collect_noise_whitening), &
              new_testsuite('monte-carlo', collect_monte_carlo), &
              new_testsuite('estimators', collect_estimators), &
-             new_testsuite('calibration-model', collect_calibration_model), &
+             new_testsuite('options', collect_options), &
+             new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('bound-command', collect_bound_command), &

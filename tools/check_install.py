@@ -8,6 +8,7 @@ their numbers compared with those of the installed command line; no leak and no 
 valgrind; two threads at once; `fpm install`; what the README says of linking. Needs what `tools/setup.sh checks` installs. The last line
 is `N passed, N failed`; status 1 on a failure.
 """
+import gzip
 import os
 import pathlib
 import re
@@ -146,7 +147,7 @@ def check_no_traces(prefix):
         if path.is_dir():
             continue
         content = path.read_bytes()
-        for trace in (str(ROOT).encode(), b"build/gfortran", b"build/stage", str(prefix).encode()):
+        for trace in (str(ROOT).encode(), b"build/gfortran", b"build/stage", b"build/library", str(prefix).encode()):
             if trace in content:
                 raise Failure(f"{path} names {trace.decode()}")
     for path in (prefix / "bin/gracecg", prefix / "lib/libgracecg.so"):
@@ -178,6 +179,21 @@ def check_symbols(prefix):
     others = {name for name in shown - declared - listed if not name.startswith("__gracecg")}
     if others:
         raise Failure(f"shown, but not documented: {sorted(others)}")
+
+
+def check_without_program(prefix):
+    """No object and no symbol of the program in the libraries, nothing of it in the module."""
+    archive, shared = prefix / "lib/libgracecg.a", prefix / "lib/libgracecg.so"
+    objects = run(["ar", "t", archive]).split()
+    if "src_gracecg.f90.o" not in objects or len(objects) < 50:
+        raise Failure(f"these objects alone: {objects}")
+    if program := [name for name in objects if name.startswith(("src_cli_", "app_"))]:
+        raise Failure(f"objects of the program: {program}")
+    for library, symbols in ((archive, run(["nm", archive])), (shared, run(["nm", shared]))):
+        if match := re.search(r"\S*gracecg_cli_\S*", symbols):
+            raise Failure(f"{library.name} has {match.group(0)}")
+    if b"gracecg_cli_" in gzip.decompress((prefix / "include/gracecg/gracecg.mod").read_bytes()):
+        raise Failure("gracecg.mod needs a module of the program")
 
 
 def check_manual(here):
@@ -464,6 +480,7 @@ def check_all(checks, work):
     checks.run("no traces of the build", check_no_traces, prefix)
     checks.run("soname and dependencies", check_loading, prefix)
     checks.run("symbols of the interfaces", check_symbols, prefix)
+    checks.run("the library without the program", check_without_program, prefix)
     checks.run("the manual page", check_manual, here)
     check_examples(checks, here)
     checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)

@@ -3,10 +3,10 @@
 
     tools/check_static_data.py [ARCHIVE]    prints each finding; status 1 if any
 
-ARCHIVE is libgracecg.a, by default the newest one in build/. No module may have a writable variable but
-for the few that are known here. And nothing may call a function that returns a text of deferred length
-(character(:), allocatable): gfortran keeps that length in static memory. The commands may: only one
-thread runs them.
+ARCHIVE is the library as it is installed, without the program; by default it is made in build/library
+(tools/install.sh --library). No module may have a writable variable but for the few that are known here.
+And nothing may call a function that returns a text of deferred length (character(:), allocatable): gfortran
+keeps that length in static memory. The commands may: only one thread runs them.
 """
 import pathlib
 import re
@@ -38,20 +38,20 @@ def findings(archive):
             module, variable = match.groups()
             if variable not in KNOWN.get(module, ()):
                 yield f"{source}: module variable {variable}"
-        elif symbol.startswith("slen.") and not source.startswith("src_cli_"):
+        elif symbol.startswith("slen."):
             yield f"{source}: the length of a text that a function returns, {symbol}"
 
 
 def main():
-    archives = [pathlib.Path(a) for a in sys.argv[1:2]] or \
-        sorted(ROOT.glob("build/gfortran_*/gracecg/libgracecg.a"), key=lambda a: a.stat().st_mtime)
-    if not archives:
-        print("there is no build/gfortran_*/gracecg/libgracecg.a: build first")
-        return 1
+    if sys.argv[1:]:
+        archive = pathlib.Path(sys.argv[1])
+    else:
+        subprocess.run([ROOT / "tools/install.sh", "--library"], check=True)
+        archive = ROOT / "build/library/libgracecg.a"
     # The tests with several threads must not share such a length themselves.
     tests = sorted(ROOT.glob("build/gfortran_*/gracecg/test_interface_test_threads.f90.o"),
                    key=lambda a: a.stat().st_mtime)
-    found = [line for archive in archives[-1:] + tests[-1:] for line in findings(archive)]
+    found = [line for objects in [archive, *tests[-1:]] for line in findings(objects)]
     for line in found:
         print(line)
     return 1 if found else 0

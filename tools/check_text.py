@@ -4,7 +4,8 @@
     tools/check_text.py    prints each violation as file:line: text; status 1 if any
 
 Fortran lines end before column 133 (a limit of the language); sources hold no tabs and no blanks at
-the end of a line; nothing names a folder of the machine it was written on.
+the end of a line; nothing names a folder of the machine it was written on; every gracecg_<floor>_<room>
+that a comment or a document names is a module or a symbol of the C interface.
 """
 import os
 import pathlib
@@ -19,6 +20,16 @@ SOURCES = FORTRAN | {".c", ".h", ".py", ".sh", ".md", ".toml", ".yml", ".nml", "
 WITH_TABS = {"Makefile"}
 # The brackets keep this line from finding itself.
 MACHINE_PATH = re.compile(r"(?<![\w.-])/(?:wor[k]|hom[e]|roo[t]|tm[p]/t)/|\.\./share[d]\b")
+FLOORS = ("base files environment spacecraft observations simulation estimation planning studies interface "
+          "cli").split()
+MODULE_NAME = re.compile(r"\bgracecg_(?:" + "|".join(FLOORS) + r")_\w+")
+
+
+def known_names():
+    """The modules of src/ and the symbols of the C header."""
+    modules = {name for path in ROOT.glob("src/**/*.f90")
+               for name in re.findall(r"^(?:module|submodule \(\w+\)) (\w+)", path.read_text(), re.M)}
+    return modules | set(re.findall(r"\bgracecg_\w+", (ROOT / "include/gracecg.h").read_text()))
 
 
 def text_files():
@@ -31,7 +42,7 @@ def text_files():
                 yield path.relative_to(ROOT), content.decode("utf-8", errors="replace")
 
 
-def violations(path, text):
+def violations(path, text, known):
     for number, line in enumerate(text.split("\n"), 1):
         if path.suffix in FORTRAN and len(line) > LONGEST_LINE:
             yield number, f"{len(line)} characters; {LONGEST_LINE} are allowed"
@@ -42,11 +53,16 @@ def violations(path, text):
                 yield number, "blanks at the end of the line"
         if found := MACHINE_PATH.search(line):
             yield number, f"names a folder of one machine: {found.group()}"
+        if path.suffix in {".f90", ".md"}:
+            for name in MODULE_NAME.findall(line):
+                if name not in known:
+                    yield number, f"no module and no symbol of the C interface: {name}"
 
 
 def main():
+    known = known_names()
     found = [f"{path}:{number}: {what}"
-             for path, text in text_files() for number, what in violations(path, text)]
+             for path, text in text_files() for number, what in violations(path, text, known)]
     for line in found:
         print(line)
     return 1 if found else 0

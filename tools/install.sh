@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Builds gracecg with fpm's release profile and installs it; `make install` calls it.
 #
-#   tools/install.sh             installs
-#   tools/install.sh --remove    removes what it installs
+#   tools/install.sh              installs
+#   tools/install.sh --library    installs nothing: leaves the two libraries in build/library
+#   tools/install.sh --remove     removes what it installs
 #
 # By environment: PREFIX (/usr/local), BINDIR, LIBDIR, INCLUDEDIR, MANDIR (below PREFIX), DESTDIR (put
 # before all of them, for packages).
@@ -15,7 +16,9 @@
 #   INCLUDEDIR/gracecg/gracecg.mod    the Fortran interface: the module gracecg alone
 #   MANDIR/man1/gracecg.1             the manual page
 #
-# The shared library is made of the objects of the static one: fpm's release profile compiles them
+# fpm puts all modules of src/ into one archive, those of the program (src/cli) too. The library is what the
+# umbrella src/gracecg.f90 and the interfaces to C and F77 use, directly or not: the other objects are left
+# out. The shared library is made of the objects of the static one: fpm's release profile compiles them
 # position-independent. It shows the symbols of the interfaces only: C, F77 and module procedures.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -29,7 +32,7 @@ destdir=${DESTDIR:-}
 version=$(sed -n 's/^version *= *"\(.*\)"/\1/p' fpm.toml)
 soname=libgracecg.so.${version%%.*}
 readonly prefix bindir libdir includedir mandir destdir version soname
-readonly stage=build/stage
+readonly stage=build/stage library=build/library
 
 for folder in "$prefix" "$bindir" "$libdir" "$includedir" "$mandir"; do
     case $folder in
@@ -74,21 +77,50 @@ Libs.private: $(dependencies)
 EOF
 }
 
+# The sources of the library: what its doors use, directly or not, with the submodules of these modules. A
+# module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
+library_sources() {
+    local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
+    while [ "${#waiting[@]}" -gt 0 ]; do
+        source=${waiting[0]}
+        waiting=("${waiting[@]:1}")
+        case $seen in *" $source "*) continue ;; esac
+        seen+="$source "
+        printf '%s\n' "$source"
+        while read -r floor room; do
+            waiting+=("$(find "src/$floor" -name "$room.f90")")
+            while IFS= read -r submodule; do
+                waiting+=("$submodule")
+            done < <(grep -lr --include='*.f90' "^submodule *(gracecg_${floor}_$room)" src)
+        done < <(sed -n 's/^ *use gracecg_\([a-z0-9]*\)_\([a-z0-9_]*\).*/\1 \2/p' "$source" | sort -u)
+    done
+}
+
+# Takes out of an archive of fpm's what does not belong to the library: fpm names an object after its source.
+leave_library() {
+    local others
+    others=$(ar t "$1" | grep -vxFf <(library_sources | sed 's|/|_|g; s|$|.o|'))
+    # shellcheck disable=SC2086 # several words are meant
+    ar d "$1" $others
+}
+
 build() {
     local fpm
     fpm=$(tools/setup.sh)
     # fpm does not link a program anew when another of its commands has rebuilt the library since.
-    rm -rf build/gfortran_*/app/gracecg "$stage"
-    mkdir -p build
+    rm -rf build/gfortran_*/app/gracecg "$stage" "$library"
+    mkdir -p "$library"
     "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }
+    cp "$stage/lib/libgracecg.a" "$library/"
+    leave_library "$library/libgracecg.a"
     local exports=$stage/exports
     printf '{ global: gracecg_*; gc*_; __gracecg*; local: *; };\n' >"$exports"
     # shellcheck disable=SC2046 # several words are meant
     "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script="$exports" \
-        -o "$stage/lib/libgracecg.so.$version" -Wl,--whole-archive "$stage/lib/libgracecg.a" \
+        -o "$library/libgracecg.so.$version" -Wl,--whole-archive "$library/libgracecg.a" \
         -Wl,--no-whole-archive $(dependencies)
     write_pkg_config >"$stage/gracecg.pc"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
@@ -96,8 +128,8 @@ build() {
 
 copy() {
     install -D -m 755 "$stage/bin/gracecg" "$destdir$bindir/gracecg"
-    install -D -m 644 "$stage/lib/libgracecg.a" "$destdir$libdir/libgracecg.a"
-    install -D -m 644 "$stage/lib/libgracecg.so.$version" "$destdir$libdir/libgracecg.so.$version"
+    install -D -m 644 "$library/libgracecg.a" "$destdir$libdir/libgracecg.a"
+    install -D -m 644 "$library/libgracecg.so.$version" "$destdir$libdir/libgracecg.so.$version"
     ln -sfn "libgracecg.so.$version" "$destdir$libdir/$soname"
     ln -sfn "$soname" "$destdir$libdir/libgracecg.so"
     install -D -m 644 "$stage/gracecg.pc" "$destdir$libdir/pkgconfig/gracecg.pc"
@@ -128,12 +160,15 @@ case ${1:-} in
         refresh_loader
         installed_files | sed "s|^|installed: $destdir|"
         ;;
+    --library)
+        build
+        ;;
     --remove)
         remove
         refresh_loader
         ;;
     *)
-        echo 'usage: tools/install.sh [--remove]' >&2
+        echo 'usage: tools/install.sh [--library | --remove]' >&2
         exit 2
         ;;
 esac

@@ -8,7 +8,7 @@
 !> `gracecg estimate`.
 program calibrate
     use gracecg, only: dp, error_t, observation_set_t, operator_knowledge_t, solution_t, &
-        estimate_offset, case_t, find_case, simulator_t, new_simulator, observe
+        estimate_offset, estimation_options_t, case_t, find_case, simulator_t, new_simulator, observe
     implicit none
     real(dp), allocatable :: t_acc(:), acc(:, :)        ! s; (3, n), body axes, m/s^2
     real(dp), allocatable :: t_star(:), quaternion(:, :) ! s; (4, n), inertial to camera, scalar last
@@ -31,7 +31,8 @@ program calibrate
     observations%quaternion = quaternion
     observations%magnetometer_time = t_mag
     observations%field = field
-    call estimate_offset('assest-fde', observations, solution, error)
+    ! estimation_options_t() says nothing of how to estimate: weights and first guesses are the defaults
+    call estimate_offset('assest-fde', observations, estimation_options_t(), solution, error)
     if (allocated(error)) error stop error%message
     if (.not. solution%converged) error stop 'the estimate has not converged'
 

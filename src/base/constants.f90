@@ -1,4 +1,4 @@
-!> Physical and mathematical constants: each once, with its unit and source.
+!> Physical and mathematical constants and units: each once, with its unit and source.
 !>
 !> Constants that belong to one model alone (a reference radius of a coefficient set, say) stand in
 !> that model's module or table.
@@ -13,7 +13,15 @@ module gracecg_base_constants
     real(dp), parameter, public :: TWO_PI = 2*PI
     real(dp), parameter, public :: DEGREE = PI/180          !! rad
     real(dp), parameter, public :: ARCSECOND = DEGREE/3600  !! rad
+    real(dp), parameter, public :: MILLIMETRE = 1e-3_dp     !! m; a length in mm is length/MILLIMETRE
+    real(dp), parameter, public :: MICROMETRE = 1e-6_dp     !! m
+    real(dp), parameter, public :: NANOMETRE = 1e-9_dp      !! m
+    real(dp), parameter, public :: KILOMETRE = 1e3_dp       !! m
+    real(dp), parameter, public :: NANOTESLA = 1e-9_dp      !! T
     real(dp), parameter, public :: HOUR_ANGLE = PI/12       !! rad for one hour of right ascension
+
+    !> Names of the axes of a frame
+    character(1), parameter, public :: AXES(3) = ['x', 'y', 'z']
 
     !> s
     real(dp), parameter, public :: SECONDS_PER_DAY = 86400.0_dp

@@ -5,11 +5,11 @@
 !> wrong and where (file, line, key, value), what is allowed, and what to do.
 module gracecg_base_error
     use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, join
     implicit none
     private
-    public :: error_t, fail, fail_in_file, fail_out_of_range, add_context, message_of
-    public :: nearest_name, number_text
+    public :: error_t, fail, fail_in_file, fail_out_of_range, require_range, fail_unknown_name
+    public :: add_context, message_of, nearest_name, number_text
 
     type :: error_t
         !! One failure
@@ -63,6 +63,32 @@ contains
                   ' is outside the allowed range '//number_text(low)//' to '// &
                   number_text(high)//suffix)
     end subroutine fail_out_of_range
+
+    !> Sets `error`, unless it is set already, when a number (NaN too) is outside a range.
+    subroutine require_range(name, value, allowed, unit, error)
+        character(*), intent(in) :: name        !! Of the quantity, as the user knows it
+        real(dp), intent(in) :: value           !! As it was given
+        real(dp), intent(in) :: allowed(2)      !! Both ends included
+        character(*), intent(in) :: unit        !! Of value and range; may be empty
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (allocated(error)) return
+        if (value >= allowed(1) .and. value <= allowed(2)) return
+        call fail_out_of_range(error, name, value, allowed(1), allowed(2), unit)
+    end subroutine require_range
+
+    !> A name that stands for nothing known.
+    subroutine fail_unknown_name(error, what, name, known)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in) :: what, name  !! The kind of thing; as it was given
+        character(*), intent(in) :: known(:)    !! The names there are
+
+        character(:), allocatable :: near
+
+        call fail(error, what//': "'//name//'" is not known; there are '//join(known, ', '))
+        near = nearest_name(name, known)
+        if (near /= '') error%message = error%message//'; did you mean "'//near//'"?'
+    end subroutine fail_unknown_name
 
     !> Puts `context: ` before the message of an error that is set; does nothing otherwise.
     subroutine add_context(error, context)

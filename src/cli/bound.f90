@@ -1,11 +1,12 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: join, padded, integer_text
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, SOURCES
+    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, number_fields
     implicit none
@@ -16,7 +17,6 @@ module gracecg_cli_bound
         'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
     integer, parameter :: MOST_CASES = 1000
-    real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
 
 contains
 
@@ -30,9 +30,10 @@ contains
                                 '(built-in name or namelist file), the drag a straight line in time; the worst '// &
                                 'direction; and what is added by scale factors, rod gain, magnetometer bias, '// &
                                 'inertia and unmodelled torque that are known only within the limits of the '// &
-                                'group `optimal` of the case file (consider covariance).', &
+                                'group `a_priori` of the case file (consider covariance).', &
                                 'gracecg bound front-1 back-1')
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call add_options_option(arguments)
     end subroutine declare_bound
 
     !> Computes the limit of a case and prints it.
@@ -41,7 +42,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         character(:), allocatable :: output_format
         integer :: i
@@ -49,22 +50,22 @@ contains
         call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
         if (allocated(misuse)) return
         do i = 1, arguments%positional_count()
-            call find_case(arguments%positional(i), case, error)
-            if (.not. allocated(error)) call bound_of_case(case, bound, error)
+            call take_calibration(arguments, arguments%positional(i), console, calibration, error)
+            if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
             if (allocated(error)) return
             if (output_format == 'csv') then
                 if (i == 1) call console%line(COLUMNS)
-                call console%line(trim(case%knowledge%name)//','//join(padded(number_fields( &
-                    [MILLIMETRES*[bound%sigma, bound%principal_sigma(3)], bound%direction(:, 3)])), ','))
+                call console%line(trim(calibration%case%name)//','//join(padded(number_fields( &
+                    [[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])), ','))
             else
                 if (i > 1) call console%line('')
-                call print_text(case, bound, console)
+                call print_text(calibration, bound, console)
             end if
         end do
     end subroutine run_bound
 
-    subroutine print_text(case, bound, console)
-        type(case_t), intent(in) :: case
+    subroutine print_text(calibration, bound, console)
+        type(calibration_t), intent(in) :: calibration
         type(case_bound_t), intent(in) :: bound
         type(console_t), intent(inout) :: console
 
@@ -72,12 +73,12 @@ contains
         character(120) :: line
         integer :: i
 
-        call console%line(trim(case%knowledge%name)//': least standard deviation of the CG offset, mm')
+        call console%line(trim(calibration%case%name)//': least standard deviation of the CG offset, mm')
         write (line, '(a, 3(a12))') '                           ', 'x', 'y', 'z'
         call console%line(trim(line))
-        write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', MILLIMETRES*bound%sigma
+        write (line, '(a27, 3f12.5)') 'noise (Cramer-Rao bound)   ', bound%sigma/MILLIMETRE
         call console%line(trim(line))
-        associate (asked => case%knowledge%optimal)
+        associate (asked => calibration%options%optimal)
             estimated = pack(SOURCES(:3), [asked%estimate_scale_factors, asked%estimate_rod_gain, &
                                            asked%estimate_magnetometer_bias])
         end associate
@@ -85,16 +86,16 @@ contains
             call console%line('  with the a-priori sigmas of '//join(estimated, ', ')//', which are estimated, too')
         do i = 1, size(SOURCES)
             if (.not. any(bound%by_source(:, i) > 0)) cycle
-            write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), MILLIMETRES*bound%by_source(:, i)
+            write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), bound%by_source(:, i)/MILLIMETRE
             call console%line(trim(line))
         end do
-        write (line, '(a27, 3f12.5)') 'all (consider covariance)  ', MILLIMETRES*bound%consider_sigma
+        write (line, '(a27, 3f12.5)') 'all (consider covariance)  ', bound%consider_sigma/MILLIMETRE
         call console%line(trim(line))
         call console%line('error ellipsoid of the bound')
         do i = 3, 1, -1
             write (line, '(a27, f12.5, a, 3f9.4, a)') merge('  worst direction          ', &
                                                             '                           ', i == 3), &
-                MILLIMETRES*bound%principal_sigma(i), '   along (', bound%direction(:, i), ')'
+                bound%principal_sigma(i)/MILLIMETRE, '   along (', bound%direction(:, i), ')'
             call console%line(trim(line))
         end do
     end subroutine print_text

@@ -1,9 +1,11 @@
 !> What montecarlo and merge print of a campaign: the layout of Tables 6.1 and 6.2 of CSR-TM-00-01.
 module gracecg_cli_campaign_tables
+    use gracecg_base_constants, only: AXES
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
-    use gracecg_studies_campaign, only: campaign_t, verdict_t, campaign_verdict, AXES
+    use gracecg_studies_campaign, only: campaign_t, verdict_t, campaign_verdict
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none

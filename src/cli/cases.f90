@@ -9,10 +9,10 @@ module gracecg_cli_cases
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t
-    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
@@ -80,10 +80,10 @@ contains
         call case_place(case, latitude, longitude, height, error)
         if (allocated(error)) return
         write (place, '(a9, a11, a20, f9.1, a, f9.1, a, f6.0, a)') &
-            case%knowledge%name, case%satellite, utc_text(case%knowledge%epoch), &
+            case%name, case%satellite%name, utc_text(case%epoch), &
             abs(latitude)/DEGREE, merge(' N', ' S', latitude >= 0), &
             abs(longitude)/DEGREE, merge(' E', ' W', longitude >= 0), height/1000, ' km'
-        call console%line(trim(place)//'  '//rods_text(case%knowledge%rods))
+        call console%line(trim(place)//'  '//rods_text(case%satellite%rods))
     end subroutine describe_line
 
     !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
@@ -128,12 +128,12 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         character(:), allocatable :: text
 
-        call find_case(name, case, error)
+        call find_calibration(name, calibration, error)
         if (allocated(error)) return
-        call case_text(case, text, error)
+        call calibration_text(calibration, text, error)
         if (.not. allocated(error)) call console%line(text)
     end subroutine show_case
 end module gracecg_cli_cases

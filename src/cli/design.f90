@@ -2,26 +2,29 @@
 !> orbit or along revolutions.
 module gracecg_cli_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, check_rod_sampling, MAX_DIPOLE, WAVEFORM_NAMES
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_case_library, only: find_case, find_calibration
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, check_rod_sampling, MAX_DIPOLE, &
+        WAVEFORM_NAMES
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_planner, only: moved_case, take_design, PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, &
-        MOST_REVOLUTIONS
+    use gracecg_planning_planner, only: moved_case, options_there, take_design, PLANNING_STEP, &
+        SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_simulation_limits, only: check_motion
     use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
         new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
         design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     implicit none
@@ -30,8 +33,6 @@ module gracecg_cli_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
     real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
     real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
     real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
@@ -51,6 +52,7 @@ module gracecg_cli_design
         integer :: map_step = 60            !! s
         character(:), allocatable :: out, map, output_format
         type(design_settings_t) :: settings
+        type(estimation_options_t) :: options   !! Of the case
     end type request_t
 
 contains
@@ -99,6 +101,7 @@ contains
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
         call arguments%add_option('--format', 'FORMAT', 'text or csv (default text)')
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
+        call add_options_option(arguments)
     end subroutine declare_design
 
     !> Searches or judges a manoeuvre, prints and writes it.
@@ -116,14 +119,14 @@ contains
         type(map_point_t), allocatable :: points(:)
 
         call read_request(arguments, request, misuse)
-        if (.not. allocated(misuse)) call take_cases(arguments, request, case, misuse, error)
+        if (.not. allocated(misuse)) call take_cases(arguments, request, case, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (.not. allocated(error)) &
-            call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         if (allocated(error)) then
-            call add_context(error, 'case '//trim(case%knowledge%name))
+            call add_context(error, 'case '//trim(case%name))
             return
         end if
 
@@ -139,8 +142,8 @@ contains
         call find_design(request, case, orbit, sites, view, design, error)
         if (allocated(error)) return
 
-        case%knowledge%rods = design%rods
-        case%knowledge%duration = view%knowledge%duration
+        call take_manoeuvre(design%rods, case%satellite%rods)
+        case%duration = view%knowledge%duration
         call console%progress('design: map')
         call map_places(request, view, orbit, design%rods, points, error)
         if (allocated(error)) return
@@ -228,13 +231,14 @@ contains
     end subroutine check_combination
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
-    subroutine take_cases(arguments, request, case, misuse, error)
+    subroutine take_cases(arguments, request, case, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(inout) :: request
         type(case_t), intent(out) :: case
+        type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: of_manoeuvre
+        type(calibration_t) :: calibration, of_manoeuvre
         character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: duration, rate, pointing
 
@@ -244,26 +248,26 @@ contains
         name = satellite//'-1'
         if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_case(name, case, error)
+        call take_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
+        case = calibration%case
+        request%options = calibration%options
         request%built_in = any(REPORT_CASE_NAMES == name)
         if (request%given) then
-            call find_calibration(manoeuvre, of_manoeuvre, error)
+            call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
-            case%knowledge%rods = of_manoeuvre%knowledge%rods
-            case%knowledge%duration = of_manoeuvre%knowledge%duration
+            call take_manoeuvre(of_manoeuvre%case%satellite%rods, case%satellite%rods)
+            case%duration = of_manoeuvre%case%duration
         end if
-        associate (knowledge => case%knowledge)
-            call arguments%get('--duration', duration, misuse, default=knowledge%duration, low=SHORTEST_ARC, &
-                               high=LONGEST_ARC, unit='s')
-            call arguments%get('--rate-limit', rate, misuse, default=knowledge%rate_limit/DEGREE, low=1e-6_dp, &
-                               high=1e3_dp, unit='deg/s')
-            call arguments%get('--pointing-limit', pointing, misuse, default=knowledge%pointing_limit/DEGREE, &
-                               low=1e-6_dp, high=180.0_dp, unit='deg')
-            knowledge%duration = duration
-            if (arguments%has('--rate-limit')) knowledge%rate_limit = rate*DEGREE
-            if (arguments%has('--pointing-limit')) knowledge%pointing_limit = pointing*DEGREE
-        end associate
+        call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
+                           high=LONGEST_ARC, unit='s')
+        call arguments%get('--rate-limit', rate, misuse, default=case%limits%rate/DEGREE, low=1e-6_dp, &
+                           high=1e3_dp, unit='deg/s')
+        call arguments%get('--pointing-limit', pointing, misuse, default=case%limits%pointing/DEGREE, &
+                           low=1e-6_dp, high=180.0_dp, unit='deg')
+        case%duration = duration
+        if (arguments%has('--rate-limit')) case%limits%rate = rate*DEGREE
+        if (arguments%has('--pointing-limit')) case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
 
     !> Where the manoeuvre is to be good. Chooses the place when asked to.
@@ -317,12 +321,12 @@ contains
         type(manoeuvre_quality_t) :: quality
 
         if (request%given) then
-            call judge_manoeuvre(view, sites, case%knowledge%rods, size(sites), design)
-            call evaluate_manoeuvre(view, sites(1), case%knowledge%rods, quality)
-            call check_motion(view%knowledge, quality%motion, error)
-            call add_context(error, 'case '//trim(case%knowledge%name))
+            call judge_manoeuvre(view, sites, case%satellite%rods, size(sites), design)
+            call evaluate_manoeuvre(view, sites(1), case%satellite%rods, quality)
+            call check_motion(view%knowledge%limits, quality%motion, error)
+            call add_context(error, 'case '//trim(case%name))
         else if (request%target > 0) then
-            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%knowledge%duration, &
+            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%duration, &
                                     DURATION_STEP, request%target, view, design, error)
         else
             call design_manoeuvre(view, sites, request%settings, design, error)
@@ -360,8 +364,8 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(case%knowledge%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite%name)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
             merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
             merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', view%knowledge%duration, ' s'
         call console%line(trim(row))
@@ -385,8 +389,8 @@ contains
         end if
         call console%line('')
         write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
-            ' deg/s (limit', view%knowledge%rate_limit/DEGREE, '); turn away from the attitude', &
-            design%excursion/DEGREE, ' deg (limit', view%knowledge%pointing_limit/DEGREE, ')'
+            ' deg/s (limit', view%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
+            design%excursion/DEGREE, ' deg (limit', view%knowledge%limits%pointing/DEGREE, ')'
         call console%line(trim(row))
         if (.not. request%given) &
             call console%line(integer_text(design%evaluations)//' evaluations of a manoeuvre at a place')
@@ -484,7 +488,7 @@ contains
         integer :: i
 
         values = quality_values(point)
-        fields(1)%text = trim(case%knowledge%name)
+        fields(1)%text = trim(case%name)
         do i = 1, size(values)
             fields(i + 1)%text = real_text(values(i))
         end do
@@ -501,9 +505,9 @@ contains
         integer :: i
 
         call file%open(request%map, QUALITY_COLUMNS, &
-                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite)// &
-                        ' satellite, orbit of case '//trim(case%knowledge%name)//' from '// &
-                        utc_text(case%knowledge%epoch)//', a calibration of '//real_text(case%knowledge%duration)// &
+                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
+                        ' satellite, orbit of case '//trim(case%name)//' from '// &
+                        utc_text(case%epoch)//', a calibration of '//real_text(case%duration)// &
                         ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
                         'wave and by curved drag and radiation; body axes'], &
                        error)
@@ -522,13 +526,15 @@ contains
         type(manoeuvre_design_t), intent(in) :: design
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: later
+        type(calibration_t) :: later
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        later = moved_case(case, orbit, request%time, request%built_in)
+        later%case = moved_case(case, orbit, request%time, request%built_in)
+        later%options = request%options
+        if (request%time > 0) later%options = options_there(request%options, later%case)
         if (.not. request%given) call take_design(design, later)
-        call case_text(later, text, error)
+        call calibration_text(later, text, error)
         if (.not. allocated(error)) call file%open(request%out, error)
         if (allocated(error)) return
         call file%line(text)

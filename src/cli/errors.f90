@@ -1,21 +1,21 @@
 !> gracecg errors: Figure 6.5 of CSR-TM-00-01, one error source off at a time.
 module gracecg_cli_errors
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
     use gracecg_studies_study_files, only: write_error_sources
     use gracecg_files_file, only: check_writable
+    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_errors, run_errors
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
 contains
 
@@ -37,6 +37,7 @@ contains
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+        call add_options_option(arguments)
     end subroutine declare_errors
 
     !> The work of `gracecg errors`.
@@ -45,7 +46,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
         integer :: runs, seed, threads, i
@@ -59,15 +60,18 @@ contains
         if (allocated(misuse)) return
 
         call check_writable(path, error)
-        if (.not. allocated(error)) call find_calibration(case_name, case, error)
+        if (.not. allocated(error)) call take_firing_calibration(arguments, case_name, console, &
+                                                                     calibration, error)
         if (allocated(error)) return
         do i = 1, size(STUDY_NAMES)
             call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), algorithm, seed, runs, threads, studies(i), error)
+            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, &
+                              runs, threads, studies(i), error)
             if (allocated(error)) return
         end do
-        call show(trim(case%knowledge%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
-        if (path /= '') call write_error_sources(path, 'errors', trim(case%knowledge%name)//', '//algorithm// &
+        case_name = trim(calibration%case%name)
+        call show(case_name//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', case_name//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 

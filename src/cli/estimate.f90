@@ -1,12 +1,14 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_observation_files, only: read_observations
+    use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
@@ -23,7 +25,6 @@ module gracecg_cli_estimate
         'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
         'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
-    real(dp), parameter :: MILLIMETRES = 1e3_dp     !! In a metre
 
 contains
 
@@ -39,6 +40,8 @@ contains
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
+        call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
+                                  'guesses, what else to estimate (default: what the algorithm needs no telling)')
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
                                   'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
@@ -65,14 +68,16 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(fit_record_t) :: record
-        character(:), allocatable :: algorithm, output_format, page, running_file
+        character(:), allocatable :: algorithm, output_format, page, running_file, options_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
         call arguments%get('--report', page, misuse, default='')
         call arguments%get('--running', running_file, misuse, default='')
+        call arguments%get('--options', options_file, misuse, default='')
         call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
                        ' estimates from all samples at once and has no running estimate; use --algorithm '// &
                        'sequential', misuse)
@@ -83,11 +88,12 @@ contains
         if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
         if (.not. allocated(error)) &
             call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call take_options(arguments%positional(1), options_file, options, console, error)
         if (allocated(error)) return
         if (page == '') then
-            call estimate_offset(algorithm, observations, solution, error)
+            call estimate_offset(algorithm, observations, options, solution, error)
         else
-            call estimate_offset(algorithm, observations, solution, error, record=record)
+            call estimate_offset(algorithm, observations, options, solution, error, record=record)
         end if
         if (.not. allocated(error) .and. running_file /= '') &
             call write_running_estimate(running_file, solution%running, error)
@@ -99,16 +105,33 @@ contains
             call print_text(observations%knowledge, solution, console)
         end if
         if (.not. allocated(error) .and. page /= '') then
-            call write_calibration_page(page, arguments%positional(1), observations, solution, record, console, &
-                                        error)
+            call write_calibration_page(page, arguments%positional(1), options_file, observations, solution, record, &
+                                        console, error)
             if (.not. allocated(error) .and. output_format == 'text') &
                 call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
         end if
         if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
-                  ' iterations: the offset is not to be relied upon; check guess_quaternion '// &
-                  'and guess_angular_velocity in '//arguments%positional(1)//'/setup.nml')
+                  ' iterations: the offset is not to be relied upon; check the star-camera '// &
+                  'samples, or give guess_quaternion and guess_angular_velocity with --options')
     end subroutine run_estimate
+
+    !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
+    subroutine take_options(folder, options_file, options, console, error)
+        character(*), intent(in) :: folder, options_file
+        type(estimation_options_t), intent(out) :: options
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(estimation_options_t) :: former
+        character(:), allocatable :: warning
+
+        call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
+        if (allocated(error)) return
+        if (allocated(warning)) call console%message('warning: '//warning)
+        options = former
+        if (options_file /= '') call read_options(options_file, options, error)
+    end subroutine take_options
 
     !> What the estimator had to bridge, and what the formal errors leave out.
     subroutine warn(knowledge, solution, console)
@@ -138,8 +161,8 @@ contains
         type(string_t) :: fields(13)
 
         fields(1)%text = solution%algorithm
-        fields(2:4) = number_fields(MILLIMETRES*solution%offset)
-        fields(5:7) = number_fields(MILLIMETRES*sigmas(solution))
+        fields(2:4) = number_fields(solution%offset/MILLIMETRE)
+        fields(5:7) = number_fields(sigmas(solution)/MILLIMETRE)
         fields(8)%text = integer_text(solution%iterations)
         fields(9)%text = merge('T', 'F', solution%converged)
         fields(10:10) = number_fields([solution%condition])
@@ -171,7 +194,6 @@ contains
         type(solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         character(120) :: line
         real(dp) :: sigma(3)
         integer :: i
@@ -180,8 +202,8 @@ contains
         call console%line(trim(knowledge%name)//', '//solution%algorithm// &
                           ': CG offset, from centre of mass to proof-mass centre, body axes')
         do i = 1, 3
-            call console%line('  '//AXES(i)//fitting_text(MILLIMETRES*solution%offset(i), 12)// &
-                              ' mm   sigma'//fitting_text(MILLIMETRES*sigma(i), 10)//' mm')
+            call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
+                              ' mm   sigma'//fitting_text(sigma(i)/MILLIMETRE, 10)//' mm')
         end do
         call console%line('iterations        '//integer_text(solution%iterations)// &
                           trim(merge(' (converged)    ', ' (not converged)', solution%converged)))

@@ -1,9 +1,11 @@
 !> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
 module gracecg_cli_magnetometer_loss
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
@@ -18,8 +20,6 @@ module gracecg_cli_magnetometer_loss
     character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
     character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
     character(5), parameter :: SATELLITES(2) = ['front', 'back ']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
-    real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
     real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
     real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
 
@@ -74,11 +74,12 @@ contains
             if (allocated(error)) return
             do a = 1, size(ALGORITHMS)
                 do f = 1, size(FIELD_SOURCES)
-                    call console%progress('magnetometer-loss: '//trim(case%knowledge%name)//', '// &
+                    call console%progress('magnetometer-loss: '//trim(case%name)//', '// &
                                           ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), f == 2, plan%deviation_nt*NANOTESLA, &
-                                     plan%seed, plan%runs, plan%threads, studies(n), error)
+                    call study_field(simulator, ALGORITHMS(a), report_options(plan%satellite//'-'//NUMBERS(i)), &
+                                     f == 2, plan%deviation_nt*NANOTESLA, plan%seed, plan%runs, plan%threads, &
+                                     studies(n), error)
                     if (allocated(error)) return
                 end do
             end do

@@ -3,16 +3,17 @@ module gracecg_cli_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text, join, real_text
     use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
         julian_centuries_tt
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_environment_geopotential, only: geopotential_t, egm96
-    use gracecg_environment_gfc_file, only: read_gfc
-    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf, spherical_components
-    use gracecg_environment_shc_file, only: read_shc
-    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather
-    use gracecg_environment_thermosphere, only: dtm77_t, new_dtm77, atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_geopotential, only: gravity_model_t
+    use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t, spherical_components
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
+    use gracecg_environment_space_weather, only: space_weather_source_t
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t
+    use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: tabulated_wind_t, embedded_wind
     use gracecg_environment_sun, only: sun_position
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -28,7 +29,6 @@ module gracecg_cli_model
     real(dp), parameter :: SMALLEST_DISTANCE = 6.35e6_dp
     !! From the Earth's centre, m: below the poles
     real(dp), parameter :: GREATEST_COORDINATE = 1e10_dp    !! m
-    character(6), parameter :: FIELD_TABLES(2) = ['igrf95', 'igrf14']
     character(*), parameter :: EXAMPLE_PLACE = '--position 6837865 0 0'
     character(*), parameter :: EXAMPLE_DATE = '--date 1989-01-02T00:00:00'
 
@@ -46,14 +46,16 @@ contains
 
         call arguments%describe('model gravity', '', 0, 0, &
                                 'Gravitational acceleration (m/s^2, Earth-fixed axes, without '// &
-                                'the centrifugal part) and potential (m^2/s^2) of EGM96 or of '// &
-                                'a model file.', &
+                                'the centrifugal part) and potential (m^2/s^2) of EGM96, of '// &
+                                'another model or of a model file.', &
                                 'gracecg model gravity '//EXAMPLE_PLACE//' --degree 20')
         call add_position(arguments)
+        call arguments%add_option('--model', 'NAME', join(GRAVITY_MODELS, ', ')//' (default '// &
+                                  trim(GRAVITY_MODELS(1))//')')
         call arguments%add_option('--degree', 'N', 'highest degree (default '// &
                                   integer_text(DEFAULT_DEGREE)//')')
         call arguments%add_option('--order', 'M', 'highest order (default: the degree)')
-        call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc) instead of EGM96')
+        call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc)')
     end subroutine declare_gravity
 
     !> The work of `gracecg model gravity`.
@@ -62,24 +64,24 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(geopotential_t) :: model
-        character(:), allocatable :: file
+        class(gravity_model_t), allocatable :: model
+        character(:), allocatable :: name, file
         real(dp) :: position(3), acceleration(3), potential
         integer :: degree, order
 
         call get_position(arguments, position, misuse)
         call arguments%get('--degree', degree, misuse, default=DEFAULT_DEGREE, low=0)
         call arguments%get('--order', order, misuse, default=degree, low=0)
+        call arguments%get('--model', name, misuse, default=trim(GRAVITY_MODELS(1)), choices=GRAVITY_MODELS)
         call arguments%get('--file', file, misuse, default='')
+        call refuse_if(arguments%has('--model') .and. arguments%has('--file'), &
+                       'give --model or --file, not both', misuse)
         if (allocated(misuse)) return
 
         call check_position(position, error)
         if (allocated(error)) return
-        if (arguments%has('--file')) then
-            call read_gfc(file, degree, order, model, error)
-        else
-            call egm96(degree, order, model, error)
-        end if
+        if (arguments%has('--file')) name = 'file'
+        call new_gravity_model(name, degree, order, file, model, error)
         if (allocated(error)) return
         call model%acceleration(position, acceleration)
         call model%potential(position, potential)
@@ -107,14 +109,14 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(igrf_t) :: model
+        class(geomagnetic_model_t), allocatable :: model
         type(utc_t) :: date
         character(:), allocatable :: table, file
         real(dp) :: position(3), b(3), radial, south, east
 
         call get_date(arguments, date, misuse)
         call get_position(arguments, position, misuse)
-        call arguments%get('--table', table, misuse, default='igrf95', choices=FIELD_TABLES)
+        call arguments%get('--table', table, misuse, default='igrf95', choices=GEOMAGNETIC_MODELS)
         call arguments%get('--file', file, misuse, default='')
         call refuse_if(arguments%has('--table') .and. arguments%has('--file'), &
                        'give --table or --file, not both', misuse)
@@ -122,11 +124,8 @@ contains
 
         call check_position(position, error)
         if (allocated(error)) return
-        if (arguments%has('--file')) then
-            call read_shc(file, decimal_year(date), model, error)
-        else
-            call igrf(table, decimal_year(date), model, error)
-        end if
+        if (arguments%has('--file')) table = 'file'
+        call new_geomagnetic_model(table, decimal_year(date), file, model, error)
         if (allocated(error)) return
         call model%evaluate(position, b)
         call spherical_components(position, b, radial, south, east)
@@ -139,12 +138,14 @@ contains
 
         call arguments%describe('model density', '', 0, 0, &
                                 'Density (kg/m^3), temperatures (K) and number densities '// &
-                                '(1/m^3) of the thermosphere by DTM-77. Solar flux and Kp come '// &
+                                '(1/m^3) of the thermosphere. Solar flux and Kp come '// &
                                 'from the built-in table (December 1988 to February 1989, and '// &
                                 '2000) unless all three are given.', &
                                 'gracecg model density '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
         call add_date(arguments)
         call add_position(arguments)
+        call arguments%add_option('--model', 'NAME', join(DENSITY_MODELS, ', ')//' (default '// &
+                                  trim(DENSITY_MODELS(1))//')')
         call arguments%add_option('--f107', 'V', 'observed solar flux F10.7 of the day before, sfu')
         call arguments%add_option('--f107a', 'V', 'its mean over 81 days, sfu')
         call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')
@@ -156,7 +157,9 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(dtm77_t) :: model
+        class(density_model_t), allocatable :: model
+        type(density_settings_t) :: settings
+        character(:), allocatable :: name
         type(utc_t) :: date
         type(place_t) :: place
         type(atmosphere_point_t) :: point
@@ -168,19 +171,21 @@ contains
         call refuse_if(given == 1 .or. given == 2, 'give all three of --f107, --f107a and --kp, or none', misuse)
         call get_date(arguments, date, misuse)
         call get_position(arguments, position, misuse)
+        call arguments%get('--model', name, misuse, default=trim(DENSITY_MODELS(1)), choices=DENSITY_MODELS)
         call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--kp', kp, misuse, default=0.0_dp)
         if (allocated(misuse)) return
 
         if (given == 0) call look_up_space_weather(date, f107, f107_mean, kp, error)
-        if (.not. allocated(error)) call new_dtm77(f107, f107_mean, kp, model, error)
+        settings%space_weather = space_weather_source_t('given', f107, f107_mean, kp)
+        if (.not. allocated(error)) call new_density_model(name, date, settings, model, error)
         if (.not. allocated(error)) call check_position(position, error)
         if (allocated(error)) return
         place = place_of(position)
         if (place%height < model%lowest_height()) then
             call fail(error, 'height '//real_text(place%height/1000)// &
-                      ' km above the ellipsoid: DTM-77 is valid from '// &
+                      ' km above the ellipsoid: '//name//' is valid from '// &
                       real_text(model%lowest_height()/1000)//' km on')
             return
         end if
@@ -204,9 +209,8 @@ contains
         real(dp), intent(out) :: kp
         type(error_t), allocatable, intent(out) :: error
 
-        type(space_weather_t) :: table
+        type(space_weather_source_t) :: table
 
-        table = embedded_space_weather()
         call table%indices_at(date, f107, f107_mean, kp, error)
         call add_context(error, '--f107, --f107a and --kp are needed')
     end subroutine look_up_space_weather

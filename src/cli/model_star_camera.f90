@@ -6,8 +6,9 @@ module gracecg_cli_model_star_camera
     use gracecg_base_text, only: real_text
     use gracecg_base_quaternion, only: normalised, quaternion_product, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: builtin_star_catalogue
-    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, N_HEADS
+    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use gracecg_simulation_quest, only: quest, q_method
     use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
     use gracecg_cli_arguments, only: arguments_t
@@ -50,7 +51,7 @@ contains
         integer :: head, seed, run
 
         call arguments%get('--quaternion', attitude, misuse, low=-1.1_dp, high=1.1_dp)
-        call arguments%get('--head', head, misuse, default=1, low=1, high=N_HEADS)
+        call arguments%get('--head', head, misuse, default=1, low=1, high=HEADS)
         call arguments%get('--seed', seed, misuse, default=1)
         call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return

@@ -2,20 +2,22 @@
 !> theoretical prediction.
 module gracecg_cli_montecarlo
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_files_file, only: check_writable
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
+    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
@@ -23,7 +25,6 @@ module gracecg_cli_montecarlo
     public :: declare_montecarlo, run_montecarlo
 
     character(*), parameter :: COMMAND = 'montecarlo'
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
 
     !> What the user asks for.
     type :: plan_t
@@ -62,6 +63,7 @@ contains
                                   'the numbers do not depend on it')
         call arguments%add_option('--out', 'FILE', 'CSV file for the statistics')
         call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
+        call add_options_option(arguments)
     end subroutine declare_montecarlo
 
     !> The work of `gracecg montecarlo`.
@@ -82,7 +84,7 @@ contains
         campaign = new_campaign(padded(plan%algorithms), size(plan%cases), plan%seed, plan%runs, &
                                 plan%shard, plan%shards)
         do i = 1, size(plan%cases)
-            call do_case(plan, i, campaign, console, error)
+            call do_case(arguments, plan, i, campaign, console, error)
             if (allocated(error)) return
         end do
         call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
@@ -149,29 +151,33 @@ contains
     end subroutine read_shard
 
     !> Simulates case number i, with all algorithms.
-    subroutine do_case(plan, i, campaign, console, error)
+    subroutine do_case(arguments, plan, i, campaign, console, error)
+        type(arguments_t), intent(in) :: arguments
         type(plan_t), intent(in) :: plan
         integer, intent(in) :: i
         type(campaign_t), intent(inout) :: campaign
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         integer :: a
 
-        call find_calibration(plan%cases(i)%text, case, error)
-        if (.not. allocated(error)) call new_switched_simulator(case, plan%switches, simulator, error)
-        if (.not. allocated(error)) call add_case(campaign, i, simulator%case, error)
+        call take_firing_calibration(arguments, plan%cases(i)%text, console, calibration, error)
+        if (.not. allocated(error)) call new_switched_simulator(calibration%case, plan%switches, simulator, error)
+        if (allocated(error)) return
+        calibration%case = simulator%case
+        call add_case(campaign, i, calibration, error)
         if (allocated(error)) return
         do a = 1, size(plan%algorithms)
-            call console%progress('montecarlo: '//trim(case%knowledge%name)//', '//plan%algorithms(a)%text// &
+            call console%progress('montecarlo: '//trim(simulator%case%name)//', '//plan%algorithms(a)%text// &
                                   ', '//integer_text(size(shard_runs(campaign)))//' runs')
-            call run_entry(campaign, a, i, simulator, plan%threads, error)
+            call run_entry(campaign, a, i, simulator, calibration%options, plan%threads, &
+                           error)
             if (allocated(error)) return
         end do
         if (i == 1) call show_heading(plan, console)
-        call show_one_calibration(simulator, plan, campaign%entries(1, i)%predicted, console, error)
+        call show_one_calibration(simulator, calibration%options, plan, campaign%entries(1, i)%predicted, console, error)
     end subroutine do_case
 
     subroutine show_heading(plan, console)
@@ -185,25 +191,29 @@ contains
     end subroutine show_heading
 
     !> The first run of a case, as an operator would see it.
-    subroutine show_one_calibration(simulator, plan, predicted, console, error)
+    subroutine show_one_calibration(simulator, options, plan, predicted, console, error)
         type(simulator_t), intent(in) :: simulator
+        type(estimation_options_t), intent(in) :: options
         type(plan_t), intent(in) :: plan
         real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: own
         type(solution_t) :: solution
         character(120) :: row
         integer :: i
 
         call observe(simulator, plan%seed, 1, observations, error)
         if (allocated(error)) return
-        call estimate_offset(plan%algorithms(1)%text, observations, solution, error, with_covariance=.false.)
+        own = options
+        own%covariance = .false.
+        call estimate_offset(plan%algorithms(1)%text, observations, own, solution, error)
         if (allocated(error)) return
         write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
-            (simulator%case%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
+            (simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
              predicted(i), i=1, 3)
-        call console%line(wide(trim(simulator%case%knowledge%name), 12)//trim(row))
+        call console%line(wide(trim(simulator%case%name), 12)//trim(row))
     end subroutine show_one_calibration
 end module gracecg_cli_montecarlo

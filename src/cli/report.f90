@@ -5,18 +5,19 @@
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: make_directory, check_writable
     use gracecg_cli_html, only: html_page_t, html_escaped, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_environment_time, only: utc_text
-    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_cases, only: case_place, rods_text
-    use gracecg_cli_book, only: report_book_t, open_book, COMMAND, MILLIMETRE
+    use gracecg_cli_book, only: report_book_t, open_book, COMMAND
     use gracecg_cli_number_text, only: fixed_text, share_text
     use gracecg_cli_chapter_budget, only: add_budget_chapter
     use gracecg_cli_chapter_gradient, only: add_gradient_chapter
@@ -166,6 +167,7 @@ contains
         type(report_book_t), intent(inout) :: book
         type(error_t), allocatable, intent(out) :: error
 
+        type(calibration_t) :: calibration
         type(case_t) :: case
         character(:), allocatable :: text
         real(dp) :: latitude, longitude, height
@@ -204,15 +206,15 @@ contains
                 if (.not. allocated(error)) call case_place(case, latitude, longitude, height, error)
                 if (allocated(error)) return
                 call page%begin_row()
-                call page%row_head(trim(case%knowledge%name))
-                call page%text_cell(trim(utc_text(case%knowledge%epoch)))
+                call page%row_head(trim(case%name))
+                call page%text_cell(trim(utc_text(case%epoch)))
                 call page%number_cell(fixed_text(TIME_OF_CASE(case%number), 0))
                 call page%number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))
                 call page%number_cell(fixed_text(abs(longitude)/DEGREE, 1)//merge(' E', ' W', longitude >= 0))
                 call page%number_cell(fixed_text(height/1000, 0))
-                call page%text_cell(without_unit(rods_text(case%knowledge%rods)))
+                call page%text_cell(without_unit(rods_text(case%satellite%rods)))
                 do axis = 1, 3
-                    call page%number_cell(fixed_text(case%offset(axis)/MILLIMETRE, 1))
+                    call page%number_cell(fixed_text(case%satellite%offset(axis)/MILLIMETRE, 1))
                 end do
                 call page%end_row()
             end do
@@ -220,10 +222,10 @@ contains
             call page%paragraph('Every setting of a case, with unit and meaning, as `gracecg cases show '// &
                                 'CASE` prints it:')
             do i = 1, size(REPORT_CASE_NAMES)
-                call report_case(REPORT_CASE_NAMES(i), case, error)
-                if (.not. allocated(error)) call case_text(case, text, error)
+                call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+                if (.not. allocated(error)) call calibration_text(calibration, text, error)
                 if (allocated(error)) return
-                call page%details(trim(case%knowledge%name), text)
+                call page%details(trim(REPORT_CASE_NAMES(i)), text)
             end do
         end associate
     end subroutine add_simulation

@@ -7,17 +7,18 @@ module gracecg_cli_simulate
     use gracecg_spacecraft_torque_rods, only: moves_rods
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_estimation_options, only: estimation_options_t, write_options
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave
     use gracecg_simulation_truth_file, only: write_truth
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_simulate, run_simulate
 
-    character(*), parameter :: TRUTH_FILE = 'truth.csv'
+    character(*), parameter :: TRUTH_FILE = 'truth.csv', OPTIONS_FILE = 'options.nml'
 
 contains
 
@@ -46,7 +47,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         character(:), allocatable :: folder
@@ -57,32 +58,34 @@ contains
         call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return
 
-        call find_case(arguments%positional(1), case, error)
+        call take_calibration(arguments, arguments%positional(1), console, calibration, error)
         if (.not. allocated(error)) call make_directory(folder, error)
-        if (.not. allocated(error)) call new_simulator(case, simulator, error)
+        if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call observe(simulator, seed, run, observations, error)
         if (.not. allocated(error)) &
-            call write_run(folder, simulator, seed, run, observations, error)
+            call write_run(folder, simulator, seed, run, observations, calibration%options, error)
         if (.not. allocated(error)) call report(folder, observations, console)
     end subroutine run_simulate
 
     !> Writes the truth and the observation set; after a failure none of them.
-    subroutine write_run(folder, simulator, seed, run, observations, error)
+    subroutine write_run(folder, simulator, seed, run, observations, options, error)
         character(*), intent(in) :: folder
         type(simulator_t), intent(in) :: simulator
         integer, intent(in) :: seed, run
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error
 
         character(100) :: comments(2)
 
         comments(1) = 'gracecg '//VERSION//' simulate'
-        comments(2) = 'case '//trim(simulator%case%knowledge%name)//', seed '//integer_text(seed)// &
+        comments(2) = 'case '//trim(simulator%case%name)//', seed '//integer_text(seed)// &
             ', run '//integer_text(run)
         call write_truth(folder//'/'//TRUTH_FILE, simulator, &
                          drawn_wave(simulator, seed, run), comments, error)
         if (allocated(error)) return
         call write_observations(folder, observations, comments, error)
+        if (.not. allocated(error)) call write_options(folder//'/'//OPTIONS_FILE, options, comments, error)
         if (allocated(error)) call remove_file(folder//'/'//TRUTH_FILE)
     end subroutine write_run
 
@@ -103,8 +106,10 @@ contains
                               trim(merge(' positions', ' samples  ', i == 4)))
         end do
         call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
+        call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (moves_rods(observations%knowledge%rods, observations%knowledge%duration)) then
-            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde')
+            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde --options '//folder//'/'// &
+                              OPTIONS_FILE)
         else
             call console%message('warning: all torque rods are off: from these observations no CG offset can '// &
                                  'be estimated')

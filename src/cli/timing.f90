@@ -2,11 +2,12 @@
 module gracecg_cli_timing
     use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_text
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
@@ -20,9 +21,6 @@ module gracecg_cli_timing
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: DEFAULT_STEP = 10, LONGEST_STEP = 600     !! s
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp                     !! m
-    real(dp), parameter :: NANOTESLA = 1e-9_dp                      !! T
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
 contains
 
@@ -64,9 +62,10 @@ contains
         call report_case(satellite//'-1', case, error)
         if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, nint(TIME_OF_CASE), omp_get_num_procs(), of_cases, error)
+        call scan_orbit(case, report_options(satellite//'-1'), orbit, nint(TIME_OF_CASE), omp_get_num_procs(), &
+                        of_cases, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, [(i*step, i=0, int(orbit%revolution)/step)], &
+        call scan_orbit(case, report_options(satellite//'-1'), orbit, [(i*step, i=0, int(orbit%revolution)/step)], &
                         omp_get_num_procs(), places, error)
         if (allocated(error)) return
         call show_heading(case, orbit, step, console)
@@ -81,10 +80,10 @@ contains
         integer, intent(in) :: step
         type(console_t), intent(inout) :: console
 
-        call console%line(trim(case%satellite)//' satellite: one revolution of '// &
+        call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
                           integer_text(nint(orbit%revolution))//' s from '// &
-                          utc_text(case%knowledge%epoch)//', a calibration of '// &
-                          integer_text(nint(case%knowledge%duration))//' s at every '// &
+                          utc_text(case%epoch)//', a calibration of '// &
+                          integer_text(nint(case%duration))//' s at every '// &
                           integer_text(step)//' s')
         call console%line('field in body axes; amplitude of the angular acceleration; predicted '// &
                           'standard deviation of the CG offset')

@@ -1,15 +1,16 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, join, real_text
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_calibration
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
+    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
@@ -22,8 +23,6 @@ module gracecg_cli_trim
     character(*), parameter :: STATISTICS_COLUMNS = 'round,dx_true_rms_mm,dy_true_rms_mm,dz_true_rms_mm,'// &
                                'dx_error_rms_mm,dy_error_rms_mm,dz_error_rms_mm,'// &
                                'sigma_x_mm,sigma_y_mm,sigma_z_mm'
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
     integer, parameter :: MOST_ROUNDS = 1000
 
 contains
@@ -53,6 +52,7 @@ contains
                                   'threshold does not count')
         call arguments%add_option('--threads', 'N', 'for --runs (default: as many as there are processors)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
+        call add_options_option(arguments)
     end subroutine declare_trim
 
     !> The work of `gracecg trim`.
@@ -61,7 +61,7 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(trim_settings_t) :: settings
         type(trim_round_t), allocatable :: rounds(:)
         character(:), allocatable :: name, algorithm, path
@@ -79,22 +79,23 @@ contains
 
         name = 'front-1'
         if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call find_calibration(name, case, error)
+        call take_firing_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
         if (runs > 1) then
-            call run_many(case, algorithm, settings, runs, threads, path, console, error)
+            call run_many(calibration, algorithm, settings, runs, threads, path, console, error)
             return
         end if
-        call trim_offset(case, algorithm, settings, rounds, error)
+        call trim_offset(calibration%case, algorithm, calibration%options, settings, rounds, error)
         if (allocated(error)) return
-        call show(trim(case%knowledge%name)//', '//algorithm, rounds, console)
+        name = trim(calibration%case%name)//', '//algorithm
+        call show(name, rounds, console)
         call show_verdict(settings, rounds, console)
-        if (path /= '') call write_file(path, trim(case%knowledge%name)//', '//algorithm, settings, rounds, error)
+        if (path /= '') call write_file(path, name, settings, rounds, error)
     end subroutine run_trim
 
     !> RMS over many trims.
-    subroutine run_many(case, algorithm, settings, runs, threads, path, console, error)
-        type(case_t), intent(in) :: case
+    subroutine run_many(calibration, algorithm, settings, runs, threads, path, console, error)
+        type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm
         type(trim_settings_t), intent(in) :: settings
         integer, intent(in) :: runs, threads
@@ -104,13 +105,15 @@ contains
 
         type(trim_statistics_t) :: statistics(settings%rounds)
         type(csv_writer_t) :: file
+        character(:), allocatable :: name
         character(120) :: row
         integer :: i, axis
 
-        call console%progress('trim: '//trim(case%knowledge%name))
-        call repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+        name = trim(calibration%case%name)
+        call console%progress('trim: '//name)
+        call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error)
         if (allocated(error)) return
-        call console%line('RMS over '//integer_text(runs)//' trims of '//trim(case%knowledge%name)//', '// &
+        call console%line('RMS over '//integer_text(runs)//' trims of '//name//', '// &
                           algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
         call console%line('estimate, and sigma that the estimator states')
         call console%line('round     d_x true     error  sigma     d_y true     error  sigma     '// &
@@ -123,7 +126,7 @@ contains
         end do
         if (path == '') return
         call file%open(path, STATISTICS_COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', trim(case%knowledge%name)//', '// &
+                       [character(200) :: 'gracecg '//VERSION//' trim', name//', '// &
                         algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
                         integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
                         ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)

@@ -1,13 +1,14 @@
 !> gracecg verify: the verification of CSR-TM-00-01 section 5.3.
 module gracecg_cli_verify
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_case
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
-        check_windows, CURVE_NAMES, AXIS_NAMES
+        check_windows, CURVE_NAMES
     use gracecg_studies_study_files, only: write_curves, curves_file_name
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -53,14 +54,14 @@ contains
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return
         do i = 1, size(cases)
-            call console%progress('verify: '//trim(cases(i)%knowledge%name))
+            call console%progress('verify: '//trim(cases(i)%name))
             call verify_case(cases(i), verification, error)
             if (allocated(error)) return
             if (i > 1) call console%line('')
             call show(cases(i), verification, console)
             if (folder == '') cycle
-            path = folder//'/'//curves_file_name(cases(i)%knowledge%name)
-            call write_curves(path, 'verify', cases(i)%knowledge%name, verification, error)
+            path = folder//'/'//curves_file_name(cases(i)%name)
+            call write_curves(path, 'verify', cases(i)%name, verification, error)
             if (allocated(error)) return
             call console%line('written: '//path)
         end do
@@ -89,8 +90,8 @@ contains
             call find_case(names(i)%text, cases(i), error)
             if (allocated(error)) return
             do k = 1, i - 1
-                if (cases(k)%knowledge%name /= cases(i)%knowledge%name) cycle
-                call fail(error, 'two of the cases have the name "'//trim(cases(i)%knowledge%name)//'"')
+                if (cases(k)%name /= cases(i)%name) cycle
+                call fail(error, 'two of the cases have the name "'//trim(cases(i)%name)//'"')
                 return
             end do
         end do
@@ -102,10 +103,10 @@ contains
         type(console_t), intent(inout) :: console
 
         if (case%number == CASE_WITH_WINDOWS) then
-            call show_windows(trim(case%knowledge%name), &
-                              check_windows(trim(case%satellite), verification), console)
+            call show_windows(trim(case%name), &
+                              check_windows(trim(case%satellite%name), verification), console)
         else
-            call show_ranges(trim(case%knowledge%name), verification, console)
+            call show_ranges(trim(case%name), verification, console)
         end if
     end subroutine show
 
@@ -188,9 +189,9 @@ contains
         call console%line(name//': curves, SI units, body axes')
         call console%line('quantity           axis  least        greatest     mean')
         do curve = 1, size(CURVE_NAMES)
-            do axis = 1, size(AXIS_NAMES)
+            do axis = 1, size(AXES)
                 associate (values => verification%curve(axis, curve, :))
-                    write (line, '(a19, a4, 3(es12.4, 1x))') CURVE_NAMES(curve), AXIS_NAMES(axis), &
+                    write (line, '(a19, a4, 3(es12.4, 1x))') CURVE_NAMES(curve), AXES(axis), &
                         minval(values), maxval(values), sum(values)/size(values)
                 end associate
                 call console%line(trim(line))

@@ -9,7 +9,7 @@
 module gracecg_environment_earth_radiation
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, ASTRONOMICAL_UNIT, EARTH_RADIUS_EGM96
-    use gracecg_base_error, only: error_t, fail, fail_out_of_range, nearest_name
+    use gracecg_base_error, only: error_t, fail, fail_out_of_range, fail_unknown_name
     use gracecg_base_text, only: integer_text
     use gracecg_environment_table_earth_radiation, only: REPORT_ALBEDO, REPORT_EMISSIVITY, KNOCKE_ALBEDO, &
         KNOCKE_EMISSIVITY, PERIOD_DAYS, EPOCH_JD, SOLAR_IRRADIANCE_1AU
@@ -17,7 +17,11 @@ module gracecg_environment_earth_radiation
     private
     public :: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings
     public :: MAX_SEGMENTS, MAX_RINGS, EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
+    public :: EARTH_RADIATION_CONSTANTS
 
+    !> Names of the sets of constants
+    character(20), parameter :: EARTH_RADIATION_CONSTANTS(3) = [character(20) :: 'report', 'knocke', &
+                                                                'constant-emissivity']
     integer, parameter :: MAX_SEGMENTS = 169    !! The cap and seven rings of 6, 12 ... 42
     !> Greatest number of rings
     integer, parameter :: MAX_RINGS = 16
@@ -120,9 +124,6 @@ contains
         character(*), intent(in) :: constants
         type(error_t), allocatable, intent(out) :: error
 
-        character(19), parameter :: KNOWN(3) = [character(19) :: 'report', 'knocke', &
-                                                'constant-emissivity']
-
         select case (constants)
         case ('report')
             self%albedo = REPORT_ALBEDO
@@ -134,12 +135,8 @@ contains
             self%albedo = REPORT_ALBEDO
             self%emissivity = [REPORT_EMISSIVITY(1), 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
         case default
-            call fail(error, 'constants of the Earth radiation model: "'//constants// &
-                      '" is not known; use "report", "knocke" or "constant-emissivity"')
-            if (nearest_name(constants, KNOWN) /= '') then
-                error%message = error%message//'; did you mean "'// &
-                                nearest_name(constants, KNOWN)//'"?'
-            end if
+            call fail_unknown_name(error, 'constants of the Earth radiation model', constants, &
+                                   EARTH_RADIATION_CONSTANTS)
         end select
     end subroutine set_constants
 

@@ -6,8 +6,8 @@
 module gracecg_environment_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_RADIUS_IGRF
-    use gracecg_base_error, only: error_t, add_context, fail, fail_out_of_range, nearest_name
+    use gracecg_base_constants, only: EARTH_RADIUS_IGRF, NANOTESLA
+    use gracecg_base_error, only: error_t, add_context, fail, fail_out_of_range, fail_unknown_name
     use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, &
         harmonic_function, differentiate
     use gracecg_environment_table_igrf, only: IGRF14_DEGREE, IGRF14_EPOCHS, IGRF14_FIELDS, IGRF14_RATE, &
@@ -43,7 +43,6 @@ module gracecg_environment_geomagnetic_field
     end type igrf_t
 
     character(6), parameter :: GENERATIONS(*) = ['igrf95', 'igrf14']
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
     real(dp), parameter :: RATE_SPAN = 5        !! Years for which a secular variation is given
 
 contains
@@ -69,7 +68,7 @@ contains
             degree = IGRF14_DEGREE
             call generation_14(epochs, tables)
         case default
-            call fail_unknown_generation(generation, error)
+            call fail_unknown_name(error, 'generation of the geomagnetic reference field', generation, GENERATIONS)
             return
         end select
         call coefficients_at(decimal_year, epochs, tables, list, error)
@@ -80,18 +79,6 @@ contains
         end if
         call new_igrf(generation, EARTH_RADIUS_IGRF, degree, list, model, error)
     end subroutine igrf
-
-    subroutine fail_unknown_generation(generation, error)
-        character(*), intent(in) :: generation
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: near
-
-        call fail(error, 'no generation "'//generation//'" of the geomagnetic reference field; '// &
-                  'there are igrf95 and igrf14')
-        near = nearest_name(generation, GENERATIONS)
-        if (near /= '') error%message = error%message//'. Did you mean '//near//'?'
-    end subroutine fail_unknown_generation
 
     !> The lists of coefficients of the 7th generation at its epochs and at the end of its validity.
     pure subroutine generation_7(epochs, tables)

@@ -7,7 +7,7 @@
 module gracecg_environment_gfc_file
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context, fail
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_base_text, only: string_t, integer_text, lower_case, parse_integer, parse_real
     use gracecg_environment_geopotential, only: geopotential_t, check_degree_and_order, new_geopotential
     implicit none
@@ -37,11 +37,11 @@ contains
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         type(head_t) :: head
         real(dp), allocatable :: c(:, :), s(:, :)
 
-        call read_field_file(path, file, error)
+        call read_table(path, file, error)
         if (allocated(error)) return
         call read_head(file, head, error)
         if (allocated(error)) return
@@ -55,7 +55,7 @@ contains
     end subroutine read_gfc
 
     subroutine read_head(file, head, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         type(head_t), intent(out) :: head
         type(error_t), allocatable, intent(out) :: error
 
@@ -82,7 +82,7 @@ contains
 
     !> The rows of the head: after begin_of_head, to end_of_head or to the first coefficient.
     subroutine find_head(file, first, last)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(out) :: first, last
 
         type(string_t), allocatable :: fields(:)
@@ -107,7 +107,7 @@ contains
     end subroutine find_head
 
     subroutine split_row(file, i, fields, keyword)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: i                                !! Row
         type(string_t), allocatable, intent(out) :: fields(:)
         character(:), allocatable, intent(out) :: keyword       !! The first field in small letters
@@ -117,7 +117,7 @@ contains
     end subroutine split_row
 
     subroutine take_keyword(file, i, keyword, value, head, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: i                !! Row
         character(*), intent(in) :: keyword, value
         type(head_t), intent(inout) :: head
@@ -188,7 +188,7 @@ contains
     !> The coefficients to degree and order. Those of degree 0 and 1 may be absent: they are then 1
     !> and 0.
     subroutine read_coefficients(file, head, degree, order, c, s, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         type(head_t), intent(in) :: head
         integer, intent(in) :: degree, order
         real(dp), allocatable, intent(out) :: c(:, :), s(:, :)
@@ -231,9 +231,10 @@ contains
         end do
     end subroutine read_coefficients
 
-    !> One line gfc; degrees and orders beyond the wanted ones are skipped.
+    !> One line gfc. Degrees and orders beyond the wanted ones are skipped; what stands in them, and
+    !> the standard deviations behind C and S, must be numbers all the same.
     subroutine read_row(file, i, fields, head, c, s, given, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: i                            !! Row
         type(string_t), intent(in) :: fields(:)             !! Of this line
         type(head_t), intent(in) :: head
@@ -242,7 +243,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer :: n, m
-        logical :: ok(4)
+        logical :: ok(2)
 
         if (size(fields) < head%fields) then
             call file%fail_at(i, 'expected at least '//integer_text(head%fields)// &
@@ -251,19 +252,26 @@ contains
         end if
         call parse_integer(fields(2)%text, n, ok(1))
         call parse_integer(fields(3)%text, m, ok(2))
-        if (.not. all(ok(:2)) .or. m < 0 .or. n < m .or. n > head%max_degree) then
+        if (.not. all(ok) .or. m < 0 .or. n < m .or. n > head%max_degree) then
             call file%fail_at(i, 'degree and order must be integers with 0 <= order <= degree '// &
                               '<= max_degree = '//integer_text(head%max_degree), error)
             return
         end if
-        if (n > ubound(c, 1) .or. m > ubound(c, 2)) return
+        if (n > ubound(c, 1) .or. m > ubound(c, 2)) then
+            call file%check_numbers(i, fields(4:), 4, error)
+            return
+        end if
         if (given(n, m)) then
             call file%fail_at(i, 'this degree and order was given before', error)
             return
         end if
-        call parse_real(fields(4)%text, c(n, m), ok(3))
-        call parse_real(fields(5)%text, s(n, m), ok(4))
-        if (.not. all(ok)) call file%fail_at(i, 'C and S must be finite numbers', error)
+        call parse_real(fields(4)%text, c(n, m), ok(1))
+        call parse_real(fields(5)%text, s(n, m), ok(2))
+        if (all(ok)) then
+            call file%check_numbers(i, fields(6:), 6, error)
+        else
+            call file%fail_at(i, 'C and S must be finite numbers', error)
+        end if
         given(n, m) = .true.
     end subroutine read_row
 end module gracecg_environment_gfc_file

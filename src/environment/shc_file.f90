@@ -9,7 +9,7 @@ module gracecg_environment_shc_file
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_RADIUS_IGRF
     use gracecg_base_error, only: error_t, add_context, fail
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_base_text, only: string_t, integer_text, parse_integer, parse_real
     use gracecg_environment_spherical_harmonics, only: MAX_DEGREE
     use gracecg_environment_geomagnetic_field, only: igrf_t, coefficients_at, new_igrf
@@ -31,11 +31,11 @@ contains
         type(igrf_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         real(dp), allocatable :: epochs(:), tables(:, :), list(:)
         integer :: degree, epoch_count
 
-        call read_field_file(path, file, error)
+        call read_table(path, file, error)
         if (allocated(error)) return
         call read_head(file, degree, epoch_count, error)
         if (allocated(error)) return
@@ -50,7 +50,7 @@ contains
     end subroutine read_shc
 
     subroutine read_head(file, degree, epoch_count, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(out) :: degree, epoch_count
         type(error_t), allocatable, intent(out) :: error
 
@@ -71,6 +71,8 @@ contains
         end if
         degree = numbers(2)
         epoch_count = numbers(3)
+        call file%check_numbers(HEAD_ROW, fields(size(numbers) + 1:), size(numbers) + 1, error)
+        if (allocated(error)) return
         if (degree > MAX_DEGREE) then
             call file%fail_at(HEAD_ROW, 'the highest degree must not exceed '// &
                               integer_text(MAX_DEGREE), error)
@@ -84,7 +86,7 @@ contains
     end subroutine read_head
 
     subroutine read_epochs(file, epoch_count, epochs, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: epoch_count
         real(dp), allocatable, intent(out) :: epochs(:)     !! Decimal years
         type(error_t), allocatable, intent(out) :: error
@@ -104,7 +106,7 @@ contains
 
     !> Lists of coefficients in the order of new_igrf, one column an epoch.
     subroutine read_coefficients(file, degree, epoch_count, tables, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: degree, epoch_count
         real(dp), allocatable, intent(out) :: tables(:, :)
         type(error_t), allocatable, intent(out) :: error
@@ -132,7 +134,7 @@ contains
     end subroutine read_coefficients
 
     subroutine read_row(file, i, degree, epoch_count, place, values, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: i                        !! Row of the file
         integer, intent(in) :: degree, epoch_count
         integer, intent(out) :: place                   !! In the list of coefficients; 0 if wrong

@@ -5,15 +5,16 @@
 !> given out as the printed tenths, 2.7, which is what programs of the time used.
 module gracecg_environment_space_weather
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_error, only: error_t, fail, fail_unknown_name
     use gracecg_base_text, only: string_t, integer_text
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
     use gracecg_environment_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
         SPACE_WEATHER_F107_MEAN, SPACE_WEATHER_KP_TENTHS
     implicit none
     private
     public :: space_weather_t, embedded_space_weather, read_space_weather
+    public :: space_weather_source_t, SPACE_WEATHER_SOURCES
 
     type :: space_weather_t
         !! Indices by day; the days rise but may have gaps
@@ -25,6 +26,18 @@ module gracecg_environment_space_weather
     contains
         procedure :: indices_at !! F10.7, its mean and Kp at a time
     end type space_weather_t
+
+    character(16), parameter :: SPACE_WEATHER_SOURCES(3) = [character(16) :: 'table', 'given', 'file']
+
+    type :: space_weather_source_t
+        !! Where the indices come from
+        character(16) :: source = 'table'           !! One of SPACE_WEATHER_SOURCES: the embedded table, ...
+        real(dp) :: f107 = 150, f107_mean = 150     !! sfu, if given
+        real(dp) :: kp = 2                          !! If given
+        character(256) :: file = ''                 !! Path of the table, if 'file'
+    contains
+        procedure :: indices_at => indices_of_source    !! F10.7, its mean and Kp at a time
+    end type space_weather_source_t
 
     integer, parameter :: INTERVALS = 8                 !! of Kp in a day
     real(dp), parameter :: INTERVAL_LENGTH = 10800.0_dp !! s
@@ -83,6 +96,33 @@ contains
         kp_3h_before = self%kp(interval, merge(today, yesterday, earlier%mjd == utc%mjd))
     end subroutine indices_at
 
+    !> The same from where the source says.
+    subroutine indices_of_source(self, utc, f107, f107_mean, kp, error)
+        class(space_weather_source_t), intent(in) :: self
+        type(utc_t), intent(in) :: utc
+        real(dp), intent(out) :: f107, f107_mean    !! Observed F10.7, of the day before and mean, sfu
+        real(dp), intent(out) :: kp                 !! 0 to 9
+        type(error_t), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+
+        f107 = self%f107
+        f107_mean = self%f107_mean
+        kp = self%kp
+        select case (self%source)
+        case ('given')
+            return
+        case ('table')
+            table = embedded_space_weather()
+        case ('file')
+            call read_space_weather(trim(self%file), table, error)
+        case default
+            call fail_unknown_name(error, 'source of the space weather', trim(self%source), &
+                                   SPACE_WEATHER_SOURCES)
+        end select
+        if (.not. allocated(error)) call table%indices_at(utc, f107, f107_mean, kp, error)
+    end subroutine indices_of_source
+
     !> The row of a day, 0 when the table has none.
     pure integer function row_of(table, mjd) result(row)
         type(space_weather_t), intent(in) :: table
@@ -125,10 +165,10 @@ contains
         type(space_weather_t), intent(out) :: table
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: rows
+        type(table_file_t) :: rows
         integer :: i, n
 
-        call read_field_file(file, rows, error)
+        call read_table(file, rows, error)
         if (allocated(error)) return
         n = rows%row_count()
         allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
@@ -145,7 +185,7 @@ contains
     end subroutine read_space_weather
 
     subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
-        type(field_file_t), intent(in) :: rows
+        type(table_file_t), intent(in) :: rows
         integer, intent(in) :: row
         integer, intent(out) :: mjd
         real(dp), intent(out) :: f107, f107_mean    !! sfu

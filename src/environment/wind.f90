@@ -9,7 +9,7 @@ module gracecg_environment_wind
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, integer_text
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_environment_table_wind, only: WIND_LATITUDES, WIND_LOCAL_TIMES, WIND_EAST, WIND_NORTH
     implicit none
     private
@@ -128,11 +128,11 @@ contains
         type(tabulated_wind_t), intent(out) :: wind
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: table
+        type(table_file_t) :: table
         real(dp), allocatable :: rows(:, :)     ! (column, row)
         integer :: i, n, local_times, latitudes
 
-        call read_field_file(file, table, error)
+        call read_table(file, table, error)
         if (allocated(error)) return
         n = table%row_count()
         allocate (rows(COLUMNS, n))
@@ -158,7 +158,7 @@ contains
 
     !> The four numbers of a row.
     subroutine parse_row(table, row, numbers, error)
-        type(field_file_t), intent(in) :: table
+        type(table_file_t), intent(in) :: table
         integer, intent(in) :: row
         real(dp), intent(out) :: numbers(COLUMNS)
         type(error_t), allocatable, intent(out) :: error
@@ -183,7 +183,7 @@ contains
 
     !> Checks that a row stands where the regular grid wants it.
     subroutine check_place(table, row, place, local_times, latitudes, error)
-        type(field_file_t), intent(in) :: table
+        type(table_file_t), intent(in) :: table
         integer, intent(in) :: row
         real(dp), intent(in) :: place(2)                !! Latitude in deg, local time in h
         integer, intent(in) :: local_times, latitudes

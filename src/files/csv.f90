@@ -1,14 +1,14 @@
-!> Files of numbers separated by commas: comment lines (#) first, then one line with the names of
-!> the columns, then the rows.
+!> Writing files of numbers separated by commas: comment lines (#) first, then one line with the names
+!> of the columns, then the rows. Read by gracecg_files_table.
 module gracecg_files_csv
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
-    use gracecg_base_text, only: string_t, split, join, padded, parse_real, real_text, real_field, integer_text
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_files_file, only: output_file_t
+    use gracecg_base_text, only: string_t, split, join, padded, real_text, real_field, integer_text
     implicit none
     private
-    public :: read_csv, csv_writer_t
+    public :: csv_writer_t
 
     type :: csv_writer_t
         !! Writes a CSV file that appears under its name when `commit` has succeeded. What goes
@@ -28,115 +28,6 @@ module gracecg_files_csv
     end type csv_writer_t
 
 contains
-
-    !> Reads a file whose columns must be `expected_columns`, in their order. Fails, naming file,
-    !> line and column, when the header differs, a row has too few or too many columns, a value is
-    !> not a finite number, or there is no row. Lines may end as on Windows; blank lines are allowed
-    !> at the end.
-    subroutine read_csv(path, expected_columns, table, error, comments)
-        character(*), intent(in) :: path                                    !! Of the file
-        character(*), intent(in) :: expected_columns(:)                     !! Names in the header
-        real(dp), allocatable, intent(out) :: table(:, :)                   !! (row, column)
-        type(error_t), allocatable, intent(out) :: error
-        type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
-
-        type(text_file_t) :: file
-        integer :: header, last, i
-
-        call read_text_file(path, file, error)
-        if (allocated(error)) return
-        header = 1
-        do while (index(file%line(header), '#') == 1)
-            header = header + 1
-        end do
-        do last = file%line_count(), 1, -1
-            if (file%line(last) /= '') exit
-        end do
-        if (present(comments)) then
-            allocate (comments(header - 1))
-            do i = 1, header - 1
-                comments(i)%text = trim(adjustl(file%text(file%first(i) + 1:file%last(i))))
-            end do
-        end if
-        if (last < header) then
-            call fail_in_file(error, file%name, 0, 'the file is empty; expected a line with '// &
-                              'the columns '//join(expected_columns, ','))
-            return
-        end if
-        call check_header(file, header, expected_columns, error)
-        if (allocated(error)) return
-        if (last == header) then
-            call fail_in_file(error, file%name, 0, 'the file has no row below its header')
-            return
-        end if
-        allocate (table(last - header, size(expected_columns)))
-        do i = header + 1, last
-            call read_row(file, i, expected_columns, table(i - header, :), error)
-            if (allocated(error)) return
-        end do
-    end subroutine read_csv
-
-    subroutine check_header(file, line_number, expected_columns, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: line_number
-        character(*), intent(in) :: expected_columns(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: found(:)
-        character(:), allocatable :: problem
-        integer :: i
-
-        allocate (found, source=split(file%line(line_number), ','))
-        do i = 1, min(size(found), size(expected_columns))
-            if (trim(adjustl(found(i)%text)) == expected_columns(i)) cycle
-            problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &
-                      '", expected "'//trim(expected_columns(i))//'"'
-            exit
-        end do
-        if (.not. allocated(problem)) then
-            if (size(found) == size(expected_columns)) return
-            problem = integer_text(size(found))//' columns, expected '// &
-                      integer_text(size(expected_columns))
-        end if
-        call file%fail_at(line_number, problem//'; the columns must be '// &
-                          join(expected_columns, ','), error)
-    end subroutine check_header
-
-    subroutine read_row(file, line_number, columns, row, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: line_number
-        character(*), intent(in) :: columns(:)
-        real(dp), intent(out) :: row(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: column, first, last, comma
-        logical :: ok
-
-        first = file%first(line_number)
-        last = file%last(line_number)
-        column = 0
-        do
-            comma = first
-            do while (comma <= last)
-                if (file%text(comma:comma) == ',') exit
-                comma = comma + 1
-            end do
-            column = column + 1
-            if (column > size(row)) exit
-            call parse_real(file%text(first:comma - 1), row(column), ok)
-            if (.not. ok) then
-                call file%fail_at(line_number, 'column '//trim(columns(column))//': "'// &
-                                  file%text(first:comma - 1)//'" is not a finite number', error)
-                return
-            end if
-            if (comma > last) exit
-            first = comma + 1
-        end do
-        if (column == size(row)) return
-        call file%fail_at(line_number, integer_text(size(split(file%line(line_number), ',')))// &
-                          ' columns, expected '//integer_text(size(row))//': '// &
-                          join(columns, ','), error)
-    end subroutine read_row
 
     !> Begins a file with its comment lines and its header.
     subroutine open_csv(self, path, header, comments, error)

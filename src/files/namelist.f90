@@ -41,6 +41,7 @@ module gracecg_files_namelist
         procedure :: parse => parse_namelist    !! Reads a text in memory
         procedure :: group_count                !! How many groups have a name
         procedure :: has                        !! Does a key stand in the file?
+        procedure :: holds                      !! Does a group, or a key that begins so?
         generic :: get => get_real, get_reals, get_integer, get_logical, get_text
         !! The value or values of a key
         procedure :: reject                     !! A failure about the value of a key
@@ -106,6 +107,21 @@ contains
         has = i > 0
         if (has) has = position_of(self%groups(i), lower_case(key)) > 0
     end function has
+
+    !> Does a group stand in the file, or a key in its first one whose name begins with `key`? Asking does not
+    !> mark it as used.
+    pure logical function holds(self, group, key)
+        class(namelist_file_t), intent(in) :: self
+        character(*), intent(in) :: group               !! Its name, in whatever case
+        character(*), intent(in), optional :: key       !! The beginning of its name, in lower case
+
+        integer :: i, j
+
+        i = group_position(self, group)
+        holds = i > 0
+        if (holds .and. present(key)) &
+            holds = any([(index(self%groups(i)%entries(j)%key, key) == 1, j=1, size(self%groups(i)%entries))])
+    end function holds
 
     !> One real number. Fails when the key is missing and has no default, or its value is not one
     !> finite number within the limits (both ends included).
@@ -356,15 +372,23 @@ contains
     end subroutine reject
 
     !> Fails for the first group or key of the file that nobody asked for.
-    subroutine check_all_used(self, error)
+    subroutine check_all_used(self, error, others, only)
         class(namelist_file_t), intent(in) :: self
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: others(:)     !! Groups that are not checked, in lower case
+        character(*), intent(in), optional :: only(:)       !! Groups that alone are checked
 
         integer :: i, j
 
         do i = 1, size(self%groups)
+            if (present(others)) then
+                if (any(others == self%groups(i)%name)) cycle
+            end if
+            if (present(only)) then
+                if (.not. any(only == self%groups(i)%name)) cycle
+            end if
             if (.not. self%groups(i)%used) then
-                call fail_unknown_group(self, self%groups(i), error)
+                call fail_unknown_group(self, self%groups(i), error, others)
                 return
             end if
             do j = 1, size(self%groups(i)%entries)
@@ -375,15 +399,22 @@ contains
         end do
     end subroutine check_all_used
 
-    subroutine fail_unknown_group(self, group, error)
+    subroutine fail_unknown_group(self, group, error, others)
         class(namelist_file_t), intent(in) :: self
         type(group_t), intent(in) :: group
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: others(:)
 
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: problem
+        integer :: i
 
         allocate (names, source=known_names(self))
+        if (present(others)) then
+            do i = 1, size(others)
+                if (.not. any(padded(names) == others(i))) call append(names, trim(others(i)))
+            end do
+        end if
         if (any(padded(names) == group%name)) then
             problem = ' stands here once too often'
         else

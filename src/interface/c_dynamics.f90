@@ -1,7 +1,7 @@
 !> The C interface: cases, force model, propagation. Documented in include/gracecg.h.
 module gracecg_interface_c_dynamics
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_size_t
-    use gracecg, only: dp, error_t, case_t, find_case, case_from_text, case_text, &
+    use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
         initial_state, build_dynamics, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
         propagate_arc, check_state, STATE_SIZE, STATE_ATTITUDE, STATE_OMEGA
     use gracecg_base_kinds, only: i8
@@ -18,9 +18,9 @@ module gracecg_interface_c_dynamics
     public :: c_force_model_open, c_force_model_free, c_force_model_epoch, c_force_model_evaluate
     public :: c_force_model_torques, c_force_model_rate, c_force_model_propagate
 
-    !> A calibration case behind a handle.
+    !> A case behind a handle, with how it is estimated.
     type, extends(object_t) :: case_object_t
-        type(case_t) :: case    !! As it was read
+        type(calibration_t) :: calibration      !! As it was read
     end type case_object_t
 
     type, extends(object_t) :: force_object_t
@@ -38,7 +38,7 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
 
@@ -47,9 +47,9 @@ contains
         if (present(handle)) handle = 0
         call fortran_text(name_or_file, LONGEST_NAME, 'name_or_file', name, status, error)
         if (status /= STATUS_OK) return
-        call find_case(name, case, failure)
+        call find_calibration(name, calibration, failure)
         call pass_on(failure, status, error)
-        if (status == STATUS_OK) call keep_case(case, handle, status, error)
+        if (status == STATUS_OK) call keep_case(calibration, handle, status, error)
     end function c_case_open
 
     !> gracecg_case_parse
@@ -59,7 +59,7 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
         character(:), allocatable :: settings
 
@@ -68,14 +68,14 @@ contains
         if (present(handle)) handle = 0
         call fortran_text(text, LONGEST_TEXT, 'text', settings, status, error)
         if (status /= STATUS_OK) return
-        call case_from_text(settings, 'text', case, failure)
+        call calibration_from_text(settings, 'text', calibration, failure)
         call pass_on(failure, status, error)
-        if (status == STATUS_OK) call keep_case(case, handle, status, error)
+        if (status == STATUS_OK) call keep_case(calibration, handle, status, error)
     end function c_case_parse
 
     !> Stores a case and gives its handle out.
-    subroutine keep_case(case, handle, status, error)
-        type(case_t), intent(in) :: case
+    subroutine keep_case(calibration, handle, status, error)
+        type(calibration_t), intent(in) :: calibration
         integer(c_intptr_t), intent(out) :: handle  !! Of the case; 0 without room
         integer(c_int), intent(inout) :: status     !! Of the call so far
         type(c_error_t), intent(inout), optional :: error
@@ -88,7 +88,7 @@ contains
         object => null()
         if (memory == 0) then
             object => made
-            made%case = case
+            made%calibration = calibration
         end if
         call keep(object, handle, status, error)
     end subroutine keep_case
@@ -124,7 +124,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            call case_text(object%case, settings, failure)
+            call calibration_text(object%calibration, settings, failure)
             call pass_on(failure, status, error)
             if (status == STATUS_OK) call give_text(settings, text, size, length, status, error)
         class default
@@ -148,12 +148,12 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            associate (case => object%case)
-                if (present(epoch)) epoch = c_utc_t(case%knowledge%epoch%mjd, case%knowledge%epoch%seconds)
-                if (present(duration)) duration = case%knowledge%duration
+            associate (case => object%calibration%case)
+                if (present(epoch)) epoch = c_utc_t(case%epoch%mjd, case%epoch%seconds)
+                if (present(duration)) duration = case%duration
                 if (present(interval)) interval = case%interval
                 if (present(state)) state = initial_state(case)
-                if (present(offset)) offset = case%offset
+                if (present(offset)) offset = case%satellite%offset
             end associate
         class default
             call refuse_handle(CASE_NAME, status, error)
@@ -185,7 +185,7 @@ contains
             allocate (made, stat=memory)
             if (memory == 0) then
                 model => made
-                call build_dynamics(object%case, made%dynamics, failure)
+                call build_dynamics(object%calibration%case, made%dynamics, failure)
                 call pass_on(failure, status, error)
             end if
         class default

@@ -4,10 +4,13 @@ module gracecg_interface_c_estimation
         c_int32_t, c_intptr_t, c_null_char, c_ptr, c_size_t
     use gracecg, only: dp, error_t, simulator_t, new_simulator, observe, observation_set_t, &
         operator_knowledge_t, check_observations, read_observations, write_observations, read_setup, &
-        setup_from_text, setup_text, solution_t, estimate_offset, ESTIMATOR_NAMES, STATE_SIZE
+        setup_from_text, setup_text, estimation_options_t, read_options, write_options, options_from_text, &
+        options_text, OF_SETUP, solution_t, estimate_offset, ESTIMATOR_NAMES, STATE_SIZE
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: time_tag
+    use gracecg_files_file, only: file_exists
+    use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
         STATUS_NOT_CONVERGED, STATUS_NO_MEMORY, LONGEST_NAME, LONGEST_TEXT, start, &
@@ -21,7 +24,7 @@ module gracecg_interface_c_estimation
     public :: c_observations_create, c_observations_read, c_observations_write, c_observations_simulate
     public :: c_observations_free, c_observations_setup, c_observations_counts
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
-    public :: c_observations_orbit, c_estimate
+    public :: c_observations_orbit, c_options_text, c_options_replace, c_estimate
 
     integer, parameter :: MOST_PARAMETERS = 16      !! Beside the offset
     integer, parameter :: NAME_SIZE = 16            !! Bytes of a parameter's name with its closing zero
@@ -70,18 +73,23 @@ module gracecg_interface_c_estimation
 
     type, extends(object_t) :: simulator_object_t
         type(simulator_t) :: simulator
+        type(estimation_options_t) :: options       !! Of its case
     end type simulator_object_t
 
     type, extends(object_t) :: setup_object_t
         type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options       !! Beside it
     end type setup_object_t
 
     type, extends(object_t) :: observations_object_t
         type(observation_set_t) :: set
+        type(estimation_options_t) :: options       !! How to estimate from it
     end type observations_object_t
 
     character(*), parameter :: CASE_NAME = 'case', SIMULATOR_NAME = 'simulator'
     character(*), parameter :: SETUP_NAME = 'setup', SET_NAME = 'observation set'
+    character(*), parameter :: WITH_OPTIONS = 'case, setup or observation set'
+    character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
     integer, parameter :: MOST_SAMPLES = 10000000       !! Of one instrument
     ! The arrays of an instrument without samples
     real(dp), save, target :: NO_TIMES(0), NO_VALUES(4, 0)
@@ -113,7 +121,8 @@ contains
             allocate (made, stat=memory)
             if (memory == 0) then
                 new_object => made
-                call new_simulator(object%case, made%simulator, failure)
+                call new_simulator(object%calibration%case, made%simulator, failure)
+                made%options = object%calibration%options
                 call pass_on(failure, status, error)
             end if
         class default
@@ -200,6 +209,7 @@ contains
         integer(c_int) :: status
 
         type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
         character(:), allocatable :: path
 
@@ -209,8 +219,9 @@ contains
         call fortran_text(file, LONGEST_NAME, 'file', path, status, error)
         if (status /= STATUS_OK) return
         call read_setup(path, knowledge, failure)
+        if (.not. allocated(failure)) call read_options(path, options, failure, OF_SETUP)
         call pass_on(failure, status, error)
-        if (status == STATUS_OK) call keep_setup(knowledge, handle, status, error)
+        if (status == STATUS_OK) call keep_setup(knowledge, options, handle, status, error)
     end function c_setup_read
 
     !> gracecg_setup_parse
@@ -221,6 +232,7 @@ contains
         integer(c_int) :: status
 
         type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
         character(:), allocatable :: settings
 
@@ -230,12 +242,14 @@ contains
         call fortran_text(text, LONGEST_TEXT, 'text', settings, status, error)
         if (status /= STATUS_OK) return
         call setup_from_text(settings, 'text', knowledge, failure)
+        if (.not. allocated(failure)) call options_from_text(settings, 'text', options, failure, OF_SETUP)
         call pass_on(failure, status, error)
-        if (status == STATUS_OK) call keep_setup(knowledge, handle, status, error)
+        if (status == STATUS_OK) call keep_setup(knowledge, options, handle, status, error)
     end function c_setup_parse
 
-    subroutine keep_setup(knowledge, handle, status, error)
+    subroutine keep_setup(knowledge, options, handle, status, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         integer(c_intptr_t), intent(out) :: handle
         integer(c_int), intent(inout) :: status
         type(c_error_t), intent(inout), optional :: error
@@ -249,6 +263,7 @@ contains
         if (memory == 0) then
             object => made
             made%knowledge = knowledge
+            made%options = options
         end if
         call keep(object, handle, status, error)
     end subroutine keep_setup
@@ -276,7 +291,7 @@ contains
 
         class(object_t), pointer :: object
         type(error_t), allocatable :: failure
-        character(:), allocatable :: settings
+        character(:), allocatable :: settings, options
 
         call start(status, error)
         call check_count(size, 'size', status, error)
@@ -285,6 +300,8 @@ contains
         select type (object)
         type is (setup_object_t)
             call setup_text(object%knowledge, settings, failure)
+            if (.not. allocated(failure)) call options_text(object%options, options, failure)
+            if (.not. allocated(failure)) settings = settings//new_line('a')//new_line('a')//options
             call pass_on(failure, status, error)
             if (status == STATUS_OK) call give_text(settings, text, size, length, status, error)
         class default
@@ -382,6 +399,7 @@ contains
             if (memory == 0) then
                 new_object => made
                 made%set%knowledge = object%knowledge
+                made%options = object%options
                 allocate (made%set%accelerometer_time, source=accelerometer_time, stat=memory)
                 if (memory == 0) allocate (made%set%acceleration, source=acceleration, stat=memory)
                 if (memory == 0) allocate (made%set%star_camera_time, source=star_camera_time, stat=memory)
@@ -430,10 +448,110 @@ contains
         if (memory == 0) then
             new_object => made
             call read_observations(path, made%set, failure)
+            if (.not. allocated(failure)) call read_folder_options(path, made%options, failure)
             call pass_on(failure, status, error)
         end if
         call keep(new_object, handle, status, error)
     end function c_observations_read
+
+    !> The options of a folder: those of options.nml, else those in a setup.nml of version 0.1.
+    subroutine read_folder_options(folder, options, error)
+        character(*), intent(in) :: folder
+        type(estimation_options_t), intent(out) :: options
+        type(error_t), allocatable, intent(out) :: error
+
+        if (file_exists(folder//'/'//OPTIONS_FILE)) then
+            call read_options(folder//'/'//OPTIONS_FILE, options, error)
+        else
+            call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, OF_SETUP)
+        end if
+    end subroutine read_folder_options
+
+    !> gracecg_options_text
+    function c_options_text(handle, text, size, length, error) result(status) &
+        bind(c, name='gracecg_options_text')
+        integer(c_intptr_t), intent(in), value :: handle
+        character(kind=c_char), intent(inout), optional :: text(*)
+        integer(c_size_t), intent(in), value :: size
+        integer(c_size_t), intent(inout), optional :: length
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        class(object_t), pointer :: object
+        type(estimation_options_t) :: options
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: settings
+
+        call start(status, error)
+        call check_count(size, 'size', status, error)
+        if (status /= STATUS_OK) return
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (case_object_t)
+            options = object%calibration%options
+        type is (setup_object_t)
+            options = object%options
+        type is (observations_object_t)
+            options = object%options
+        class default
+            call refuse_handle(WITH_OPTIONS, status, error)
+        end select
+        call release(int(handle, i8), object)
+        if (status /= STATUS_OK) return
+        call options_text(options, settings, failure)
+        call pass_on(failure, status, error)
+        if (status == STATUS_OK) call give_text(settings, text, size, length, status, error)
+    end function c_options_text
+
+    !> gracecg_options_replace
+    function c_options_replace(handle, text, new_handle, error) result(status) &
+        bind(c, name='gracecg_options_replace')
+        integer(c_intptr_t), intent(in), value :: handle
+        character(kind=c_char), intent(in), optional :: text(*)
+        integer(c_intptr_t), intent(inout), optional :: new_handle
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        class(object_t), pointer :: object, new_object
+        type(estimation_options_t) :: options
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: settings
+        integer :: memory
+
+        call start(status, error)
+        call need(present(new_handle), 'the new handle', status, error)
+        if (present(new_handle)) new_handle = 0
+        call fortran_text(text, LONGEST_TEXT, 'text', settings, status, error)
+        if (status /= STATUS_OK) return
+        call options_from_text(settings, 'text', options, failure)
+        call pass_on(failure, status, error)
+        if (status /= STATUS_OK) return
+        new_object => null()
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (case_object_t)
+            allocate (new_object, source=object, stat=memory)
+        type is (setup_object_t)
+            allocate (new_object, source=object, stat=memory)
+        type is (observations_object_t)
+            allocate (new_object, source=object, stat=memory)
+        class default
+            call refuse_handle(WITH_OPTIONS, status, error)
+        end select
+        call release(int(handle, i8), object)
+        if (status /= STATUS_OK) return
+        if (associated(new_object)) then
+            select type (new_object)
+            type is (case_object_t)
+                new_object%calibration%options = options
+            type is (setup_object_t)
+                new_object%options = options
+            type is (observations_object_t)
+                new_object%options = options
+            end select
+        end if
+        call keep(new_object, new_handle, status, error)
+    end function c_options_replace
 
     !> gracecg_observations_write
     function c_observations_write(handle, folder, error) result(status) &
@@ -455,6 +573,8 @@ contains
         select type (object)
         type is (observations_object_t)
             call write_observations(path, object%set, no_comments, failure)
+            if (.not. allocated(failure)) call write_options(path//'/'//OPTIONS_FILE, object%options, &
+                    no_comments, failure)
             call pass_on(failure, status, error)
         class default
             call refuse_handle(SET_NAME, status, error)
@@ -489,6 +609,7 @@ contains
             allocate (made, stat=memory)
             if (memory == 0) then
                 new_object => made
+                made%options = object%options
                 call observe(object%simulator, seed, run, made%set, failure)
                 call pass_on(failure, status, error)
             end if
@@ -520,6 +641,7 @@ contains
 
         class(object_t), pointer :: object
         type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options
 
         call start(status, error)
         call need(present(setup_handle), SETUP_NAME, status, error)
@@ -529,11 +651,12 @@ contains
         select type (object)
         type is (observations_object_t)
             knowledge = object%set%knowledge
+            options = object%options
         class default
             call refuse_handle(SET_NAME, status, error)
         end select
         call release(int(handle, i8), object)
-        if (status == STATUS_OK) call keep_setup(knowledge, setup_handle, status, error)
+        if (status == STATUS_OK) call keep_setup(knowledge, options, setup_handle, status, error)
     end function c_observations_setup
 
     !> gracecg_observations_counts
@@ -709,7 +832,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (observations_object_t)
-            call estimate_offset(name, object%set, solution, failure)
+            call estimate_offset(name, object%set, object%options, solution, failure)
             call pass_on(failure, status, error)
         class default
             call refuse_handle(SET_NAME, status, error)
@@ -724,7 +847,7 @@ contains
         if (.not. solution%converged) &
             call raise(STATUS_NOT_CONVERGED, name//' did not converge in '//integer_text(solution%iterations)// &
                        ' iterations: the offset is not to be relied upon; check guess_quaternion and '// &
-                       'guess_angular_velocity of the setup', status, error)
+                       'guess_angular_velocity of its options', status, error)
     end function c_estimate
 
     subroutine give_solution(solution, c_solution)
@@ -751,7 +874,8 @@ contains
         c_solution%parameter_sigma = 0
         c_solution%parameter_name = c_null_char
         c_solution%parameter_count = 0
-        if (allocated(solution%parameters)) c_solution%parameter_count = min(size(solution%parameters), MOST_PARAMETERS)
+        if (allocated(solution%parameters)) c_solution%parameter_count = min(size(solution%parameters), &
+                MOST_PARAMETERS)
         do i = 1, c_solution%parameter_count
             associate (parameter => solution%parameters(i))
                 c_solution%parameter_value(i) = parameter%value

@@ -1,8 +1,8 @@
 !> The C interface: models of the environment. Documented in include/gracecg.h.
 module gracecg_interface_c_models
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: dp, error_t, utc_t, gravity_model_t, point_mass_gravity_t, geopotential_t, egm96, &
-        read_gfc, geomagnetic_model_t, igrf_t, igrf, read_shc, decimal_year, dtm77_t, new_dtm77, &
+    use gracecg, only: dp, error_t, utc_t, gravity_model_t, new_gravity_model, GRAVITY_MODELS, &
+        geomagnetic_model_t, new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, dtm77_t, new_dtm77, &
         space_weather_t, embedded_space_weather, atmosphere_point_t, atmosphere_state_t, &
         tabulated_wind_t, embedded_wind, read_wind, sun_position, conical_shadow, julian_centuries_tt, &
         earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
@@ -29,8 +29,6 @@ module gracecg_interface_c_models
     public :: c_earth_radiation_segments
 
     real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
-    character(*), parameter :: GRAVITY_NAMES(2) = [character(11) :: 'egm96', 'point-mass']
-    character(*), parameter :: FIELD_NAMES(2) = [character(11) :: 'igrf95', 'igrf14']
     character(*), parameter :: WIND_NAMES(1) = [character(11) :: 'hwm93']
     integer, parameter :: MOST_RINGS = 7
 
@@ -67,7 +65,7 @@ contains
 
         class(object_t), pointer :: object
         type(gravity_object_t), pointer :: made
-        type(geopotential_t) :: harmonics
+        class(gravity_model_t), allocatable :: model
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
         integer :: memory
@@ -77,28 +75,22 @@ contains
         if (present(handle)) handle = 0
         call fortran_text(name_or_file, LONGEST_NAME, 'name_or_file', name, status, error)
         if (status /= STATUS_OK) return
-        select case (name)
-        case ('point-mass')
-            if (degree /= 0 .or. order /= 0) &
-                call fail(failure, 'a point mass has degree and order 0, not '//integer_text(degree)// &
-                          ' and '//integer_text(order))
-        case ('egm96')
-            call egm96(degree, order, harmonics, failure)
-        case default
-            call check_file(name, GRAVITY_NAMES, 'gravity model', failure)
-            if (.not. allocated(failure)) call read_gfc(name, degree, order, harmonics, failure)
-        end select
+        if (name == 'point-mass' .and. (degree /= 0 .or. order /= 0)) then
+            call fail(failure, 'a point mass has degree and order 0, not '//integer_text(degree)// &
+                      ' and '//integer_text(order))
+        else if (any(GRAVITY_MODELS == name)) then
+            call new_gravity_model(name, degree, order, '', model, failure)
+        else
+            call check_file(name, GRAVITY_MODELS, 'gravity model', failure)
+            if (.not. allocated(failure)) call new_gravity_model('file', degree, order, name, model, failure)
+        end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
         allocate (made, stat=memory)
         object => null()
         if (memory == 0) then
             object => made
-            if (name == 'point-mass') then
-                made%model = point_mass_gravity_t()
-            else
-                made%model = harmonics
-            end if
+            call move_alloc(model, made%model)
         end if
         call keep(object, handle, status, error)
     end function c_gravity_open
@@ -191,7 +183,7 @@ contains
 
         class(object_t), pointer :: object
         type(field_object_t), pointer :: made
-        type(igrf_t) :: model
+        class(geomagnetic_model_t), allocatable :: model
         type(utc_t) :: time
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
@@ -203,11 +195,12 @@ contains
         call fortran_text(name_or_file, LONGEST_NAME, 'name_or_file', name, status, error)
         call time_of(date, 'date', time, status, error)
         if (status /= STATUS_OK) return
-        if (any(FIELD_NAMES == name)) then
-            call igrf(name, decimal_year(time), model, failure)
+        if (any(GEOMAGNETIC_MODELS == name)) then
+            call new_geomagnetic_model(name, decimal_year(time), '', model, failure)
         else
-            call check_file(name, FIELD_NAMES, 'geomagnetic field', failure)
-            if (.not. allocated(failure)) call read_shc(name, decimal_year(time), model, failure)
+            call check_file(name, GEOMAGNETIC_MODELS, 'geomagnetic field', failure)
+            if (.not. allocated(failure)) &
+                call new_geomagnetic_model('file', decimal_year(time), name, model, failure)
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
@@ -215,7 +208,7 @@ contains
         object => null()
         if (memory == 0) then
             object => made
-            made%model = model
+            call move_alloc(model, made%model)
         end if
         call keep(object, handle, status, error)
     end function c_field_open

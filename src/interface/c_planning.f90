@@ -1,7 +1,7 @@
 !> The C interface: bound of an estimate, planner of the manoeuvre. Documented in include/gracecg.h.
 module gracecg_interface_c_planning
     use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: dp, error_t, case_t, case_bound_t, bound_of_case, BOUND_SOURCES, &
+    use gracecg, only: dp, error_t, calibration_t, case_bound_t, bound_of_case, BOUND_SOURCES, &
         design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_case, map_point_t
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text
@@ -91,7 +91,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            call bound_of_case(object%case, bound, failure)
+            call bound_of_case(object%calibration%case, object%calibration%options, bound, failure)
             call pass_on(failure, status, error)
         class default
             call refuse_handle(CASE_NAME, status, error)
@@ -126,7 +126,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            associate (own => object%case%knowledge%rods)
+            associate (own => object%calibration%case%satellite%rods)
                 if (present(count)) count = own%count
                 if (present(rods) .and. capacity < own%count) then
                     call raise(STATUS_BAD_SIZE, 'there are '//integer_text(own%count)//' activations of rods, and '// &
@@ -163,11 +163,11 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            associate (knowledge => object%case%knowledge)
-                settings = c_design_settings_t(0.0_dp, knowledge%duration, default%amplitude, &
+            associate (case => object%calibration%case)
+                settings = c_design_settings_t(0.0_dp, case%duration, default%amplitude, &
                     default%lowest_frequency, &
                                                default%highest_frequency, default%taper, default%rise_time, &
-                                               knowledge%rate_limit, knowledge%pointing_limit, &
+                                               case%limits%rate, case%limits%pointing, &
                                                merge(1, 0, default%rod_used), merge(1, 0, default%waveform_used), &
                                                default%threads)
             end associate
@@ -188,7 +188,7 @@ contains
         integer(c_int) :: status
 
         class(object_t), pointer :: object
-        type(case_t) :: case, planned
+        type(calibration_t) :: calibration, planned
         type(manoeuvre_design_t) :: design
         type(error_t), allocatable :: failure
 
@@ -206,16 +206,16 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            case = object%case
+            calibration = object%calibration
         class default
             call refuse_handle(CASE_NAME, status, error)
         end select
         call release(int(handle, i8), object)
         if (status /= STATUS_OK) return
-        case%knowledge%duration = settings%duration
-        case%knowledge%rate_limit = settings%rate_limit
-        case%knowledge%pointing_limit = settings%pointing_limit
-        call plan_manoeuvre(case, settings%start, &
+        calibration%case%duration = settings%duration
+        calibration%case%limits%rate = settings%rate_limit
+        calibration%case%limits%pointing = settings%pointing_limit
+        call plan_manoeuvre(calibration, settings%start, &
                             design_settings_t(rod_used=settings%rod_used /= 0, amplitude=settings%amplitude, &
                                               lowest_frequency=settings%lowest_frequency, &
                                               highest_frequency=settings%highest_frequency, &
@@ -257,7 +257,7 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (case_object_t)
-            if (n > 0) call map_case(object%case, seconds(:n), int(threads), points, failure)
+            if (n > 0) call map_case(object%calibration%case, seconds(:n), int(threads), points, failure)
             call pass_on(failure, status, error)
         class default
             call refuse_handle(CASE_NAME, status, error)

@@ -3,24 +3,24 @@
 !> orbit may be missing, and with an orbit the magnetometer.
 module gracecg_observations_observation_files
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, fail_in_file, add_context
-    use gracecg_base_text, only: string_t, join, real_text, integer_text
-    use gracecg_files_file, only: directory_exists, file_exists, make_directory, remove_file, &
-        text_file_t, read_text_file
-    use gracecg_files_csv, only: read_csv, csv_writer_t
-    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_text, only: join, real_text, integer_text
+    use gracecg_files_file, only: directory_exists, file_exists, make_directory, remove_file
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_table, only: table_file_t, read_csv
+    use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
-    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
-        describe_instruments, describe_a_priori, describe_estimation, HEADS
+    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_satellite, &
+        describe_instruments, describe_a_priori, ESTIMATION_GROUPS, HEADS
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, &
         SAMPLE_TOLERANCE
     implicit none
     private
-    public :: write_observations, read_observations, OBSERVATION_FILES
+    public :: write_observations, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
-    integer, parameter :: TABLE_COUNT = 4, SETUP_NAMELIST = 5
+    integer, parameter :: TABLE_COUNT = 4, SETUP_FILE = 5
     !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
@@ -36,8 +36,7 @@ module gracecg_observations_observation_files
 
     !> The rows of a file, and where they stand in it.
     type :: series_t
-        character(:), allocatable :: path
-        integer :: header_line = 0
+        type(table_file_t) :: file
         real(dp), allocatable :: table(:, :)    !! (row, column)
     end type series_t
 
@@ -140,16 +139,16 @@ contains
         type(operator_knowledge_t), intent(in) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(operator_knowledge_t) :: copy
         integer :: i
 
         do i = 1, size(comments)
-            call writer%file%comment(trim(comments(i)))
+            call settings%comment(trim(comments(i)))
         end do
         copy = knowledge
-        call describe_setup(writer, copy)
-        call writer%file%save(path_of(folder, SETUP_NAMELIST), error)
+        call describe_setup(settings, copy)
+        call settings%save(path_of(folder, SETUP_FILE), error)
     end subroutine write_setup
 
     !> All that setup.nml holds.
@@ -157,10 +156,9 @@ contains
         class(settings_t), intent(inout) :: settings
         type(operator_knowledge_t), intent(inout) :: knowledge
 
-        call describe_manoeuvre(settings, knowledge)
+        call describe_satellite(settings, knowledge)
         call describe_instruments(settings, knowledge)
         call describe_a_priori(settings, knowledge%a_priori)
-        call describe_estimation(settings, knowledge)
     end subroutine describe_setup
 
     !> Reads an observation set from its folder.
@@ -180,7 +178,7 @@ contains
                       ': no such folder; name the folder of an observation set')
             return
         end if
-        call read_setup(path_of(folder, SETUP_NAMELIST), observations%knowledge, error)
+        call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)
         if (.not. allocated(error)) call read_accelerometer(folder, observations, error)
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
@@ -272,10 +270,10 @@ contains
         type(operator_knowledge_t), intent(out) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open(path, error)
-        if (.not. allocated(error)) call take_setup(reader, path, knowledge, error)
+        call settings%open(path, error)
+        if (.not. allocated(error)) call take_setup(settings, path, knowledge, error)
     end subroutine read_setup
 
     !> A setup from the text of a setup.nml; `name` stands for the file in messages. Fails as
@@ -285,20 +283,20 @@ contains
         type(operator_knowledge_t), intent(out) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_setup(reader, name, knowledge, error)
+        call settings%open_text(text, name, error)
+        if (.not. allocated(error)) call take_setup(settings, name, knowledge, error)
     end subroutine setup_from_text
 
-    subroutine take_setup(reader, name, knowledge, error)
-        type(settings_reader_t), intent(inout) :: reader
+    subroutine take_setup(settings, name, knowledge, error)
+        type(settings_t), intent(inout) :: settings
         character(*), intent(in) :: name
         type(operator_knowledge_t), intent(inout) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        call describe_setup(reader, knowledge)
-        call reader%finish(error)
+        call describe_setup(settings, knowledge)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
         call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia, &
                                                         [0.0_dp, 0.0_dp, 0.0_dp]), error)
@@ -311,12 +309,12 @@ contains
         character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(operator_knowledge_t) :: copy
 
         copy = knowledge
-        call describe_setup(writer, copy)
-        call writer%file%to_text(text, error)
+        call describe_setup(settings, copy)
+        call settings%to_text(text, error)
     end subroutine setup_text
 
     !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
@@ -326,20 +324,14 @@ contains
         type(series_t), intent(out) :: series
         type(error_t), allocatable, intent(out) :: error
 
-        type(string_t), allocatable :: comments(:)
-        type(text_file_t) :: file
-
-        call read_csv(path, columns, series%table, error, comments)
+        call read_csv(path, columns, series%file, error)
+        if (.not. allocated(error)) call series%file%get_numbers(columns, series%table, error)
         if (allocated(error)) return
-        series%path = path
-        series%header_line = size(comments) + 1
-        call read_text_file(path, file, error)
-        if (allocated(error)) return
-        if (file%text(len(file%text):) /= new_line('a')) then
-            call fail_in_file(error, path, file%line_count(), &
-                              'the last line has no line end: the file seems to be truncated', &
-                              file%line(file%line_count()))
-        end if
+        associate (file => series%file%text)
+            if (file%text(len(file%text):) /= new_line('a')) &
+                call file%fail_at(file%line_count(), 'the last line has no line end: the file seems to be '// &
+                                  'truncated', error)
+        end associate
     end subroutine read_series
 
     !> Times must increase; a row that is given twice, alike, may pass.
@@ -379,10 +371,9 @@ contains
             associate (time => series%table(i, 1), camera => series%table(i, 2))
                 head = findloc([(real(head, dp), head=1, HEADS)], camera, 1)
                 if (head == 0) then
-                    call fail_in_file(error, series%path, series%header_line + i, &
-                                      'column camera: '//real_text(camera)// &
+                    call series%file%fail_at(i, 'column camera: '//real_text(camera)// &
                                       ' is not the number of a camera head: 1 or '// &
-                                      integer_text(HEADS))
+                                      integer_text(HEADS), error)
                     return
                 end if
                 if (previous(head) > 0) then
@@ -396,10 +387,9 @@ contains
             end associate
             length = norm2(series%table(i, 3:6))
             if (abs(length - 1) <= SAMPLE_TOLERANCE) cycle
-            call fail_in_file(error, series%path, series%header_line + i, &
-                              'columns q1 to q4: not a unit quaternion: its length is '// &
+            call series%file%fail_at(i, 'columns q1 to q4: not a unit quaternion: its length is '// &
                               real_text(length)//'; allowed is 1 within '// &
-                              real_text(SAMPLE_TOLERANCE))
+                              real_text(SAMPLE_TOLERANCE), error)
             return
         end do
     end subroutine check_star_camera
@@ -410,9 +400,8 @@ contains
         real(dp), intent(in) :: previous
         type(error_t), allocatable, intent(out) :: error
 
-        call fail_in_file(error, series%path, series%header_line + i, &
-                          'column time_s: times must increase, but '// &
-                          real_text(series%table(i, 1))//' follows '//real_text(previous))
+        call series%file%fail_at(i, 'column time_s: times must increase, but '// &
+                          real_text(series%table(i, 1))//' follows '//real_text(previous), error)
     end subroutine fail_not_increasing
 
     !> A series must begin within its first interval and end within the last one of the arc: else
@@ -429,17 +418,15 @@ contains
         last = size(series%table, 1)
         associate (first_time => series%table(1, 1), last_time => series%table(last, 1))
             if (first_time > (1 + SLACK)*interval) then
-                call fail_in_file(error, series%path, series%header_line + 1, &
-                                  'the first sample, at '//real_text(first_time)// &
+                call series%file%fail_at(1, 'the first sample, at '//real_text(first_time)// &
                                   ' s, comes later than one sampling interval ('// &
-                                  real_text(interval)//' s) after the epoch: rows are missing')
+                                  real_text(interval)//' s) after the epoch: rows are missing', error)
             else if (last_time < duration - (1 - SLACK)*interval) then
-                call fail_in_file(error, series%path, series%header_line + last, &
-                                  'the last sample, at '//real_text(last_time)// &
+                call series%file%fail_at(last, 'the last sample, at '//real_text(last_time)// &
                                   ' s, comes too early for the duration of '// &
                                   real_text(duration)// &
                                   ' s in setup.nml: the file seems to be truncated; else give '// &
-                                  'the shorter duration')
+                                  'the shorter duration', error)
             end if
         end associate
     end subroutine check_coverage

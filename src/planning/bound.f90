@@ -8,6 +8,7 @@ module gracecg_planning_bound
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
         INERTIA, TORQUE_CHANGE
@@ -33,13 +34,14 @@ module gracecg_planning_bound
 
 contains
 
-    !> The bound for what `optimal` would estimate under the case's settings. The density wave counts only
-    !> if the settings give it.
+    !> The bound for what `optimal` would estimate under the options. The density wave counts only
+    !> if the options give it.
     !>
     !> Fails when the case cannot be simulated, the rods are off, a noise level is not positive, or the
     !> offset is not determined.
-    subroutine bound_of_case(case, bound, error)
+    subroutine bound_of_case(case, options, bound, error)
         type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
         type(case_bound_t), intent(out) :: bound
         type(error_t), allocatable, intent(out) :: error
 
@@ -50,13 +52,14 @@ contains
                                                            magnetometer_bias=.false.), simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call bound_at_truth(simulator, observations, bound, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call bound_at_truth(simulator, observations, options, bound, error)
+        call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
-    subroutine bound_at_truth(simulator, observations, bound, error)
+    subroutine bound_at_truth(simulator, observations, options, bound, error)
         type(simulator_t), intent(in) :: simulator
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(case_bound_t), intent(inout) :: bound
         type(error_t), allocatable, intent(out) :: error
 
@@ -66,7 +69,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (allocated(error)) return
         if (.not. any(abs(data%torque) > 0)) then
             call fail(error, 'the torque rods are off all the time: nothing turns the satellite so that '// &
@@ -76,12 +79,12 @@ contains
                       'give catalogue_noise or measurement_noise')
         end if
         if (allocated(error)) return
-        estimated = estimated_parameters(observations%knowledge)
+        estimated = estimated_parameters(options%optimal)
         call find_considered(estimated, considered, source)
-        call prepare_calibration(observations%knowledge, data, [estimated, considered], problem)
+        call prepare_calibration(observations%knowledge, options, data, [estimated, considered], problem)
         problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
         problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
-        problem%state%value(OFFSET) = simulator%case%offset
+        problem%state%value(OFFSET) = simulator%case%satellite%offset
         call set_noise(problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)

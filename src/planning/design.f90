@@ -9,7 +9,7 @@
 !> result does not depend on threads.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI
+    use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
@@ -234,8 +234,8 @@ contains
         end do
         design%evaluations = spent
         if (design%worst <= target) return
-        call fail(error, 'the target of '//number_text(target*1e3_dp)//' mm is out of reach: the best '// &
-                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least*1e3_dp)// &
+        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
                   ' mm on its worst axis')
 
     contains
@@ -250,7 +250,7 @@ contains
             type(manoeuvre_site_t) :: site(1)
 
             shorter = case
-            shorter%knowledge%duration = steps*step
+            shorter%duration = steps*step
             call new_accelerometer_view(shorter, view, failure)
             if (.not. allocated(failure)) call new_manoeuvre_site(view, orbit, time, site(1), failure)
             if (.not. allocated(failure)) call design_manoeuvre(view, site, settings, design, failure)
@@ -269,7 +269,7 @@ contains
 
         do i = 1, size(sites)
             call evaluate_manoeuvre(view, sites(i), design%rods, quality)
-            call check_motion(view%knowledge, quality%motion, error)
+            call check_motion(view%knowledge%limits, quality%motion, error)
             if (.not. allocated(error)) cycle
             error%message = 'no manoeuvre stays within the limits, not even a weaker one. The best: '// &
                 error%message
@@ -457,12 +457,12 @@ contains
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude
             nominal = maxval([(norm2(sites(i)%state(RATE)), i=1, size(sites))])
             factor = 1
-            if (design%rate > view%knowledge%rate_limit) then
-                if (nominal >= view%knowledge%rate_limit) exit
-                factor = (view%knowledge%rate_limit - nominal)/(design%rate - nominal)
+            if (design%rate > view%knowledge%limits%rate) then
+                if (nominal >= view%knowledge%limits%rate) exit
+                factor = (view%knowledge%limits%rate - nominal)/(design%rate - nominal)
             end if
-            if (design%excursion > view%knowledge%pointing_limit) &
-                factor = min(factor, view%knowledge%pointing_limit/design%excursion)
+            if (design%excursion > view%knowledge%limits%pointing) &
+                factor = min(factor, view%knowledge%limits%pointing/design%excursion)
             candidate%amplitude = 0.98_dp*factor*candidate%amplitude
         end do
         design%evaluations = spent
@@ -500,7 +500,7 @@ contains
                 design%worst = huge(1.0_dp)
                 design%allowed = .false.
             end if
-            if (exceeds_limits(view%knowledge, quality%motion)) design%allowed = .false.
+            if (exceeds_limits(view%knowledge%limits, quality%motion)) design%allowed = .false.
         end do
     end subroutine judge_manoeuvre
 

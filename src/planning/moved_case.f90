@@ -11,9 +11,6 @@ module gracecg_planning_moved_case
     private
     public :: later_case
 
-    real(dp), parameter :: GUESS_DIGIT = 1e-3_dp
-    !! To which an operator's guess of the attitude is rounded: the built-in cases have as many digits
-
 contains
 
     !> The case `time` seconds later on the orbit, with the nominal attitude. At time 0 it is the case
@@ -29,13 +26,12 @@ contains
         later = case
         if (.not. time > 0) return
         state = states_from(orbit, time, 1.0_dp, 0)
-        later%knowledge%epoch = utc_plus(case%knowledge%epoch, time)
+        later%epoch = utc_plus(case%epoch, time)
         later%sidereal_angle = modulo(case%sidereal_angle + EARTH_ROTATION_RATE*time, TWO_PI)
         later%position = state(POSITION, 0)
         later%velocity = state(VELOCITY, 0)
         later%angular_velocity = state(OMEGA, 0)
         later%quaternion = normalised(state(ATTITUDE, 0))
-        later%knowledge%guess_quaternion = normalised(GUESS_DIGIT*anint(later%quaternion/GUESS_DIGIT))
         if (case%density_wave%period > 0) then
             later%density_wave%phase = modulo(case%density_wave%phase + &
                                               TWO_PI*modulo(time/case%density_wave%period, 1.0_dp), TWO_PI)

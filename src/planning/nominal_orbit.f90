@@ -69,7 +69,7 @@ contains
             call build_dynamics(case, motion%dynamics, error)
         end if
         if (allocated(error)) then
-            call add_context(error, 'orbit of case '//trim(case%knowledge%name))
+            call add_context(error, 'orbit of case '//trim(case%name))
             return
         end if
         motion%quaternion = case%quaternion
@@ -89,7 +89,7 @@ contains
             orbit%state(:, k) = motion%full_state(k*orbit%interval, next)
         end do
         if (.not. all(abs(orbit%state) <= huge(1.0_dp))) then
-            call fail(error, 'orbit of case '//trim(case%knowledge%name)//': it does not stay finite')
+            call fail(error, 'orbit of case '//trim(case%name)//': it does not stay finite')
         end if
     end subroutine new_nominal_orbit
 

@@ -11,13 +11,14 @@ module gracecg_planning_scan
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t, attitude_fit_t, new_attitude_fit
     use gracecg_estimation_offset_problem, only: offset_problem_t, prepare_offset
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: operator_setup
+    use gracecg_simulation_case_models, only: operator_knowledge
     use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
     implicit none
@@ -40,6 +41,7 @@ module gracecg_planning_scan
         type(case_t), pointer :: case => null()
         type(nominal_orbit_t), pointer :: orbit => null()
         type(operator_knowledge_t) :: knowledge             !! What the operator knows of the case
+        type(estimation_options_t) :: options               !! Of ASSEST
         integer, allocatable :: times(:)                    !! s
         type(orbit_place_t), allocatable :: places(:)
     contains
@@ -51,8 +53,9 @@ contains
     !> Looks at the places where the orbit is at the given times, on `threads` threads.
     !>
     !> Fails when a time lies outside of the revolution, or when the offset cannot be determined.
-    subroutine scan_orbit(case, orbit, times, threads, places, error)
+    subroutine scan_orbit(case, options, orbit, times, threads, places, error)
         type(case_t), intent(in), target :: case
+        type(estimation_options_t), intent(in) :: options       !! Of ASSEST, whose sigma is predicted
         type(nominal_orbit_t), intent(in), target :: orbit      !! Of this case
         integer, intent(in) :: times(:)                 !! Within one revolution, s
         integer, intent(in) :: threads                  !! How many to use
@@ -68,7 +71,8 @@ contains
         end if
         work%case => case
         work%orbit => orbit
-        work%knowledge = operator_setup(case)
+        work%knowledge = operator_knowledge(case)
+        work%options = options
         work%times = times
         allocate (work%places(size(times)))
         call run_parallel(work, size(times), threads, error)
@@ -80,7 +84,7 @@ contains
         integer, intent(in) :: i
         type(error_t), allocatable, intent(out) :: error
 
-        call look_at_place(self%case, self%knowledge, self%orbit, self%times(i), self%places(i), error)
+        call look_at_place(self%case, self%knowledge, self%options, self%orbit, self%times(i), self%places(i), error)
         call add_context(error, 'calibration at '//integer_text(self%times(i))//' s')
     end subroutine look_at_one
 
@@ -92,9 +96,10 @@ contains
         x_is_weakest = place%acceleration(1) < minval(place%acceleration(2:3))
     end function x_is_weakest
 
-    subroutine look_at_place(case, knowledge, orbit, time, place, error)
+    subroutine look_at_place(case, knowledge, options, orbit, time, place, error)
         type(case_t), intent(in) :: case
         type(operator_knowledge_t), intent(in) :: knowledge  !! What the operator knows of the case
+        type(estimation_options_t), intent(in) :: options
         type(nominal_orbit_t), intent(in) :: orbit
         integer, intent(in) :: time                     !! s
         type(orbit_place_t), intent(out) :: place
@@ -115,7 +120,7 @@ contains
         call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     real(time, dp), time + knowledge%duration, error)
         if (allocated(error)) return
-        call predict_sigma(knowledge, case%angular_velocity, &
+        call predict_sigma(knowledge, options, case%angular_velocity, &
                            magnetic_torque(knowledge, rods, time, measured_field(case, orbit, rods, k)), &
                            place%sigma, error)
     end subroutine look_at_place
@@ -138,13 +143,13 @@ contains
         dynamics = orbit%dynamics
         dynamics%rods = rods
         state = orbit%state(:, k)
-        associate (interval => case%knowledge%magnetometer_interval)
-            n = ceiling(case%knowledge%duration/interval)
+        associate (interval => case%satellite%magnetometer%sampling_interval)
+            n = ceiling(case%duration/interval)
             allocate (field(3, 0:n))
             do i = 0, n
                 t = k*ORBIT_INTERVAL + i*interval
                 call dynamics%loads(t, state, acting)
-                field(:, i) = acting%field + case%magnetometer%bias
+                field(:, i) = acting%field + case%satellite%magnetometer%bias
                 call rkf78_step(dynamics, t, state, interval, next)
                 state = next
             end do
@@ -177,8 +182,9 @@ contains
     !> Standard deviation of the CG offset by ASSEST under the accelerometer's true noise, along the
     !> rotation that the estimators' own dynamics give. The star camera's noise, which acts through
     !> the initial angular velocity, adds less than 1e-5 of it and is left out.
-    subroutine predict_sigma(knowledge, angular_velocity, torque, sigma, error)
+    subroutine predict_sigma(knowledge, options, angular_velocity, torque, sigma, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         real(dp), intent(in) :: angular_velocity(3)     !! At the start, rad/s
         real(dp), intent(in) :: torque(:, :)            !! (3, 2n + 1), N m
         real(dp), intent(out) :: sigma(3)               !! m
@@ -198,7 +204,7 @@ contains
         data%interval = fit%interval
         data%accelerometer_epoch = [(i, i=1, fit%steps)]
         allocate (data%acceleration(3, fit%steps), source=0.0_dp)   ! the covariance needs no values
-        call prepare_offset(knowledge, data, rotation, problem)
+        call prepare_offset(knowledge, options, data, rotation, problem)
         call process_batch(problem, batch_settings_t(), batch, error)
         if (allocated(error)) return
         call accelerometer_noise_covariance(knowledge, matmul(batch%inverse(1:3, :), batch%gain), &

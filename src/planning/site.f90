@@ -20,7 +20,7 @@ module gracecg_planning_site
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: operator_setup
+    use gracecg_simulation_case_models, only: operator_knowledge
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
     use gracecg_simulation_limits, only: attitude_motion_t
     implicit none
@@ -84,7 +84,7 @@ contains
         real(dp) :: angle
         integer :: k, axis
 
-        view%knowledge = operator_setup(case)
+        view%knowledge = operator_knowledge(case)
         view%interval = view%knowledge%accelerometer_interval
         view%samples = nint(view%knowledge%duration/view%interval)
         call accelerometer_whiteners(view%knowledge, [(k, k=1, view%samples)], view%whiteners, error)

@@ -1,34 +1,44 @@
 !> A calibration case: everything that a simulation needs, as a person states it.
 !>
-!> It holds what the operator knows (`setup`) and the truth: initial state, offset, environment and
-!> instruments. The defaults are the values of CSR-TM-00-01 section 5.2 as printed; what was fitted to its
+!> It holds the truth (satellite, initial state, environment) and, apart from it, what the operator goes by.
+!> The defaults are the values of CSR-TM-00-01 section 5.2 as printed; what was fitted to its
 !> figures stands in the built-in cases (gracecg_simulation_report_cases). A case is read from and
 !> written to a namelist file (`describe_case`), and turned into models by gracecg_simulation_case_models.
 module gracecg_simulation_case
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, ARCSECOND
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, KILOMETRE
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_base_quaternion, only: normalised
-    use gracecg_files_settings, only: settings_t, settings_reader_t, settings_writer_t, FULL_RANGE
+    use gracecg_files_settings, only: settings_t
+    use gracecg_environment_time, only: utc_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE
-    use gracecg_spacecraft_surface_loads, only: wall_t
-    use gracecg_simulation_accelerometer, only: accelerometer_t
-    use gracecg_simulation_star_camera, only: star_camera_t
-    use gracecg_simulation_magnetometer, only: magnetometer_t
-    use gracecg_observations_knowledge, only: operator_knowledge_t, describe_manoeuvre, &
-        describe_a_priori, describe_estimation, describe_noise_spectra, check_quaternion
+    use gracecg_environment_gravity_models, only: GRAVITY_MODELS
+    use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
+    use gracecg_environment_density_models, only: DENSITY_MODELS
+    use gracecg_environment_space_weather, only: SPACE_WEATHER_SOURCES
+    use gracecg_environment_wind_models, only: WIND_MODELS
+    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_CONSTANTS
+    use gracecg_spacecraft_motion_limits, only: motion_limits_t
+    use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
+        describe_limits
+    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
+    use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
+        describe_star_camera, describe_magnetometer
+    use gracecg_simulation_operator_errors, only: operator_t
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
 
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: case_t
-        type(operator_knowledge_t) :: knowledge          !! What an operator knows of it as well
-        character(16) :: satellite = 'front'      !! 'front' or 'back'
+        character(64) :: name = 'calibration'       !! For output
         integer :: number = 0                       !! Labels its random numbers: 1..3 in the report
-        real(dp) :: offset(3) = 0                   !! d, from COM to proof-mass centre, body axes, m
+        type(utc_t) :: epoch                        !! Time 0
+        real(dp) :: duration = 0                    !! Length of the arc, s
+        type(satellite_t) :: satellite              !! The truth
+        type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
+        type(motion_limits_t) :: limits             !! Of the manoeuvre
         ! initial state
         real(dp) :: position(3) = 0                 !! Inertial J2000, m
         real(dp) :: velocity(3) = 0                 !! m/s
@@ -63,26 +73,14 @@ module gracecg_simulation_case
         character(16) :: wind_model = 'hwm93'     !! 'hwm93', 'constant', 'none' or 'file'
         character(256) :: wind_file = ''            !! Of latitudes and local times, if 'file'
         real(dp) :: wind_east = 0, wind_north = 0   !! m/s, if constant
-        ! satellite surface
-        real(dp) :: length = 3.122_dp, height = 0.720_dp    !! m
-        real(dp) :: width_bottom = 1.942_dp, width_top = 0.693_dp   !! m
-        real(dp) :: centre_of_mass(3) = 0           !! In the trapezoid's frame, m
-        real(dp) :: drag_coefficient = 2.0_dp       !! C_d of (2-6)
-        type(wall_t) :: wall                        !! For the aerodynamic torque
-        real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for the torque of sunlight
         ! radiation
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! At 1 au, W/m^2
-        real(dp) :: reflectivity_sun = 0.45_dp      !! eta of (2-8)
         character(20) :: earth_radiation_constants = 'report'
         !! 'report', 'knocke' or 'constant-emissivity'
         integer :: earth_radiation_rings = 1
         !! Of segments about the cap below the satellite, 0 to 7
-        real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
-        type(accelerometer_t) :: accelerometer        !! Noise, scale factors and biases
-        type(star_camera_t) :: star_camera            !! Heads, field of view and noise
         character(256) :: star_catalogue_file = ''    !! Empty: the embedded catalogue
-        type(magnetometer_t) :: magnetometer          !! Noise and bias
     end type case_t
 
 contains
@@ -94,10 +92,10 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open(path, error)
-        if (.not. allocated(error)) call take_case(reader, path, case, error)
+        call settings%open(path, error)
+        if (.not. allocated(error)) call take_case(settings, path, case, error)
     end subroutine read_case
 
     !> A case from the text of a case file; `name` stands for the file in messages. Fails as `read_case`.
@@ -106,22 +104,22 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
-        call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_case(reader, name, case, error)
+        call settings%open_text(text, name, error)
+        if (.not. allocated(error)) call take_case(settings, name, case, error)
     end subroutine case_from_text
 
-    subroutine take_case(reader, name, case, error)
-        type(settings_reader_t), intent(inout) :: reader
+    subroutine take_case(settings, name, case, error)
+        type(settings_t), intent(inout) :: settings
         character(*), intent(in) :: name        !! Of the file, for messages
         type(case_t), intent(inout) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        call describe_case(reader, case)
-        call reader%finish(error)
+        call describe_case(settings, case)
+        call settings%finish(error, others=ESTIMATION_GROUPS)
         if (allocated(error)) return
-        call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
+        call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         call add_context(error, name)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
@@ -134,12 +132,12 @@ contains
         character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
         type(error_t), allocatable, intent(out) :: error
 
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(case_t) :: copy
 
         copy = case
-        call describe_case(writer, copy)
-        call writer%file%to_text(text, error)
+        call describe_case(settings, copy)
+        call settings%to_text(text, error)
     end subroutine case_text
 
     !> Every setting of a case, with its unit and range.
@@ -147,15 +145,19 @@ contains
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
-        call describe_manoeuvre(settings, case%knowledge)
+        call describe_calibration(settings, case%name, case%epoch, case%duration)
+        call describe_mass_properties(settings, case%satellite%mass, case%satellite%inertia)
+        call describe_manoeuvre(settings, case%satellite%rods)
+        call describe_limits(settings, case%limits)
         call describe_state(settings, case)
         call describe_earth(settings, case)
         call describe_atmosphere(settings, case)
-        call describe_surface(settings, case)
-        call describe_accelerometer(settings, case)
-        call describe_other_instruments(settings, case)
-        call describe_a_priori(settings, case%knowledge%a_priori)
-        call describe_estimation(settings, case%knowledge)
+        call describe_surface(settings, case%satellite)
+        call describe_radiation(settings, case)
+        call describe_accelerometer(settings, case%satellite%accelerometer)
+        call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
+        call describe_magnetometer(settings, case%satellite%magnetometer)
+        call describe_a_priori(settings, case%operator%a_priori)
     end subroutine describe_case
 
     subroutine describe_state(settings, case)
@@ -163,11 +165,11 @@ contains
         type(case_t), intent(inout) :: case
 
         call settings%group('truth', 'The true state at the epoch, and how it is integrated')
-        call settings%text_value('satellite', case%satellite, 'of the pair', &
+        call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
-        call settings%real_values('offset_mm', case%offset, -1000.0_dp, 1000.0_dp, &
-                                  'mm, from the centre of mass to the proof-mass centre', 1e-3_dp, 'mm')
+        call settings%real_values('offset_mm', case%satellite%offset, -1000.0_dp, 1000.0_dp, &
+                                  'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
                                   unit='m', required=.true.)
         call settings%real_values('velocity', case%velocity, -1e5_dp, 1e5_dp, 'm/s, inertial J2000', &
@@ -199,13 +201,13 @@ contains
         call settings%real_value('ut1_minus_utc', case%ut1_minus_utc, -1.0_dp, 1.0_dp, 's, for gmst-1982', &
                                  unit='s')
         call settings%text_value('gravity', case%gravity_model, 'geopotential', &
-                                 [character(16) :: 'egm96', 'point-mass', 'file'])
+                                 [character(16) :: GRAVITY_MODELS, 'file'])
         call settings%text_value('gravity_file', case%gravity_file, 'ICGEM .gfc file')
         call check_file_key(settings, 'gravity', case%gravity_model, case%gravity_file)
         call settings%integer_value('degree', case%gravity_degree, 0, 360, 'of the geopotential')
         call settings%integer_value('order', case%gravity_order, 0, 360, 'of the geopotential')
         call settings%text_value('magnetic_field', case%field_model, 'geomagnetic field', &
-                                 [character(16) :: 'igrf95', 'igrf14', 'file'])
+                                 [character(16) :: GEOMAGNETIC_MODELS, 'file'])
         call settings%text_value('magnetic_field_file', case%field_file, 'SHC file')
         call check_file_key(settings, 'magnetic_field', case%field_model, case%field_file)
         call settings%end_group()
@@ -232,11 +234,11 @@ contains
 
         call settings%group('atmosphere', 'Density and wind')
         call settings%text_value('density', case%density_model, 'thermosphere model', &
-                                 [character(16) :: 'dtm77', 'exponential', 'none'])
+                                 [character(16) :: DENSITY_MODELS, 'none'])
         call settings%real_value('density_scale', case%density_scale, 0.0_dp, 100.0_dp, &
                                  'factor of the model''s density')
         call settings%text_value('space_weather', case%space_weather, 'solar flux and Kp of the date', &
-                                 [character(16) :: 'table', 'given', 'file'])
+                                 SPACE_WEATHER_SOURCES)
         call settings%text_value('space_weather_file', case%space_weather_file, 'if file')
         call check_file_key(settings, 'space_weather', case%space_weather, case%space_weather_file)
         call settings%real_value('f107', case%f107, 50.0_dp, 500.0_dp, 'sfu, of the day before, if given', &
@@ -247,9 +249,9 @@ contains
         call settings%real_value('reference_density', case%reference_density, 0.0_dp, 1.0_dp, &
                                  'kg/m^3, exponential model', unit='kg/m^3')
         call settings%real_value('reference_height_km', case%reference_height, 0.0_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('scale_height_km', case%scale_height, 1e-3_dp, 1e5_dp, &
-                                 'km, exponential model', 1e3_dp, 'km')
+                                 'km, exponential model', KILOMETRE, 'km')
         call settings%real_value('density_wave_amplitude', case%density_wave%amplitude, 0.0_dp, 1.0_dp, &
                                  'of the short-period density perturbation, relative to the model''s density')
         call settings%real_value('density_wave_period', case%density_wave%period, 1e-3_dp, 1e6_dp, 's', &
@@ -259,7 +261,7 @@ contains
         call settings%logical_value('density_wave_random', case%density_wave_random, &
                                     'draw the phase anew for every run')
         call settings%text_value('wind', case%wind_model, 'horizontal wind', &
-                                 [character(16) :: 'hwm93', 'constant', 'none', 'file'])
+                                 [character(16) :: WIND_MODELS, 'none', 'file'])
         call settings%text_value('wind_file', case%wind_file, 'if file')
         call check_file_key(settings, 'wind', case%wind_model, case%wind_file)
         call settings%real_value('wind_east', case%wind_east, -2000.0_dp, 2000.0_dp, 'm/s, if constant', &
@@ -269,95 +271,21 @@ contains
         call settings%end_group()
     end subroutine describe_atmosphere
 
-    subroutine describe_surface(settings, case)
+    subroutine describe_radiation(settings, case)
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
-        call settings%group('surface', 'Shape and surface of the satellite')
-        call settings%real_value('length', case%length, 1e-3_dp, 100.0_dp, 'm, of the trapezoidal prism', &
-                                 unit='m')
-        call settings%real_value('height', case%height, 1e-3_dp, 100.0_dp, 'm', unit='m')
-        call settings%real_value('width_bottom', case%width_bottom, 1e-3_dp, 100.0_dp, 'm', unit='m')
-        call settings%real_value('width_top', case%width_top, 1e-3_dp, 100.0_dp, 'm', unit='m')
-        call settings%real_values('centre_of_mass', case%centre_of_mass, -100.0_dp, 100.0_dp, &
-                                  'm, from the middle of the prism, body axes', unit='m')
-        call settings%real_value('drag_coefficient', case%drag_coefficient, 0.0_dp, 10.0_dp, 'of the drag')
-        call settings%real_value('wall_temperature', case%wall%temperature, 0.0_dp, 3000.0_dp, &
-                                 'K, for the aerodynamic torque', unit='K')
-        call settings%real_value('accommodation', case%wall%accommodation, 0.0_dp, 1.0_dp, &
-                                 'of energy, for the aerodynamic torque')
-        call settings%real_value('specular', case%specular, 0.0_dp, 1.0_dp, &
-                                 'reflectivity, for the torque of sunlight')
-        call settings%real_value('diffuse', case%diffuse, 0.0_dp, 1.0_dp, &
-                                 'reflectivity, for the torque of sunlight')
-        if (case%specular + case%diffuse > 1) then
-            call settings%reject('diffuse', 'and specular together exceed 1')
-        end if
-        call settings%end_group()
         call settings%group('radiation', 'Radiation of Sun and Earth')
         call settings%real_value('solar_irradiance', case%solar_irradiance, 1.0_dp, 1e4_dp, 'W/m^2 at 1 au', &
                                  unit='W/m^2')
-        call settings%real_value('reflectivity_sun', case%reflectivity_sun, 0.0_dp, 2.0_dp, &
+        call settings%real_value('reflectivity_sun', case%satellite%reflectivity_sun, 0.0_dp, 2.0_dp, &
                                  'eta of the solar radiation pressure')
         call settings%text_value('earth_constants', case%earth_radiation_constants, 'albedo and emissivity', &
-                                 [character(20) :: 'report', 'knocke', 'constant-emissivity'])
+                                 EARTH_RADIATION_CONSTANTS)
         call settings%integer_value('earth_rings', case%earth_radiation_rings, 0, 7, &
                                     'of 6, 12, 18 ... segments around the cap')
-        call settings%real_value('reflectivity_earth', case%reflectivity_earth, 0.0_dp, 2.0_dp, &
+        call settings%real_value('reflectivity_earth', case%satellite%reflectivity_earth, 0.0_dp, 2.0_dp, &
                                  'eta of the Earth radiation pressure')
         call settings%end_group()
-    end subroutine describe_surface
-
-    subroutine describe_accelerometer(settings, case)
-        class(settings_t), intent(inout) :: settings
-        type(case_t), intent(inout) :: case
-
-        associate (accelerometer => case%accelerometer)
-            call settings%group('accelerometer', 'Accelerometer: scale1 a + scale2 a^2 + scale3 a^3 + bias + '// &
-                                'noise of spectrum level (1 + corner/f)')
-            call settings%real_values('scale1', accelerometer%scale1, -10.0_dp, 10.0_dp, 'x, y, z')
-            call settings%real_values('scale2', accelerometer%scale2, -1e6_dp, 1e6_dp, 's^2/m', unit='s^2/m')
-            call settings%real_values('scale3', accelerometer%scale3, -1e9_dp, 1e9_dp, 's^4/m^2', &
-                                      unit='s^4/m^2')
-            call settings%real_values('bias', accelerometer%bias, -1.0_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
-            call describe_noise_spectra(settings, accelerometer%noise)
-            call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
-                                     's, between samples', unit='s')
-            call settings%end_group()
-        end associate
-    end subroutine describe_accelerometer
-
-    subroutine describe_other_instruments(settings, case)
-        class(settings_t), intent(inout) :: settings
-        type(case_t), intent(inout) :: case
-
-        associate (camera => case%star_camera, magnetometer => case%magnetometer)
-            call settings%group('star_camera', 'Star camera: two heads in the body y-z plane')
-            call settings%real_values('elevation_deg', camera%elevation, 0.0_dp, 180.0_dp, &
-                                      'deg, of the boresights, from +y over the zenith', DEGREE, 'deg')
-            call settings%real_values('field_of_view_deg', camera%field_of_view, 0.1_dp, 170.0_dp, &
-                                      'deg, along camera x and y', DEGREE, 'deg')
-            call settings%integer_value('stars', camera%star_count, 2, 70, 'used of a frame')
-            call settings%real_value('catalogue_noise_arcsec', camera%catalogue_noise, 0.0_dp, 3600.0_dp, &
-                                     'arcsec', ARCSECOND, 'arcsec')
-            call settings%real_value('measurement_noise_arcsec', camera%measurement_noise, 0.0_dp, 3600.0_dp, &
-                                     'arcsec', ARCSECOND, 'arcsec')
-            call settings%text_value('catalogue_file', case%star_catalogue_file, 'empty: the built-in catalogue')
-            call settings%real_value('interval', case%knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', &
-                                     unit='s')
-            call settings%integer_value('head', case%knowledge%camera, 1, 2, 'whose quaternions are used')
-            call settings%end_group()
-            call settings%group('magnetometer', 'Magnetometer')
-            call settings%real_values('bias_nt', magnetometer%bias, -1e9_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
-            call settings%real_value('noise_nt', magnetometer%noise, 0.0_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
-            call settings%logical_value('limited', magnetometer%limited, 'samples saturate at the range')
-            call settings%real_value('range_nt', magnetometer%range, 1.0_dp, 1e9_dp, 'nT', 1e-9_dp, 'nT')
-            call settings%logical_value('quantised', magnetometer%quantised, 'samples are rounded')
-            call settings%real_value('resolution_nt', magnetometer%resolution, 1e-6_dp, 1e9_dp, 'nT', 1e-9_dp, &
-                                     'nT')
-            call settings%real_value('interval', case%knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', &
-                                     unit='s')
-            call settings%end_group()
-        end associate
-    end subroutine describe_other_instruments
+    end subroutine describe_radiation
 end module gracecg_simulation_case

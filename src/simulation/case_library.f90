@@ -1,15 +1,14 @@
 !> Cases by name: the report's, or a user's own in a namelist file.
 module gracecg_simulation_case_library
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: join, lower_case
     use gracecg_files_file, only: file_exists
     use gracecg_files_value, only: did_you_mean
-    use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_simulation_case, only: case_t, read_case
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     implicit none
     private
-    public :: find_case, find_calibration
+    public :: find_case, is_built_in
 
 contains
 
@@ -20,7 +19,7 @@ contains
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
-        if (any(REPORT_CASE_NAMES == lower_case(name_or_path))) then
+        if (is_built_in(name_or_path)) then
             call report_case(lower_case(name_or_path), case, error)
         else if (file_exists(name_or_path)) then
             call read_case(name_or_path, case, error)
@@ -31,15 +30,10 @@ contains
         end if
     end subroutine find_case
 
-    !> The same for who asks for calibrations: fails, too, when all torque rods of the case are off.
-    subroutine find_calibration(name_or_path, case, error)
-        character(*), intent(in) :: name_or_path    !! A built-in case, or a case file
-        type(case_t), intent(out) :: case
-        type(error_t), allocatable, intent(out) :: error
+    !> Is it the name of a built-in case?
+    logical function is_built_in(name)
+        character(*), intent(in) :: name    !! In whatever case
 
-        call find_case(name_or_path, case, error)
-        if (allocated(error)) return
-        call check_rods_fire(case%knowledge%rods, case%knowledge%duration, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
-    end subroutine find_calibration
+        is_built_in = any(REPORT_CASE_NAMES == lower_case(name))
+    end function is_built_in
 end module gracecg_simulation_case_library

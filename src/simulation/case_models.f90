@@ -1,29 +1,26 @@
 !> From a case to its models: the satellite's dynamics, its initial state, the operator's knowledge.
 module gracecg_simulation_case_models
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, SECONDS_PER_DAY
+    use gracecg_base_constants, only: SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_time, only: utc_t, gmst_1982, decimal_year, day_of_year, julian_centuries_tt, &
         local_mean_solar_time
-    use gracecg_environment_geopotential, only: geopotential_t, point_mass_gravity_t, egm96
-    use gracecg_environment_gfc_file, only: read_gfc
-    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
-    use gracecg_environment_shc_file, only: read_shc
-    use gracecg_environment_space_weather, only: space_weather_t, embedded_space_weather, read_space_weather
-    use gracecg_environment_thermosphere, only: dtm77_t, new_dtm77, exponential_density_t, new_exponential_density
-    use gracecg_environment_wind, only: constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
+    use gracecg_environment_gravity_models, only: new_gravity_model
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
+    use gracecg_environment_space_weather, only: space_weather_source_t
+    use gracecg_environment_density_models, only: new_density_model, density_settings_t
+    use gracecg_environment_wind_models, only: new_wind_model
     use gracecg_environment_earth_radiation, only: new_earth_radiation, standard_rings, EARTH_RADIATION_EPOCH_JD
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, inertia_about_com, validate_mass_properties
     use gracecg_spacecraft_plates, only: new_trapezoid
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_simulation_star_camera, only: N_HEADS
-    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_simulation_case, only: case_t
     implicit none
     private
-    public :: build_dynamics, initial_state, operator_setup, case_star_catalogue
+    public :: build_dynamics, initial_state, operator_knowledge, case_star_catalogue
 
     real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
 
@@ -45,7 +42,7 @@ contains
         if (.not. allocated(error)) call set_magnetic_field(case, dynamics, error)
         if (.not. allocated(error)) call set_atmosphere(case, dynamics, error)
         if (.not. allocated(error)) call set_surface(case, dynamics, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
     end subroutine build_dynamics
 
     !> The 13 components of the state at the epoch.
@@ -58,22 +55,32 @@ contains
 
     !> What the operator knows: the case's setup with the instruments' nominal performance, and the
     !> field model of the case to stand in for the magnetometer (IGRF-14 for one from a file).
-    function operator_setup(case) result(knowledge)
+    function operator_knowledge(case) result(knowledge)
         type(case_t), intent(in) :: case
         type(operator_knowledge_t) :: knowledge
 
         integer :: head
 
-        knowledge = case%knowledge
-        knowledge%accelerometer_interval = case%accelerometer%sampling_interval
-        knowledge%accelerometer_noise = case%accelerometer%noise
+        knowledge%name = case%name
+        knowledge%epoch = case%epoch
+        knowledge%duration = case%duration
+        knowledge%mass = case%satellite%mass
+        knowledge%inertia = case%satellite%inertia
+        knowledge%rods = case%satellite%rods
+        knowledge%limits = case%limits
+        knowledge%star_camera_interval = case%satellite%star_camera%sampling_interval
+        knowledge%magnetometer_interval = case%satellite%magnetometer%sampling_interval
+        knowledge%camera = case%operator%head
+        knowledge%a_priori = case%operator%a_priori
+        knowledge%accelerometer_interval = case%satellite%accelerometer%sampling_interval
+        knowledge%accelerometer_noise = case%satellite%accelerometer%noise
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'
-        do head = 1, N_HEADS
-            knowledge%mounting(:, head) = case%star_camera%mounting(head)
+        do head = 1, HEADS
+            knowledge%mounting(:, head) = case%satellite%star_camera%mounting(head)
         end do
-    end function operator_setup
+    end function operator_knowledge
 
     !> The catalogue of stars: that of the case's file, or the embedded one. Fails as `read_star_catalogue`.
     subroutine case_star_catalogue(case, catalogue, error)
@@ -92,7 +99,7 @@ contains
         type(case_t), intent(in) :: case
         type(satellite_dynamics_t), intent(inout) :: dynamics
 
-        associate (epoch => case%knowledge%epoch)
+        associate (epoch => case%epoch)
             dynamics%epoch = epoch
             dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
@@ -110,7 +117,7 @@ contains
         if (case%earth_rotation == 'given') then
             angle = case%sidereal_angle
         else
-            angle = gmst_1982(case%knowledge%epoch, case%ut1_minus_utc)
+            angle = gmst_1982(case%epoch, case%ut1_minus_utc)
         end if
     end function sidereal_angle_at_epoch
 
@@ -121,13 +128,13 @@ contains
 
         type(mass_properties_t) :: properties
 
-        properties = mass_properties_t(case%knowledge%mass, case%knowledge%inertia, case%offset)
+        properties = mass_properties_t(case%satellite%mass, case%satellite%inertia, case%satellite%offset)
         call validate_mass_properties(properties, error)
         if (allocated(error)) return
         dynamics%mass = properties%mass
         dynamics%inertia = inertia_about_com(properties)
         dynamics%inverse_inertia = inverse_3x3(dynamics%inertia)
-        dynamics%rods = case%knowledge%rods
+        dynamics%rods = case%satellite%rods
     end subroutine set_mass
 
     subroutine set_gravity(case, dynamics, error)
@@ -135,19 +142,8 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        type(geopotential_t) :: geopotential
-
-        select case (case%gravity_model)
-        case ('egm96')
-            call egm96(case%gravity_degree, case%gravity_order, geopotential, error)
-        case ('file')
-            call read_gfc(trim(case%gravity_file), case%gravity_degree, case%gravity_order, &
-                          geopotential, error)
-        case default
-            dynamics%gravity = point_mass_gravity_t(EARTH_GM)
-            return
-        end select
-        if (.not. allocated(error)) dynamics%gravity = geopotential
+        call new_gravity_model(trim(case%gravity_model), case%gravity_degree, case%gravity_order, &
+                               case%gravity_file, dynamics%gravity, error)
     end subroutine set_gravity
 
     subroutine set_magnetic_field(case, dynamics, error)
@@ -155,16 +151,8 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        type(igrf_t) :: model
-        real(dp) :: year
-
-        year = decimal_year(case%knowledge%epoch)
-        if (case%field_model == 'file') then
-            call read_shc(trim(case%field_file), year, model, error)
-        else
-            call igrf(trim(case%field_model), year, model, error)
-        end if
-        if (.not. allocated(error)) dynamics%field = model
+        call new_geomagnetic_model(trim(case%field_model), decimal_year(case%epoch), case%field_file, &
+                                   dynamics%field, error)
     end subroutine set_magnetic_field
 
     subroutine set_atmosphere(case, dynamics, error)
@@ -172,81 +160,38 @@ contains
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: dtm77
-        type(exponential_density_t) :: exponential
-        real(dp) :: f107, f107_mean, kp
+        type(density_settings_t) :: settings
 
         dynamics%with_drag = case%density_model /= 'none'
         dynamics%density_scale = case%density_scale
         if (.not. case%density_wave_random) dynamics%density_wave = case%density_wave
-        select case (case%density_model)
-        case ('dtm77')
-            call take_space_weather(case, f107, f107_mean, kp, error)
-            if (allocated(error)) return
-            call new_dtm77(f107, f107_mean, kp, dtm77, error)
-            if (allocated(error)) return
-            dynamics%atmosphere = dtm77
-        case ('exponential')
-            call new_exponential_density(case%reference_density, case%reference_height, &
-                                         case%scale_height, exponential, error)
-            if (allocated(error)) return
-            dynamics%atmosphere = exponential
-        end select
-        call set_wind(case, dynamics, error)
-    end subroutine set_atmosphere
-
-    subroutine take_space_weather(case, f107, f107_mean, kp, error)
-        type(case_t), intent(in) :: case
-        real(dp), intent(out) :: f107, f107_mean    !! sfu
-        real(dp), intent(out) :: kp
-        type(error_t), allocatable, intent(out) :: error
-
-        type(space_weather_t) :: table
-
-        f107 = case%f107
-        f107_mean = case%f107_mean
-        kp = case%kp
-        if (case%space_weather == 'given') return
-        if (case%space_weather == 'file') then
-            call read_space_weather(trim(case%space_weather_file), table, error)
-            if (allocated(error)) return
-        else
-            table = embedded_space_weather()
+        if (dynamics%with_drag) then
+            settings%space_weather = space_weather_source_t(case%space_weather, case%f107, case%f107_mean, &
+                                                            case%kp, case%space_weather_file)
+            settings%reference_density = case%reference_density
+            settings%reference_height = case%reference_height
+            settings%scale_height = case%scale_height
+            call new_density_model(trim(case%density_model), case%epoch, settings, &
+                                   dynamics%atmosphere, error)
         end if
-        call table%indices_at(case%knowledge%epoch, f107, f107_mean, kp, error)
-    end subroutine take_space_weather
-
-    subroutine set_wind(case, dynamics, error)
-        type(case_t), intent(in) :: case
-        type(satellite_dynamics_t), intent(inout) :: dynamics
-        type(error_t), allocatable, intent(out) :: error
-
-        type(tabulated_wind_t) :: table
-
-        select case (case%wind_model)
-        case ('hwm93')
-            dynamics%wind = embedded_wind()
-        case ('file')
-            call read_wind(trim(case%wind_file), table, error)
-            if (.not. allocated(error)) dynamics%wind = table
-        case ('constant')
-            dynamics%wind = constant_wind_t(case%wind_east, case%wind_north)
-        end select
-    end subroutine set_wind
+        if (case%wind_model /= 'none' .and. .not. allocated(error)) &
+            call new_wind_model(trim(case%wind_model), case%wind_east, case%wind_north, case%wind_file, &
+                                dynamics%wind, error)
+    end subroutine set_atmosphere
 
     subroutine set_surface(case, dynamics, error)
         type(case_t), intent(in) :: case
         type(satellite_dynamics_t), intent(inout) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        call new_trapezoid(dynamics%surface, case%length, case%height, case%width_bottom, &
-                           case%width_top, case%specular, case%diffuse, error)
+        call new_trapezoid(dynamics%surface, case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                           case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, error)
         if (allocated(error)) return
-        dynamics%centre_of_mass = case%centre_of_mass
-        dynamics%drag_coefficient = case%drag_coefficient
-        dynamics%wall = case%wall
-        dynamics%reflectivity_sun = case%reflectivity_sun
-        dynamics%reflectivity_earth = case%reflectivity_earth
+        dynamics%centre_of_mass = case%satellite%centre_of_mass
+        dynamics%drag_coefficient = case%satellite%drag_coefficient
+        dynamics%wall = case%satellite%wall
+        dynamics%reflectivity_sun = case%satellite%reflectivity_sun
+        dynamics%reflectivity_earth = case%satellite%reflectivity_earth
         dynamics%solar_irradiance = case%solar_irradiance
         call new_earth_radiation(dynamics%earth_radiation, trim(case%earth_radiation_constants), &
                                  standard_rings(case%earth_radiation_rings), case%solar_irradiance, error)

@@ -6,10 +6,11 @@ module gracecg_simulation_limits
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
+    use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_torque_rods, only: moves_rods
     use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
-    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_simulation_case, only: case_t
     implicit none
     private
     public :: attitude_motion_t, attitude_motion, exceeds_limits, check_motion, check_manoeuvre_limits
@@ -53,43 +54,43 @@ contains
         end do
     end function attitude_motion
 
-    !> Does a motion go beyond the limits of a setup?
-    pure logical function exceeds_limits(knowledge, motion)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> Does a motion go beyond the limits of a satellite?
+    pure logical function exceeds_limits(limits, motion)
+        type(motion_limits_t), intent(in) :: limits
         type(attitude_motion_t), intent(in) :: motion
 
-        exceeds_limits = .not. (motion%rate <= knowledge%rate_limit .and. motion%excursion <= knowledge%pointing_limit)
+        exceeds_limits = .not. (motion%rate <= limits%rate .and. motion%excursion <= limits%pointing)
     end function exceeds_limits
 
-    !> Fails when a motion goes beyond the limits of a setup.
-    subroutine check_motion(knowledge, motion, error)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> Fails when a motion goes beyond the limits of a satellite.
+    subroutine check_motion(limits, motion, error)
+        type(motion_limits_t), intent(in) :: limits
         type(attitude_motion_t), intent(in) :: motion
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. motion%rate <= knowledge%rate_limit) then
+        if (.not. motion%rate <= limits%rate) then
             call fail(error, 'limits: the manoeuvre turns the satellite at '// &
                       number_text(motion%rate/DEGREE)//' deg/s at t = '//number_text(motion%rate_time)// &
-                      ' s; at most '//number_text(knowledge%rate_limit/DEGREE)//' deg/s is allowed (rate_deg_s '// &
+                      ' s; at most '//number_text(limits%rate/DEGREE)//' deg/s is allowed (rate_deg_s '// &
                       'of the group &limits): take a smaller amplitude, a higher frequency or a taper')
-        else if (.not. motion%excursion <= knowledge%pointing_limit) then
+        else if (.not. motion%excursion <= limits%pointing) then
             call fail(error, 'limits: the manoeuvre turns the satellite '// &
                       number_text(motion%excursion/DEGREE)//' deg away from its attitude, at t = '// &
                       number_text(motion%excursion_time)//' s; at most '// &
-                      number_text(knowledge%pointing_limit/DEGREE)//' deg is allowed (pointing_deg of the '// &
+                      number_text(limits%pointing/DEGREE)//' deg is allowed (pointing_deg of the '// &
                       'group &limits): take a smaller amplitude, a higher frequency or a taper')
         end if
     end subroutine check_motion
 
-    !> Fails when the manoeuvre of a setup goes beyond its limits on an arc. An arc without a manoeuvre
+    !> Fails when the manoeuvre of a case goes beyond its limits on an arc. An arc without a manoeuvre
     !> passes.
-    subroutine check_manoeuvre_limits(knowledge, arc, error)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    subroutine check_manoeuvre_limits(case, arc, error)
+        type(case_t), intent(in) :: case
         type(truth_arc_t), intent(in) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. moves_rods(knowledge%rods, knowledge%duration)) return
-        call check_motion(knowledge, attitude_motion(arc%interval, arc%state(OMEGA, :), arc%state(ATTITUDE, :)), &
-                          error)
+        if (.not. moves_rods(case%satellite%rods, case%duration)) return
+        call check_motion(case%limits, &
+                          attitude_motion(arc%interval, arc%state(OMEGA, :), arc%state(ATTITUDE, :)), error)
     end subroutine check_manoeuvre_limits
 end module gracecg_simulation_limits

@@ -65,44 +65,40 @@ contains
             call fail(error, 'there is no built-in case "'//trim(name)//'"')
             return
         end if
-        case%knowledge%name = name
-        case%satellite = name(:index(name, '-') - 1)
+        case%name = name
+        case%satellite%name = name(:index(name, '-') - 1)
         read (name(index(name, '-') + 1:), *) case%number
 
-        case%knowledge%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
-        case%knowledge%duration = DURATION
+        case%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
+        case%duration = DURATION
         case%earth_rotation = 'given'
         case%sidereal_angle = (SIDEREAL_ANGLE + EARTH_ROTATION_RATE/DEGREE*TIME_OF_CASE(case%number))*DEGREE
-        case%knowledge%mass = MASS
-        case%knowledge%inertia = INERTIA
+        case%satellite%mass = MASS
+        case%satellite%inertia = INERTIA
         case%density_scale = DENSITY_SCALE
-        case%reflectivity_sun = REFLECTIVITY_SUN
-        case%wall%accommodation = ACCOMMODATION
-        case%specular = SPECULAR
+        case%satellite%reflectivity_sun = REFLECTIVITY_SUN
+        case%satellite%wall%accommodation = ACCOMMODATION
+        case%satellite%specular = SPECULAR
         case%earth_radiation_constants = 'constant-emissivity'
         case%earth_radiation_rings = 2
-        case%knowledge%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]      ! section 6.1
-        case%knowledge%star_camera_weight = 1
-        case%knowledge%guess_offset = 1e-5_dp
-        if (case%satellite == 'front') then
-            case%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
+        if (case%satellite%name == 'front') then
+            case%satellite%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
             case%wind_east = WIND_EAST(1)
-            case%centre_of_mass = CENTRE_OF_MASS_FRONT
+            case%satellite%centre_of_mass = CENTRE_OF_MASS_FRONT
             call set_front(case, pattern)
         else
-            case%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
+            case%satellite%offset = [0.4e-3_dp, -0.4e-3_dp, 0.4e-3_dp]
             case%wind_east = WIND_EAST(2)
-            case%centre_of_mass = CENTRE_OF_MASS_BACK
+            case%satellite%centre_of_mass = CENTRE_OF_MASS_BACK
             call set_back(case, pattern)
         end if
         if (case%number == 1) case%wind_model = 'constant'
         case%quaternion = normalised(case%quaternion)
-        case%knowledge%guess_quaternion = normalised(case%knowledge%guess_quaternion)
-        call new_harmonic_manoeuvre(case%knowledge%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+        call new_harmonic_manoeuvre(case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     0.0_dp, DURATION, error)
     end subroutine report_case
 
-    !> Initial values, manoeuvre and initial guess of the front satellite.
+    !> Initial values and manoeuvre of the front satellite.
     subroutine set_front(case, pattern)
         type(case_t), intent(inout) :: case
         integer, intent(out) :: pattern(3)          !! Of the rods
@@ -115,27 +111,22 @@ contains
                                0.7133040348803767_dp, 3.059634305881649e-6_dp]
             case%angular_velocity = [0.0_dp, 1.114901594e-3_dp, 0.0_dp]
             pattern = [0, 1, 1]
-            case%knowledge%guess_quaternion = [-0.7_dp, 0.000001_dp, 0.713_dp, 0.000001_dp]
         case (2)
             case%position = [53166.9012866642_dp, 50.3762086975_dp, 6838048.9781353170_dp]
             case%velocity = [-7627.3588408146_dp, -0.0096034177_dp, 63.3233882824_dp]
             case%quaternion = [-0.9999051930_dp, -0.0000000609_dp, 0.0137697130_dp, 0.0000043659_dp]
             case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
             pattern = [0, 1, -1]
-            case%knowledge%guess_quaternion = [-0.99_dp, 0.000001_dp, 0.013_dp, 0.000001_dp]
         case default
             case%position = [-6739303.8283807930_dp, 48.9237966735_dp, 1198310.5772177500_dp]
             case%velocity = [-1337.7622725168_dp, 0.1452268716_dp, -7512.2443788538_dp]
             case%quaternion = [-0.7728330709_dp, 0.0000027703_dp, -0.6346093637_dp, 0.0000033749_dp]
             case%angular_velocity = [0.0_dp, 0.111490159e-2_dp, 0.0_dp]
             pattern = [0, 1, 1]
-            ! printed -0..63
-            case%knowledge%guess_quaternion = [-0.75_dp, 0.000001_dp, -0.63_dp, 0.000001_dp]
         end select
-        case%knowledge%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
     end subroutine set_front
 
-    !> Initial values, manoeuvre and initial guess of the back satellite.
+    !> Initial values and manoeuvre of the back satellite.
     subroutine set_back(case, pattern)
         type(case_t), intent(inout) :: case
         integer, intent(out) :: pattern(3)          !! Of the rods
@@ -148,22 +139,18 @@ contains
                                -3.060227453483457e-6_dp, 0.7133040348803732_dp]
             case%angular_velocity = [0.0_dp, -1.114907355e-3_dp, 0.0_dp]
             pattern = [0, -1, 1]        ! printed as a second "front" in section 5.2
-            case%knowledge%guess_quaternion = [0.000001_dp, -0.7_dp, 0.000001_dp, 0.713_dp]
         case (2)
             case%position = [291680.8661387600_dp, -48.5674705798_dp, 6831570.5338286750_dp]
             case%velocity = [-7621.0475706862_dp, -0.0144524709_dp, 329.1764019231_dp]
             case%quaternion = [0.0000000601_dp, -0.9999052485_dp, -0.0000043660_dp, 0.0137656809_dp]
             case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
             pattern = [0, 1, 1]
-            case%knowledge%guess_quaternion = [0.000001_dp, -0.99_dp, 0.000001_dp, 0.013_dp]
         case default
             case%position = [-6693453.2487186490_dp, 45.0419246185_dp, 1431899.2109399360_dp]
             case%velocity = [-1598.8879354469_dp, 0.1417855019_dp, -7461.0147865065_dp]
             case%quaternion = [-0.0000027710_dp, -0.7728282124_dp, -0.0000033745_dp, -0.6346152804_dp]
             case%angular_velocity = [0.0_dp, -0.111490736e-2_dp, 0.0_dp]
             pattern = [0, -1, 1]
-            case%knowledge%guess_quaternion = [0.000001_dp, -0.77_dp, 0.000001_dp, -0.63_dp]
         end select
-        case%knowledge%guess_angular_velocity = [0.0_dp, -0.00122_dp, 0.0_dp]
     end subroutine set_back
 end module gracecg_simulation_report_cases

@@ -13,10 +13,11 @@ module gracecg_simulation_simulator
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
-    use gracecg_simulation_star_camera, only: star_frame_t, N_HEADS
+    use gracecg_simulation_star_camera, only: star_frame_t
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state, operator_setup, case_star_catalogue
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state, operator_knowledge, case_star_catalogue
     use gracecg_simulation_limits, only: check_manoeuvre_limits
     implicit none
     private
@@ -51,15 +52,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         simulator%case = case
-        call check_rod_sampling(case%knowledge%rods, case%accelerometer%sampling_interval, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
+        call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         call find_strides(simulator, error)
         if (allocated(error)) return
         call propagate_case(case, simulator%arc, error)
         if (allocated(error)) return
-        call check_manoeuvre_limits(case%knowledge, simulator%arc, error)
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call check_manoeuvre_limits(case, simulator%arc, error)
+        call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         call find_stars(simulator, error)
     end subroutine new_simulator
@@ -75,14 +76,14 @@ contains
 
         call build_dynamics(case, dynamics, error)
         if (allocated(error)) return
-        steps = nint(case%knowledge%duration/case%interval)
+        steps = nint(case%duration/case%interval)
         if (case%integrator == 'adaptive') then
             call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
                                case%tolerance)
         else
             call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error)
         end if
-        call add_context(error, 'case '//trim(case%knowledge%name))
+        call add_context(error, 'case '//trim(case%name))
     end subroutine propagate_case
 
     subroutine find_strides(simulator, error)
@@ -90,10 +91,10 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         associate (case => simulator%case)
-            call stride('accelerometer', case%accelerometer%sampling_interval, &
+            call stride('accelerometer', case%satellite%accelerometer%sampling_interval, &
                         simulator%accelerometer_stride)
-            call stride('star camera', case%knowledge%star_camera_interval, simulator%star_camera_stride)
-            call stride('magnetometer', case%knowledge%magnetometer_interval, simulator%magnetometer_stride)
+            call stride('star camera', case%satellite%star_camera%sampling_interval, simulator%star_camera_stride)
+            call stride('magnetometer', case%satellite%magnetometer%sampling_interval, simulator%magnetometer_stride)
         end associate
 
     contains
@@ -107,7 +108,7 @@ contains
                 steps = nint(sampling/interval)
                 if (allocated(error)) return
                 if (steps < 1 .or. abs(steps*interval - sampling) > 1e-9_dp*sampling) then
-                    call fail(error, 'case '//trim(simulator%case%knowledge%name)//', '//name//': the interval '// &
+                    call fail(error, 'case '//trim(simulator%case%name)//', '//name//': the interval '// &
                               number_text(sampling)//' s is not a multiple of the arc''s interval '// &
                               number_text(interval)//' s')
                 end if
@@ -125,13 +126,13 @@ contains
         call case_star_catalogue(simulator%case, catalogue, error)
         if (allocated(error)) return
         n = simulator%arc%steps/simulator%star_camera_stride
-        allocate (simulator%frames(n, N_HEADS))
-        do head = 1, N_HEADS
+        allocate (simulator%frames(n, HEADS))
+        do head = 1, HEADS
             do i = 1, n
-                call simulator%case%star_camera%see(catalogue, attitude_at(simulator, i), head, &
+                call simulator%case%satellite%star_camera%see(catalogue, attitude_at(simulator, i), head, &
                                                     simulator%frames(i, head), error)
                 if (allocated(error)) then
-                    call add_context(error, 'case '//trim(simulator%case%knowledge%name)//', head '// &
+                    call add_context(error, 'case '//trim(simulator%case%name)//', head '// &
                                      integer_text(head)//' at '//number_text( &
                                      i*simulator%star_camera_stride*simulator%arc%interval)//' s')
                     return
@@ -154,7 +155,7 @@ contains
         any_stream = new_stream(0, 0, 0, 0, 0)
         variance = 0
         do i = 1, size(simulator%frames, 1)
-            call simulator%frames(i, simulator%case%knowledge%camera)%draw(any_stream, q, covariance, error)
+            call simulator%frames(i, simulator%case%operator%head)%draw(any_stream, q, covariance, error)
             if (allocated(error)) return
             variance = variance + [(4*covariance(axis, axis), axis=1, 3)]
         end do
@@ -179,7 +180,7 @@ contains
         integer, intent(in) :: k                    !! Number of the epoch, from 0
         type(pmc_acceleration_t) :: acceleration
 
-        acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%offset, &
+        acceleration = pmc_acceleration(arc%state(OMEGA, k), arc%omega_dot(:, k), case%satellite%offset, &
                                         arc%loads(k)%vertical, EARTH_GM, norm2(arc%state(POSITION, k)), &
                                         non_gravitational(case, arc, wave, k))
     end function disturbance_at
@@ -230,11 +231,11 @@ contains
         call lay_out(self, observations, only_used_head)
         true_values = true_accelerations(self, drawn_wave(self, seed, run))
         stream = run_stream(self, seed, run, STREAM_ACCELEROMETER)
-        call self%case%accelerometer%measure(true_values, stream, observations%acceleration, error)
+        call self%case%satellite%accelerometer%measure(true_values, stream, observations%acceleration, error)
         if (allocated(error)) return
         true_values = true_field(self)
         stream = run_stream(self, seed, run, STREAM_MAGNETOMETER)
-        call self%case%magnetometer%measure(true_values, stream, observations%field, error)
+        call self%case%satellite%magnetometer%measure(true_values, stream, observations%field, error)
         if (allocated(error)) return
         call draw_stars(self, seed, run, observations, error)
     end subroutine observe
@@ -250,14 +251,13 @@ contains
         call lay_out(self, observations, .true.)
         observations%acceleration = true_accelerations(self, wave)
         do i = 1, size(observations%acceleration, 2)
-            observations%acceleration(:, i) = self%case%accelerometer%response(observations%acceleration(:, i))
+            observations%acceleration(:, i) = self%case%satellite%accelerometer%response(observations%acceleration(:, i))
         end do
-        observations%field = true_field(self) + spread(self%case%magnetometer%bias, 2, &
+        observations%field = true_field(self) + spread(self%case%satellite%magnetometer%bias, 2, &
                                                        size(observations%field, 2))
         do i = 1, size(observations%quaternion, 2)
             observations%quaternion(:, i) = quaternion_product( &
-                                            observations%knowledge%mounting(:, observations%star_camera_head(i)), &
-                                            attitude_at(self, i))
+                self%case%satellite%star_camera%mounting(observations%star_camera_head(i)), attitude_at(self, i))
         end do
     end subroutine observe_without_noise
 
@@ -284,7 +284,7 @@ contains
 
         one_head = .false.
         if (present(only_used_head)) one_head = only_used_head
-        observations%knowledge = operator_setup(self%case)
+        observations%knowledge = operator_knowledge(self%case)
         observations%knowledge%star_camera_sigma = self%star_camera_sigma
         observations%accelerometer_time = epochs(self, self%accelerometer_stride)
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
@@ -293,11 +293,11 @@ contains
         n = size(self%frames, 1)
         if (one_head) then
             observations%star_camera_time = epochs(self, self%star_camera_stride)
-            observations%star_camera_head = [(self%case%knowledge%camera, i=1, n)]
+            observations%star_camera_head = [(self%case%operator%head, i=1, n)]
         else
             observations%star_camera_time = [((time_tag(i*self%star_camera_stride, self%arc%interval), &
-                                               head=1, N_HEADS), i=1, n)]
-            observations%star_camera_head = [((head, head=1, N_HEADS), i=1, n)]
+                                               head=1, HEADS), i=1, n)]
+            observations%star_camera_head = [((head, head=1, HEADS), i=1, n)]
         end if
         allocate (observations%quaternion(4, size(observations%star_camera_time)))
         call lay_out_orbit(self, observations)
@@ -364,11 +364,11 @@ contains
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        type(random_stream_t) :: streams(N_HEADS)
+        type(random_stream_t) :: streams(HEADS)
         real(dp) :: covariance(3, 3)
         integer :: i, head, frame
 
-        do head = 1, N_HEADS
+        do head = 1, HEADS
             streams(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
         end do
         do i = 1, size(observations%star_camera_time)
@@ -384,6 +384,6 @@ contains
         integer, intent(in) :: seed, run, instrument
         type(random_stream_t) :: stream
 
-        stream = new_stream(seed, self%case%number, merge(1, 2, self%case%satellite == 'front'), run, instrument)
+        stream = new_stream(seed, self%case%number, merge(1, 2, self%case%satellite%name == 'front'), run, instrument)
     end function run_stream
 end module gracecg_simulation_simulator

@@ -61,17 +61,17 @@ contains
         type(case_t) :: switched
 
         switched = case
-        if (.not. switches%accelerometer_noise) switched%accelerometer%noise%level = 0
+        if (.not. switches%accelerometer_noise) switched%satellite%accelerometer%noise%level = 0
         if (.not. switches%star_camera_noise) then
-            switched%star_camera%catalogue_noise = 0
-            switched%star_camera%measurement_noise = 0
+            switched%satellite%star_camera%catalogue_noise = 0
+            switched%satellite%star_camera%measurement_noise = 0
         end if
-        if (.not. switches%magnetometer_noise) switched%magnetometer%noise = 0
-        if (.not. switches%magnetometer_bias) switched%magnetometer%bias = 0
+        if (.not. switches%magnetometer_noise) switched%satellite%magnetometer%noise = 0
+        if (.not. switches%magnetometer_bias) switched%satellite%magnetometer%bias = 0
         if (.not. switches%scale_factors) then
-            switched%accelerometer%scale1 = 1
-            switched%accelerometer%scale2 = 0
-            switched%accelerometer%scale3 = 0
+            switched%satellite%accelerometer%scale1 = 1
+            switched%satellite%accelerometer%scale2 = 0
+            switched%satellite%accelerometer%scale3 = 0
         end if
         call new_simulator(switched, simulator, error)
         if (allocated(error) .or. switches%curved_force) return

@@ -7,7 +7,7 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre
+    public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
     public :: report_pattern, weakest_components_pattern
     public :: MAX_ACTIVATIONS, MAX_DIPOLE
@@ -43,10 +43,15 @@ module gracecg_spacecraft_torque_rods
         real(dp) :: rise_time = 1       !! Of each edge of SQUARE, s
     end type rod_activation_t
 
+    !> Rods and the manoeuvre that they are commanded to; only the first `count` activations exist. Those of
+    !> one rod add up. By default a rod does what it is told.
     type :: torque_rods_t
-        !! A manoeuvre; only the first `count` activations exist. Those of one rod add up
         integer :: count = 0                                    !! Number of the activations
         type(rod_activation_t) :: activations(MAX_ACTIVATIONS)  !! The first `count` of them
+        real(dp) :: gain(3) = 1         !! Moment by commanded moment, of the rods along x, y, z
+        real(dp) :: misalignment(6) = 0
+        !! Turns of the x rod about y and z, of the y rod about z and x, of the z rod about x and y, rad
+        real(dp) :: delay(3) = 0        !! From command to moment, s
     end type torque_rods_t
 
 contains
@@ -193,17 +198,54 @@ contains
         real(dp), intent(in) :: time        !! s
         real(dp) :: moment(3)
 
+        real(dp) :: t, along
         integer :: i
 
         moment = 0
         do i = 1, self%count
             associate (a => self%activations(i))
-                if (time >= a%start .and. time <= a%stop) then
-                    moment(a%axis) = moment(a%axis) + a%amplitude*waveform_value(a, time)
+                t = time - self%delay(a%axis)
+                if (.not. (t >= a%start .and. t <= a%stop)) cycle
+                along = self%gain(a%axis)*(a%amplitude*waveform_value(a, t))
+                if (any(abs(self%misalignment(2*a%axis - 1:2*a%axis)) > 0)) then
+                    moment = moment + along*rod_direction(self, a%axis)
+                else
+                    moment(a%axis) = moment(a%axis) + along
                 end if
             end associate
         end do
     end function dipole_moment
+
+    !> The unit vector along a rod, body axes: its axis turned by the misalignment.
+    pure function rod_direction(self, axis) result(direction)
+        type(torque_rods_t), intent(in) :: self
+        integer, intent(in) :: axis     !! 1 x, 2 y, 3 z
+        real(dp) :: direction(3)
+
+        real(dp) :: angle
+        integer :: next, last           ! the axes after this one, in turn
+
+        next = modulo(axis, 3) + 1
+        last = modulo(axis + 1, 3) + 1
+        direction = 0
+        direction(axis) = 1
+        associate (turn => self%misalignment(2*axis - 1:2*axis))
+            angle = norm2(turn)
+            if (.not. angle > 0) return
+            direction(axis) = cos(angle)
+            direction(next) = turn(2)*sin(angle)/angle
+            direction(last) = -turn(1)*sin(angle)/angle
+        end associate
+    end function rod_direction
+
+    !> Commands rods to the manoeuvre of others; their gain, misalignment and delay stay.
+    pure subroutine take_manoeuvre(manoeuvre, rods)
+        type(torque_rods_t), intent(in) :: manoeuvre        !! Whose activations are taken
+        type(torque_rods_t), intent(inout) :: rods
+
+        rods%count = manoeuvre%count
+        rods%activations = manoeuvre%activations
+    end subroutine take_manoeuvre
 
     !> What the amplitude is multiplied with, from -1 to 1:
     !>
@@ -262,7 +304,7 @@ contains
         moves_rods = .false.
         do i = 1, self%count
             associate (a => self%activations(i))
-                if (a%start >= duration .or. .not. abs(a%amplitude) > 0) cycle
+                if (a%start + self%delay(a%axis) >= duration .or. .not. abs(a%amplitude) > 0) cycle
                 if (a%frequency > 0 .or. a%waveform == COSINE .or. abs(sin(a%phase)) > 0) moves_rods = .true.
             end associate
         end do

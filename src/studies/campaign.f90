@@ -5,8 +5,10 @@
 !> statistics to the last bit.
 module gracecg_studies_campaign
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
-    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
@@ -14,11 +16,7 @@ module gracecg_studies_campaign
     implicit none
     private
     public :: campaign_t, campaign_case_t, campaign_entry_t, verdict_t
-    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs, AXES
-
-    !> Names of the body axes
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
+    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs
 
     !> A case of a campaign.
     type :: campaign_case_t
@@ -86,25 +84,27 @@ contains
     end function shard_runs
 
     !> Makes a case number i of the campaign. Fails when its name is another one's, or has a comma.
-    subroutine add_case(campaign, i, case, error)
+    subroutine add_case(campaign, i, calibration, error)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: i    !! Its number in the campaign
-        type(case_t), intent(in) :: case
+        type(calibration_t), intent(in) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: text
 
-        if (any(campaign%cases(:i - 1)%name == case%knowledge%name)) then
-            call fail(error, 'two cases have the name "'//trim(case%knowledge%name)// &
+        if (any(campaign%cases(:i - 1)%name == calibration%case%name)) then
+            call fail(error, 'two cases have the name "'//trim(calibration%case%name)// &
                       '": their rows could not be told apart; change `name` in the namelist file')
-        else if (scan(trim(case%knowledge%name), ',"') > 0) then
+        else if (scan(trim(calibration%case%name), ',"') > 0) then
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
-                      trim(case%knowledge%name))
+                      trim(calibration%case%name))
         else
-            call case_text(case, text, error)
+            call calibration_text(calibration, text, error)
         end if
         if (allocated(error)) return
-        campaign%cases(i) = campaign_case_t(case%knowledge%name, case%offset/MILLIMETRE, checksum(text))
+        associate (case => calibration%case)
+            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
+        end associate
     end subroutine add_case
 
     !> A number that differs between texts, but for one chance in two thousand million.
@@ -123,10 +123,11 @@ contains
     end function checksum
 
     !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
-    subroutine run_entry(campaign, a, i, simulator, threads, error)
+    subroutine run_entry(campaign, a, i, simulator, options, threads, error)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: a, i                     !! Numbers of algorithm and case
         type(simulator_t), intent(in) :: simulator      !! Of case i
+        type(estimation_options_t), intent(in) :: options   !! Of its estimates
         integer, intent(in) :: threads                  !! How many to use
         type(error_t), allocatable, intent(out) :: error
 
@@ -135,9 +136,9 @@ contains
         character(:), allocatable :: algorithm
 
         algorithm = trim(campaign%algorithms(a))
-        call predict_errors(simulator, algorithm, prediction, error)
+        call predict_errors(simulator, algorithm, options, prediction, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, algorithm, campaign%seed, shard_runs(campaign), threads, results, &
+        call run_monte_carlo(simulator, algorithm, options, campaign%seed, shard_runs(campaign), threads, results, &
                              error)
         if (allocated(error)) return
         associate (entry => campaign%entries(a, i))

@@ -10,20 +10,23 @@
 !>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
 module gracecg_studies_campaign_files
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
-        real_text, split, split_words
-    use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
+        real_text, join, split_words
+    use gracecg_files_file, only: text_file_t, output_file_t
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_studies_campaign, only: campaign_t, campaign_case_t, AXES
+    use gracecg_files_table, only: table_file_t, read_csv
+    use gracecg_studies_campaign, only: campaign_t, campaign_case_t
     implicit none
     private
     public :: write_table, write_runs, read_runs
 
     character(*), parameter :: TABLE_COLUMNS = &
         'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
-    character(*), parameter :: RUNS_COLUMNS = 'case,algorithm,run,dx_mm,dy_mm,dz_mm,converged'
+    character(9), parameter :: RUNS_COLUMNS(7) = [character(9) :: &
+        'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged']
     integer, parameter :: COMMENT_LENGTH = 200
 
 contains
@@ -90,8 +93,8 @@ contains
         character(64) :: labels(2)
         integer :: a, i, k
 
-        call file%open(path, RUNS_COLUMNS, [settings_comments(campaign, command), &
-                                            case_comments(campaign)], error)
+        call file%open(path, join(RUNS_COLUMNS, ','), [settings_comments(campaign, command), &
+                                                       case_comments(campaign)], error)
         if (allocated(error)) return
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
@@ -147,22 +150,12 @@ contains
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: file
-        integer :: header
+        type(table_file_t) :: file
 
-        call read_text_file(path, file, error)
-        if (allocated(error)) return
-        header = 1
-        do while (index(file%line(header), '#') == 1)
-            header = header + 1
-        end do
-        if (file%line(header) /= RUNS_COLUMNS) then
-            call file%fail_at(header, 'this is not a file of runs: the columns must be '//RUNS_COLUMNS, error)
-            return
-        end if
-        call read_settings(file, header, campaign, error)
-        if (.not. allocated(error)) call read_cases(file, header, campaign, error)
-        if (.not. allocated(error)) call read_rows(file, header, campaign, error)
+        call read_csv(path, RUNS_COLUMNS, file, error, rows_needed=.false.)
+        if (.not. allocated(error)) call read_settings(file%text, file%header_line(), campaign, error)
+        if (.not. allocated(error)) call read_cases(file%text, file%header_line(), campaign, error)
+        if (.not. allocated(error)) call read_rows(file, campaign, error)
     end subroutine read_runs
 
     !> The first two comment lines.
@@ -312,9 +305,8 @@ contains
     end subroutine read_three
 
     !> The estimates. Rows of an entry stand together, in increasing order of the runs.
-    subroutine read_rows(file, header, campaign, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: header
+    subroutine read_rows(file, campaign, error)
+        type(table_file_t), intent(in) :: file
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
@@ -323,19 +315,15 @@ contains
         logical, allocatable :: converged(:), mine(:)
         integer :: rows, i, a, k
 
-        rows = file%line_count() - header
-        do while (rows > 0)
-            if (file%line(header + rows) /= '') exit
-            rows = rows - 1
-        end do
+        rows = file%row_count()
         allocate (entry_of(rows), run(rows), offset(3, rows), converged(rows))
         do i = 1, rows
-            call read_row(file, header + i, campaign, entry_of(i), run(i), offset(:, i), converged(i), error)
+            call read_row(file, i, campaign, entry_of(i), run(i), offset(:, i), converged(i), error)
             if (allocated(error)) return
             if (i == 1) cycle
             if (entry_of(i) < entry_of(i - 1) .or. (entry_of(i) == entry_of(i - 1) .and. &
                                                     run(i) <= run(i - 1))) then
-                call file%fail_at(header + i, 'the rows are not in the order of case, algorithm and run', error)
+                call file%fail_at(i, 'the rows are not in the order of case, algorithm and run', error)
                 return
             end if
         end do
@@ -351,9 +339,9 @@ contains
         end do
     end subroutine read_rows
 
-    subroutine read_row(file, line_number, campaign, entry, run, offset, converged, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: line_number
+    subroutine read_row(file, row, campaign, entry, run, offset, converged, error)
+        type(table_file_t), intent(in) :: file
+        integer, intent(in) :: row
         type(campaign_t), intent(in) :: campaign
         integer, intent(out) :: entry               !! Number of case and algorithm
         integer, intent(out) :: run
@@ -369,33 +357,29 @@ contains
         run = 0
         offset = 0
         converged = .false.
-        fields = split(file%line(line_number), ',')
-        if (size(fields) /= 7) then
-            call file%fail_at(line_number, integer_text(size(fields))//' columns, expected 7: '// &
-                              RUNS_COLUMNS, error)
-            return
-        end if
+        call file%get_fields(row, size(RUNS_COLUMNS), join(RUNS_COLUMNS, ','), fields, error)
+        if (allocated(error)) return
         k = findloc(campaign%cases%name == fields(1)%text, .true., 1)
         a = findloc(campaign%algorithms == fields(2)%text, .true., 1)
         if (k == 0 .or. a == 0) then
-            call file%fail_at(line_number, 'no comment line tells of this case and algorithm', error)
+            call file%fail_at(row, 'no comment line tells of this case and algorithm', error)
             return
         end if
         entry = a + (k - 1)*size(campaign%algorithms)
         call parse_integer(fields(3)%text, run, ok)
         if (ok) ok = run >= 1 .and. run <= campaign%runs
         if (.not. ok) then
-            call file%fail_at(line_number, 'column run: a whole number from 1 to '// &
+            call file%fail_at(row, 'column run: a whole number from 1 to '// &
                               integer_text(campaign%runs)//' is expected', error)
             return
         end if
         call read_three(fields(4:6), offset, ok)
         if (.not. ok) then
-            call file%fail_at(line_number, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
+            call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
             return
         end if
         converged = fields(7)%text == '1'
         if (.not. converged .and. fields(7)%text /= '0') &
-            call file%fail_at(line_number, 'column converged: 0 or 1 is expected', error)
+            call file%fail_at(row, 'column converged: 0 or 1 is expected', error)
     end subroutine read_row
 end module gracecg_studies_campaign_files

@@ -2,6 +2,7 @@
 !> their comparison with the axis windows that the report prints.
 module gracecg_studies_curves
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_environment_time, only: time_tag
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -15,14 +16,12 @@ module gracecg_studies_curves
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows
-    public :: CURVE_NAMES, AXIS_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
+    public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
     character(20), parameter :: CURVE_NAMES(15) = [character(20) :: &
         'drag', 'srp', 'erp', 'non_gravitational', 'a_vel', 'a_gg', 'a_acc', 'a_total', 'torque_aero', &
         'torque_solar', 'torque_gravity', 'torque_magnetic', 'torque_total', 'omega', 'omega_dot']
-    !> Names of the body axes
-    character(1), parameter :: AXIS_NAMES(3) = ['x', 'y', 'z']
 
     real(dp), parameter :: WINDOW_TOLERANCE = 0.05_dp
     !! A curve meets its window when it leaves it by at most this part of the window's width
@@ -126,7 +125,7 @@ contains
         real(dp) :: centre, reference
 
         curve = findloc(CURVE_NAMES == WINDOW_QUANTITY(i), .true., 1)
-        axis = findloc(AXIS_NAMES == WINDOW_AXIS(i), .true., 1)
+        axis = findloc(AXES == WINDOW_AXIS(i), .true., 1)
         check%figure = WINDOW_FIGURE(i)
         check%quantity = WINDOW_QUANTITY(i)
         check%axis = WINDOW_AXIS(i)

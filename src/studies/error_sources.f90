@@ -2,7 +2,9 @@
 !> them switched off.
 module gracecg_studies_error_sources
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
@@ -23,8 +25,6 @@ module gracecg_studies_error_sources
     character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
                                                   'no-acc-noise', 'no-sca-noise', 'no-mag-noise']
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
-
 contains
 
     !> The switches of one of STUDY_NAMES; everything acts in one of another name.
@@ -41,10 +41,11 @@ contains
 
     !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
     !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
-    subroutine study_errors(case, name, algorithm, seed, runs, threads, study, error)
+    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: name            !! Of STUDY_NAMES
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
@@ -56,11 +57,11 @@ contains
         integer :: i
 
         call new_switched_simulator(case, study_switches(name), simulator, error)
-        if (.not. allocated(error)) call predict_errors(simulator, algorithm, prediction, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, seed, [(i, i=1, runs)], &
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, options, prediction, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], &
                                                          threads, results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         study%runs = runs
         study%rms = statistics%rms*MILLIMETRE
         study%predicted = prediction%rms

@@ -5,10 +5,12 @@
 !> constant over the arc in body axes, normal, drawn for every run.
 module gracecg_studies_magnetometer_loss
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
@@ -21,7 +23,6 @@ module gracecg_studies_magnetometer_loss
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp             !! m
     character(8), parameter :: FIELD_SOURCES(2) = [character(8) :: 'measured', 'model']
     !! Where the field comes from: without and with the field model
 
@@ -47,9 +48,10 @@ contains
 
     !> Simulates and estimates `runs` calibrations with the magnetometer or with the field model in its
     !> place, and predicts their errors. Fails as `run_monte_carlo` does.
-    subroutine study_field(simulator, algorithm, with_model, deviation, seed, runs, threads, study, error)
+    subroutine study_field(simulator, algorithm, options, with_model, deviation, seed, runs, threads, study, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: with_model    !! The field model instead of the magnetometer
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         integer, intent(in) :: seed, runs, threads    !! First seed; runs of the Monte Carlo; in parallel
@@ -61,23 +63,23 @@ contains
         type(prediction_t) :: prediction
         integer :: i
 
-        study%case_name = simulator%case%knowledge%name
+        study%case_name = simulator%case%name
         study%algorithm = algorithm
         study%with_model = with_model
         study%run = [(i, i=1, runs)]
         if (with_model) then
-            call predict_field_model(simulator, algorithm, deviation, study%predicted, error)
+            call predict_field_model(simulator, algorithm, options, deviation, study%predicted, error)
             if (allocated(error)) return
-            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error, &
+            call run_monte_carlo(simulator, algorithm, options, seed, study%run, threads, results, error, &
                                  field_model_t(deviation))
         else
-            call predict_errors(simulator, algorithm, prediction, error)
+            call predict_errors(simulator, algorithm, options, prediction, error)
             if (allocated(error)) return
             study%predicted = prediction%rms
-            call run_monte_carlo(simulator, algorithm, seed, study%run, threads, results, error)
+            call run_monte_carlo(simulator, algorithm, options, seed, study%run, threads, results, error)
         end if
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         study%offset = results%offset
         study%rms = statistics%rms*MILLIMETRE
     end subroutine study_field
@@ -92,7 +94,7 @@ contains
         real(dp) :: draws(3)
 
         associate (case => simulator%case)
-            stream = new_stream(seed, case%number, merge(1, 2, case%satellite == 'front'), run, &
+            stream = new_stream(seed, case%number, merge(1, 2, case%satellite%name == 'front'), run, &
                                 STREAM_FIELD_MODEL)
         end associate
         call stream%normals(draws)
@@ -115,9 +117,10 @@ contains
 
     !> Predicted RMS error of the offset with the field model, m: that of accelerometer, star camera
     !> and dynamics, and the estimate's response to the model's error, which is linear, axis by axis.
-    subroutine predict_field_model(simulator, algorithm, deviation, rms, error)
+    subroutine predict_field_model(simulator, algorithm, options, deviation, rms, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm       !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         real(dp), intent(out) :: rms(3)             !! Body axes, m
         type(error_t), allocatable, intent(out) :: error
@@ -129,34 +132,38 @@ contains
 
         rms = 0
         without_bias = simulator
-        without_bias%case%magnetometer%bias = 0
-        call predict_errors(without_bias, algorithm, prediction, error)
+        without_bias%case%satellite%magnetometer%bias = 0
+        call predict_errors(without_bias, algorithm, options, prediction, error)
         if (allocated(error)) return
         rms = prediction%rms**2
-        still = simulator%case%offset + prediction%bias
+        still = simulator%case%satellite%offset + prediction%bias
         do axis = 1, 3
             field_error = 0
             field_error(axis) = deviation
-            call estimate_with_field_error(simulator, algorithm, field_error, moved, error)
+            call estimate_with_field_error(simulator, algorithm, options, field_error, moved, error)
             if (allocated(error)) return
             rms = rms + (moved - still)**2
         end do
         rms = sqrt(rms)
     end subroutine predict_field_model
 
-    subroutine estimate_with_field_error(simulator, algorithm, field_error, offset, error)
+    subroutine estimate_with_field_error(simulator, algorithm, options, field_error, offset, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
+        type(estimation_options_t), intent(in) :: options
         real(dp), intent(in) :: field_error(3)      !! T
         real(dp), intent(out) :: offset(3)          !! m
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
         type(solution_t) :: solution
+        type(estimation_options_t) :: own
 
+        own = options
+        own%covariance = .false.
         call observe_without_noise(simulator, density_wave_t(), observations)
         call set_field(simulator, field_error, observations)
-        call estimate_offset(algorithm, observations, solution, error, with_covariance=.false.)
+        call estimate_offset(algorithm, observations, own, solution, error)
         offset = solution%offset
     end subroutine estimate_with_field_error
 end module gracecg_studies_magnetometer_loss

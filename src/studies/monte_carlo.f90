@@ -8,7 +8,8 @@ module gracecg_studies_monte_carlo
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_optimal_options, only: NOISE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: NOISE_GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise
@@ -64,6 +65,7 @@ module gracecg_studies_monte_carlo
         type(simulator_t), pointer :: simulator => null()
         class(alteration_t), pointer :: alteration => null()    !! Not associated: none
         character(:), allocatable :: algorithm
+        type(estimation_options_t) :: options
         integer :: seed = 1
         type(monte_carlo_t) :: results
     contains
@@ -76,9 +78,10 @@ contains
     !> but seed, case and its own number.
     !>
     !> Fails when a run fails: the error is that of the failed run with the lowest number.
-    subroutine run_monte_carlo(simulator, algorithm, seed, runs, threads, results, error, alteration)
+    subroutine run_monte_carlo(simulator, algorithm, options, seed, runs, threads, results, error, alteration)
         type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options   !! The estimates are not judged, whatever they say
         integer, intent(in) :: seed             !! Of the random numbers
         integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
         integer, intent(in) :: threads          !! How many to use
@@ -91,6 +94,8 @@ contains
         work%simulator => simulator
         if (present(alteration)) work%alteration => alteration
         work%algorithm = algorithm
+        work%options = options
+        work%options%covariance = .false.
         work%seed = seed
         work%results%run = runs
         allocate (work%results%offset(3, size(runs)), work%results%converged(size(runs)), &
@@ -112,13 +117,13 @@ contains
             if (.not. allocated(error)) then
                 if (associated(self%alteration)) &
                     call self%alteration%alter(self%simulator, self%seed, run, observations)
-                call estimate_offset(self%algorithm, observations, solution, error, with_covariance=.false.)
+                call estimate_offset(self%algorithm, observations, self%options, solution, error)
             end if
             call add_context(error, 'run '//integer_text(run))
             if (allocated(error)) return
             results%offset(:, i) = solution%offset
             results%converged(i) = solution%converged
-            results%normalised(i) = normalised_error(solution%offset - self%simulator%case%offset, &
+            results%normalised(i) = normalised_error(solution%offset - self%simulator%case%satellite%offset, &
                                                      solution%covariance)
         end associate
     end subroutine do_run
@@ -160,9 +165,10 @@ contains
     !> the instruments' true noise spectra, the bias that is left without noise, and the response to
     !> the density wave, averaged over its phase. The response to the wave is linear, so two phases a
     !> quarter apart give the average over all.
-    subroutine predict_errors(simulator, algorithm, prediction, error)
+    subroutine predict_errors(simulator, algorithm, options, prediction, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         type(prediction_t), intent(out) :: prediction
         type(error_t), allocatable, intent(out) :: error
 
@@ -171,18 +177,18 @@ contains
         integer :: i
 
         associate (random => simulator%case%density_wave_random)
-            call estimate_without_noise(simulator, algorithm, density_wave_t(), .not. random, still, error)
+            call estimate_without_noise(simulator, algorithm, options, density_wave_t(), .not. random, still, error)
             if (allocated(error)) return
-            prediction%bias = still%offset - simulator%case%offset
+            prediction%bias = still%offset - simulator%case%satellite%offset
             prediction%wave = 0
             if (random) then
                 wave = simulator%case%density_wave
                 wave%phase = 0
-                call estimate_without_noise(simulator, algorithm, wave, .false., sine, error)
+                call estimate_without_noise(simulator, algorithm, options, wave, .false., sine, error)
                 if (allocated(error)) return
                 wave%phase = PI/2
                 ! the covariance of an estimator that responds to the wave is that with the wave
-                call estimate_without_noise(simulator, algorithm, wave, .true., cosine, error)
+                call estimate_without_noise(simulator, algorithm, options, wave, .true., cosine, error)
                 if (allocated(error)) return
                 prediction%wave = sqrt(((sine%offset - still%offset)**2 + (cosine%offset - still%offset)**2)/2)
                 still%covariance = cosine%covariance
@@ -192,18 +198,22 @@ contains
         prediction%rms = sqrt(prediction%noise**2 + prediction%bias**2 + prediction%wave**2)
     end subroutine predict_errors
 
-    subroutine estimate_without_noise(simulator, algorithm, wave, with_covariance, solution, error)
+    subroutine estimate_without_noise(simulator, algorithm, options, wave, covariance, solution, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
+        type(estimation_options_t), intent(in) :: options
         type(density_wave_t), intent(in) :: wave
-        logical, intent(in) :: with_covariance
+        logical, intent(in) :: covariance       !! Is it wanted?
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: own
 
         call observe_without_noise(simulator, wave, observations)
-        observations%knowledge%optimal%noise = NOISE_GIVEN      ! there is none to estimate
-        call estimate_offset(algorithm, observations, solution, error, with_covariance)
+        own = options
+        own%covariance = covariance
+        own%optimal%noise = NOISE_GIVEN         ! there is none to estimate
+        call estimate_offset(algorithm, observations, own, solution, error)
     end subroutine estimate_without_noise
 end module gracecg_studies_monte_carlo

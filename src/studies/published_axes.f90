@@ -5,13 +5,13 @@ module gracecg_studies_published_axes
         LIMIT_HIGH
     implicit none
     private
-    public :: printed_axis
+    public :: published_axis_limits
 
 contains
 
     !> Lower and upper limit of one panel: nT in Figure 6.1, rad/s^2 in 6.4, m in the others. Both are 0
     !> when the report has no such panel.
-    pure function printed_axis(figure, satellite, panel, axis) result(limits)
+    pure function published_axis_limits(figure, satellite, panel, axis) result(limits)
         character(*), intent(in) :: figure      !! '6.1' to '6.6'
         character(*), intent(in) :: satellite   !! 'front' or 'back'
         character(*), intent(in) :: panel       !! Algorithm; 'field' in Figure 6.1, 'acceleration' in 6.4
@@ -24,5 +24,5 @@ contains
         i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
                     LIMIT_AXIS == axis, .true., 1)
         if (i > 0) limits = [LIMIT_LOW(i), LIMIT_HIGH(i)]
-    end function printed_axis
+    end function published_axis_limits
 end module gracecg_studies_published_axes

@@ -2,12 +2,12 @@
 !> and the field model in place of the magnetometer.
 module gracecg_studies_study_files
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_studies_curves, only: verification_t, CURVE_NAMES, AXIS_NAMES
+    use gracecg_studies_curves, only: verification_t, CURVE_NAMES
     use gracecg_planning_scan, only: orbit_place_t
     use gracecg_studies_gravity_gradient, only: gradient_sample_t
     use gracecg_studies_error_sources, only: error_study_t, STUDY_NAMES
@@ -17,8 +17,6 @@ module gracecg_studies_study_files
     public :: write_curves, write_places, write_gradient, write_error_sources, write_field_studies, &
         write_field_runs, curves_file_name
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp     !! m
-    real(dp), parameter :: NANOTESLA = 1e-9_dp      !! T
     integer, parameter :: COMMENT_LENGTH = 160
     character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
 
@@ -55,8 +53,8 @@ contains
 
         header = 'time_s'
         do curve = 1, size(CURVE_NAMES)
-            do axis = 1, size(AXIS_NAMES)
-                header = header//','//trim(CURVE_NAMES(curve))//'_'//AXIS_NAMES(axis)
+            do axis = 1, size(AXES)
+                header = header//','//trim(CURVE_NAMES(curve))//'_'//AXES(axis)
             end do
         end do
         call file%open(path, header, comments_of(command, 'case '//trim(case_name)// &
@@ -127,7 +125,7 @@ contains
         do i = 1, size(studies)
             do axis = 1, 3
                 call file%row([real(studies(i)%runs, dp), studies(i)%rms(axis)/MILLIMETRE], &
-                              [character(12) :: STUDY_NAMES(i), AXIS_NAMES(axis)])
+                              [character(12) :: STUDY_NAMES(i), AXES(axis)])
             end do
         end do
         call file%commit(error)
@@ -152,7 +150,7 @@ contains
         do i = 1, size(studies)
             labels(:3) = labels_of(studies(i))
             do axis = 1, 3
-                labels(4) = AXIS_NAMES(axis)
+                labels(4) = AXES(axis)
                 call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], labels)
             end do
         end do

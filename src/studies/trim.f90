@@ -10,6 +10,7 @@ module gracecg_studies_trim
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
@@ -48,6 +49,7 @@ module gracecg_studies_trim
     type, extends(parallel_work_t) :: trims_t
         type(case_t), pointer :: case => null()
         character(:), allocatable :: algorithm
+        type(estimation_options_t) :: options
         type(trim_settings_t) :: settings
         type(trim_round_t), allocatable :: results(:, :)    !! (round, run)
     contains
@@ -60,9 +62,10 @@ contains
     !> whatever the threshold, on `threads` threads.
     !>
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
-    subroutine repeat_trim(case, algorithm, settings, runs, threads, statistics, error)
+    subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error)
         type(case_t), intent(in), target :: case
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         type(trim_settings_t), intent(in) :: settings
         integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
         type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
@@ -73,6 +76,7 @@ contains
 
         work%case => case
         work%algorithm = algorithm
+        work%options = options
         work%settings = settings
         work%settings%threshold = 0
         allocate (work%results(settings%rounds, runs))
@@ -107,7 +111,7 @@ contains
 
         own = self%settings
         own%seed = own%seed + i - 1
-        call trim_offset(self%case, self%algorithm, own, rounds, error)
+        call trim_offset(self%case, self%algorithm, self%options, own, rounds, error)
         call add_context(error, 'run '//integer_text(i))
         if (.not. allocated(error)) self%results(:, i) = rounds
     end subroutine do_trim
@@ -116,9 +120,10 @@ contains
     !> or the last one allowed.
     !>
     !> Fails when the simulation or an estimate fails, or an estimate does not converge.
-    subroutine trim_offset(case, algorithm, settings, rounds, error)
+    subroutine trim_offset(case, algorithm, options, settings, rounds, error)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
         type(trim_settings_t), intent(in) :: settings
         type(trim_round_t), allocatable, intent(out) :: rounds(:)
         type(error_t), allocatable, intent(out) :: error
@@ -130,20 +135,21 @@ contains
         allocate (rounds(0))
         current = case
         do i = 1, settings%rounds
-            call calibrate(current, algorithm, settings%seed, i, latest, error)
+            call calibrate(current, algorithm, options, settings%seed, i, latest, error)
             if (allocated(error)) then
                 call add_context(error, 'round '//integer_text(i))
                 return
             end if
             rounds = [rounds, latest]
             if (all(abs(latest%estimate) < settings%threshold)) return
-            current%offset = current%offset - mass_balance(current, settings, i, latest%estimate)
+            current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
     end subroutine trim_offset
 
-    subroutine calibrate(case, algorithm, seed, run, latest, error)
+    subroutine calibrate(case, algorithm, options, seed, run, latest, error)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm
+        type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: seed, run
         type(trim_round_t), intent(out) :: latest
         type(error_t), allocatable, intent(out) :: error
@@ -157,13 +163,13 @@ contains
         if (allocated(error)) return
         call observe(simulator, seed, run, observations, error, only_used_head=.true.)
         if (allocated(error)) return
-        call estimate_offset(algorithm, observations, solution, error)
+        call estimate_offset(algorithm, observations, options, solution, error)
         if (allocated(error)) return
         if (.not. solution%converged) then
             call fail(error, algorithm//' did not converge: there is no estimate to trim by')
             return
         end if
-        latest%offset = case%offset
+        latest%offset = case%satellite%offset
         latest%estimate = solution%offset
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end subroutine calibrate
@@ -179,7 +185,7 @@ contains
         type(random_stream_t) :: stream
         real(dp) :: relative(3), absolute(3)
 
-        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite == 'front'), round, &
+        stream = new_stream(settings%seed, case%number, merge(1, 2, case%satellite%name == 'front'), round, &
                             STREAM_BALANCE)
         call stream%normals(relative)
         call stream%normals(absolute)

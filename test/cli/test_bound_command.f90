@@ -3,6 +3,7 @@ module test_bound_command
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split, split_words
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
@@ -69,7 +70,7 @@ contains
             read (fields(i + 1)%text, *) values(i)
         end do
         call report_case('back-1', case, failure)
-        call bound_of_case(case, bound, failure)
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call check(error, maxval(abs(values(1:3) - 1e3_dp*bound%sigma)) < 1e-12_dp)
         if (allocated(error)) return
         call check(error, norm2(values(5:7)), 1.0_dp, thr=1e-12_dp)

@@ -6,7 +6,7 @@ module test_calibration_page
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: split_words
     use gracecg_files_file, only: text_file_t, read_text_file, file_exists, directory_exists, remove_file
-    use gracecg_files_csv, only: read_csv
+    use gracecg_files_table, only: read_csv
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
@@ -291,18 +291,21 @@ contains
 
         call observe(error, FOLDER//'page-astray')
         if (allocated(error)) return
-        call read_text_file(FOLDER//'page-astray/setup.nml', knowledge, failure)
+        call read_text_file(FOLDER//'page-astray/options.nml', knowledge, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         place = index(knowledge%text, KEY) + len(KEY)
-        call make_file(error, 'page-astray/setup.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
+        call make_file(error, 'page-astray/options.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '//knowledge%text(place:))
         if (allocated(error)) return
-        call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --report '//FOLDER//'astray.html', &
+        call run('estimate '//FOLDER//'page-astray --algorithm assest-fde --options '//FOLDER// &
+                 'page-astray/options.nml --report '//FOLDER//'astray.html', &
                  status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
         if (.not. allocated(error)) call check(error, index(messages, 'did not converge') > 0, messages)
         call read_page(error, FOLDER//'astray.html', html)
         call has(error, html, 'Not usable.')
+        call has(error, html, '--options '//FOLDER//'page-astray/options.nml')
+        call has(error, html, '&amp;estimation')
         call has(error, html, 'not converged in 20 iterations')
         call has_not(error, html, 'move the centre of mass')
     end subroutine test_no_convergence

@@ -7,14 +7,14 @@ module test_commands
     use gracecg_base_text, only: string_t, split, split_words, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, &
         remove_file
-    use gracecg_files_csv, only: read_csv
+    use gracecg_files_table, only: read_csv
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_curves, only: CURVE_NAMES
     use gracecg_cli_console, only: console_t
     use gracecg_cli_gnuplot, only: gnuplot_found, NO_GNUPLOT
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use testdrive, only: unittest_type, error_type, check, new_unittest
-    use fixture, only: FOLDER, make_file, make_folder, check_passes
+    use fixture, only: check_fails, FOLDER, make_file, make_folder, check_passes
     implicit none
     private
     public :: collect_commands
@@ -42,6 +42,7 @@ contains
                     new_unittest('estimate', test_estimate), &
                     new_unittest('running-estimate', test_running), &
                     new_unittest('no-convergence', test_no_convergence), &
+                    new_unittest('options-in-an-old-setup', test_old_setup), &
                     new_unittest('verify', test_verify), &
                     new_unittest('timing', test_timing), &
                     new_unittest('design', test_design_command), &
@@ -590,20 +591,56 @@ contains
 
         call succeeds(error, 'simulate front-1 --out '//FOLDER//'lost', output)
         if (allocated(error)) return
-        call read_text_file(FOLDER//'lost/setup.nml', knowledge, failure)
+        call read_text_file(FOLDER//'lost/options.nml', knowledge, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         place = index(knowledge%text, KEY) + len(KEY)
-        call make_file(error, 'lost/setup.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
+        call make_file(error, 'lost/options.nml', knowledge%text(:place - 1)//'0.5, 0.4, 0.7 ! '// &
                        knowledge%text(place:))
         if (allocated(error)) return
-        call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv', status, output, &
-                 messages)
+        call run('estimate '//FOLDER//'lost --algorithm assest-fde --format csv --options '//FOLDER// &
+                 'lost/options.nml', status, output, messages)
         call check(error, status, STATUS_FAILED, messages)
         if (allocated(error)) return
         call check(error, index(output, ',F,') > 0 .and. index(messages, 'did not converge') > 0, &
                    output//messages)
     end subroutine test_no_convergence
+
+    !> A setup.nml of version 0.1 has options: they count, with a warning; --options takes their place.
+    subroutine test_old_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(text_file_t) :: setup, options
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages, told, untold
+        integer :: status
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'old', output)
+        if (allocated(error)) return
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv', untold)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
+                          'old/options.nml', told)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'old/setup.nml', setup, failure)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'old/options.nml', options, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call make_file(error, 'old/setup.nml', setup%text//options%text)
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv', status, output, messages)
+        call check(error, status, STATUS_DONE, messages)
+        if (allocated(error)) return
+        call check(error, output == told .and. output /= untold, 'the groups of the setup count')
+        if (allocated(error)) return
+        call check_fails(error, messages, [character(W) :: 'warning: ', 'setup.nml', '&estimation, &optimal, &sequential', &
+                                           '--options'])
+        if (allocated(error)) return
+        call make_file(error, 'old/empty.nml', '! nothing')
+        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
+                      'old/empty.nml', output)
+        if (.not. allocated(error)) call check(error, output == untold, '--options takes their place')
+        call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
+                     STATUS_FAILED, [character(W) :: 'old/none.nml'])
+    end subroutine test_old_setup
 
     subroutine test_verify(error)
         type(error_type), allocatable, intent(out) :: error

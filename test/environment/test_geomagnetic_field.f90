@@ -2,7 +2,7 @@
 module test_geomagnetic_field
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF
+    use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_geomagnetic_field
     use gracecg_environment_shc_file, only: read_shc
@@ -13,7 +13,6 @@ module test_geomagnetic_field
     public :: collect_geomagnetic_field
 
     character(*), parameter :: FIXTURES = 'test/fixtures/shc/'
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
 
     !> Earth-fixed places, m
     real(dp), parameter :: PLACES(3, 5) = reshape([ &
@@ -288,7 +287,7 @@ contains
         call refuse_date('igrf14', 1899.9_dp, 'range 1900 to 2030 years', error)
         call refuse_date('igrf14', 2030.1_dp, 'range 1900 to 2030 years', error)
         call refuse_date('igrf14', nan, 'is outside', error)
-        call refuse_date('igrf59', 1990.0_dp, 'Did you mean igrf95?', error)
+        call refuse_date('igrf59', 1990.0_dp, 'did you mean "igrf95"', error)
         if (allocated(error)) return
         call new_igrf('x', EARTH_RADIUS_IGRF, 0, LIST, model, failure)
         call check_fails(error, message_of(failure), ['x: degree = 0'])
@@ -342,6 +341,7 @@ contains
         call refuse('no-such-file', 'no-such-file.shc', error)
         call refuse('corrupted-empty', 'empty.shc: holds no data', error)
         call refuse('corrupted-head', '.shc:3: expected the integers', error)
+        call refuse('corrupted-head-number', '.shc:3: column 7: "T" is not a finite number', error)
         call refuse('corrupted-lowest-degree', '.shc:3: the lowest degree must be 1', error)
         call refuse('corrupted-highest-degree', '.shc:3: the highest degree must not', error)
         call refuse('corrupted-splines', '.shc:3: splines of order 6', error)

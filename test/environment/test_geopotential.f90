@@ -399,6 +399,8 @@ contains
         call refuse('corrupted-no-coefficients', 'there is no line "gfc', error)
         call refuse('corrupted-nan', '.gfc:21: C and S must be finite numbers', error)
         call refuse('corrupted-number', '.gfc:21: C and S must be finite numbers', error)
+        call refuse('corrupted-sigma', '.gfc:21: column 6: "1.3965165D-10x" is not a finite', error)
+        call refuse('corrupted-beyond-degree', '.gfc:23: column 4: "--7.210726570570D-07"', error, degree=2)
         call refuse('corrupted-missing', 'no coefficient of degree 3, order 1', error)
         call refuse('corrupted-duplicate', '.gfc:22: this degree and order was given', error)
         call refuse('corrupted-order', '.gfc:21: degree and order', error)

@@ -165,7 +165,7 @@ contains
         character(24), parameter :: BAD(2, 10) = reshape([character(24) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
-            '_columns.txt', 'txt:3: has 23 fields', &
+            '_columns.txt', 'txt:3: has 23 columns', &
             '_date.txt', '01 to 28 of 2001-02', &
             '_order.txt', 'the days must rise', &
             '_repeated.txt', 'the days must rise', &

@@ -4,7 +4,10 @@ module test_thermosphere
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, PI
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_environment_thermosphere
+    use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
+        density_wave_t, new_density_wave
+    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none

@@ -144,7 +144,7 @@ contains
         character(36), parameter :: BAD(2, 10) = reshape([character(36) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
-            '_columns.txt', 'txt:7: has 3 fields', &
+            '_columns.txt', 'txt:7: has 3 columns', &
             '_number.txt', '"-2O" is not a finite number', &
             '_speed.txt', 'txt:7: eastward wind: -20000 is', &
             '_incomplete.txt', '11 rows are no complete grid', &

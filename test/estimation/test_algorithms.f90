@@ -8,6 +8,7 @@ module test_algorithms
         quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_small_angles_t, fitted_rotation_t, &
         new_attitude_fit
@@ -96,7 +97,7 @@ contains
 
         call example(observations, error)
         if (allocated(error)) return
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
@@ -152,6 +153,7 @@ contains
         type(combined_problem_t) :: nominal, changed
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
         real(dp), allocatable :: partials(:, :), unused(:, :), residuals(:, :), weights(:), differences(:)
         real(dp) :: step
@@ -159,13 +161,13 @@ contains
 
         call example(observations, error, interval=0.5_dp)
         if (allocated(error)) return
-        observations%knowledge%guess_quaternion = normalised(Q_0)
-        observations%knowledge%guess_angular_velocity = OMEGA_0
-        observations%knowledge%guess_offset = OFFSET
-        call preprocess(observations, data, failure)
+        options%guess_quaternion = normalised(Q_0)
+        options%guess_angular_velocity = OMEGA_0
+        options%guess_offset = OFFSET
+        call preprocess(observations, options, data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_combined(observations%knowledge, data, reduced, nominal)
+        call prepare_combined(observations%knowledge, options, data, reduced, nominal)
         nominal%offset_state(4:6) = DRIFT
         nominal%offset_state(7:9) = BIAS
         n = nominal%attitude_parameters() + 9
@@ -241,13 +243,14 @@ contains
         integer :: a
 
         call report_case('front-1', case, failure)
-        case%knowledge%duration = 300
-        case%knowledge%rods%activations%stop = 300
+        case%duration = 300
+        case%satellite%rods%activations%stop = 300
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
         do a = 1, size(REPORT_ESTIMATORS)
             if (.not. allocated(failure)) &
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, solution, failure)
+                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), &
+                                     solution, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, solution%converged, REPORT_ESTIMATORS(a))
@@ -270,11 +273,12 @@ contains
             call report_case(REPORT_CASE_NAMES(i), case, failure)
             if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
             if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure, .true.)
-            if (.not. allocated(failure)) call estimate_offset(REPORT_ESTIMATORS(1), observations, first, failure)
+            if (.not. allocated(failure)) &
+                call estimate_offset(REPORT_ESTIMATORS(1), observations, estimation_options_t(), first, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             do a = 2, size(REPORT_ESTIMATORS)
-                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, other, failure)
+                call estimate_offset(trim(REPORT_ESTIMATORS(a)), observations, estimation_options_t(), other, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 call check(error, other%converged, REPORT_CASE_NAMES(i)//', '//REPORT_ESTIMATORS(a))

@@ -13,6 +13,8 @@ module test_estimators
     use statistics, only: chi_square_limits
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
@@ -83,10 +85,6 @@ contains
             knowledge%mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], -3.927_dp)
             knowledge%accelerometer_noise%level = 1e-20_dp
             knowledge%star_camera_sigma = 1*ARCSECOND
-            knowledge%guess_quaternion = normalised([-0.7_dp, 1e-6_dp, 0.713_dp, 1e-6_dp]) ! section 6.1
-            knowledge%guess_angular_velocity = [0.0_dp, 0.00122_dp, 0.0_dp]
-            knowledge%guess_offset = 1e-5_dp
-            knowledge%accelerometer_weight = [10.0_dp, 1.0_dp, 145.0_dp]
             call new_harmonic_manoeuvre(knowledge%rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
             call check_passes(error, message_of(failure))
@@ -127,7 +125,7 @@ contains
                                          size(observations%star_camera_time))
         observations%acceleration = spread([0.0_dp, 0.0_dp, 0.0_dp], 2, &
                                            size(observations%accelerometer_time))
-        call preprocess(observations, data, failure)        ! for the torque
+        call preprocess(observations, estimation_options_t(), data, failure)        ! for the torque
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
@@ -146,12 +144,14 @@ contains
     end subroutine fill
 
     !> Estimates with every algorithm, and compares with what went in.
-    subroutine recover(observations, offset_tolerance, error, quaternion)
+    subroutine recover(observations, offset_tolerance, error, quaternion, options)
         type(observation_set_t), intent(in) :: observations
         real(dp), intent(in) :: offset_tolerance        !! m
         type(error_type), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: quaternion(4)
+        type(estimation_options_t), intent(in), optional :: options
 
+        type(estimation_options_t) :: own
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         real(dp) :: q(4)
@@ -159,9 +159,10 @@ contains
 
         q = normalised(Q_0)
         if (present(quaternion)) q = quaternion
+        if (present(options)) own = options
+        own%covariance = .false.
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure, &
-                                 with_covariance=.false.)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, own, solution, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, solution%converged, ESTIMATOR_NAMES(i))
@@ -198,7 +199,7 @@ contains
                    thr=1e-15_dp)
     end subroutine check_recovered
 
-    !> From the report's initial guess.
+    !> From the guess that the samples give, and from the report's initial guess.
     subroutine test_exact(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -206,6 +207,7 @@ contains
         call example(observations, error)
         if (allocated(error)) return
         call recover(observations, 1e-11_dp, error)
+        if (.not. allocated(error)) call recover(observations, 1e-11_dp, error, options=report_options('front-1'))
     end subroutine test_exact
 
     !> Interpolation of quaternions every 0.5 s costs less than a nanometre.
@@ -223,6 +225,7 @@ contains
     subroutine test_guesses(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         real(dp) :: axis(3)
         integer :: i
 
@@ -230,11 +233,11 @@ contains
         if (allocated(error)) return
         do i = 1, 6
             axis = unit([cos(0.7_dp*i), sin(1.3_dp*i), cos(2.1_dp*i + 0.3_dp)])
-            observations%knowledge%guess_quaternion = &
+            options%guess_quaternion = &
                 quaternion_product(quaternion_from_axis_angle(axis, TWO_PI/6), normalised(Q_0))
-            observations%knowledge%guess_angular_velocity = OMEGA_0 + 5e-3_dp*axis
-            observations%knowledge%guess_offset = 0.1_dp*(i - 1)*axis
-            call recover(observations, 1e-11_dp, error)
+            options%guess_angular_velocity = OMEGA_0 + 5e-3_dp*axis
+            options%guess_offset = 0.1_dp*(i - 1)*axis
+            call recover(observations, 1e-11_dp, error, options=options)
             if (allocated(error)) return
         end do
     end subroutine test_guesses
@@ -244,14 +247,17 @@ contains
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: Q(4) = [-0.8_dp, 0.0_dp, 0.6_dp, 0.0_dp]
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
 
         call example(observations, error, interval=0.2_dp, quaternion=Q)
         if (allocated(error)) return
-        observations%knowledge%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
         call recover(observations, 1e-11_dp, error, Q)
         if (allocated(error)) return
-        observations%knowledge%guess_quaternion = -Q
-        call recover(observations, 1e-11_dp, error, Q)
+        options%guess_quaternion = normalised([-0.79_dp, 0.0_dp, 0.6_dp, -1e-3_dp])
+        call recover(observations, 1e-11_dp, error, Q, options)
+        if (allocated(error)) return
+        options%guess_quaternion = -Q
+        call recover(observations, 1e-11_dp, error, Q, options)
     end subroutine test_zero_q4
 
     subroutine test_sign_flips(error)
@@ -290,12 +296,13 @@ contains
     subroutine test_weights(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
 
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
-        observations%knowledge%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
-        observations%knowledge%star_camera_weight = 1e10_dp
-        call recover(observations, 1e-11_dp, error)
+        options%accelerometer_weight = [1e20_dp, 1e18_dp, 3e20_dp]
+        options%star_camera_weight = 1e10_dp
+        call recover(observations, 1e-11_dp, error, options=options)
     end subroutine test_weights
 
     !> Without torque a principal-axes satellite in a steady turn about y shows d_x, d_z only as
@@ -320,7 +327,7 @@ contains
         call fill(observations, normalised(Q_0), error)
         if (allocated(error)) return
         do i = 1, size(REPORT_ESTIMATORS)
-            call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, solution, failure)
+            call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, estimation_options_t(), solution, failure)
             call check_fails(error, message_of(failure), [character(12) :: 'AS', 'singular', 'd_'])
             if (allocated(error)) return
         end do
@@ -416,15 +423,15 @@ contains
 
         limits = chi_square_limits(3*RUNS)
         do i = 1, size(REPORT_ESTIMATORS)
-            call estimate_offset(trim(REPORT_ESTIMATORS(i)), clean, reference, failure)
+            call estimate_offset(trim(REPORT_ESTIMATORS(i)), clean, estimation_options_t(), reference, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             weight = inverse(reference%covariance)
             total = 0
             do run = 1, RUNS
                 call draw(observations)
-                call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, solution, failure, &
-                                     with_covariance=.false.)
+                call estimate_offset(trim(REPORT_ESTIMATORS(i)), observations, &
+                                     estimation_options_t(covariance=.false.), solution, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 deviation = solution%offset - reference%offset
@@ -451,18 +458,19 @@ contains
     subroutine test_refusals(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call example(observations, error, interval=0.5_dp)
         if (allocated(error)) return
         observations%accelerometer_time(7) = observations%accelerometer_time(6)
-        call estimate_offset('assest-fde', observations, solution, failure)
+        call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure)
         call check_fails(error, message_of(failure), ['must increase'])
         if (allocated(error)) return
         call example(observations, error, interval=0.5_dp)
-        observations%knowledge%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
-        call estimate_offset('assest-fde', observations, solution, failure)
+        options%guess_angular_velocity = ieee_value(1.0_dp, ieee_quiet_nan)
+        call estimate_offset('assest-fde', observations, options, solution, failure)
         call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_refusals
 end module test_estimators

@@ -9,6 +9,7 @@ module test_fit_diagnostics
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
@@ -186,9 +187,9 @@ contains
         n = size(observations%accelerometer_time)
         do i = 1, size(ESTIMATOR_NAMES)
             name = trim(ESTIMATOR_NAMES(i))
-            call estimate_offset(name, observations, alone, failure)
+            call estimate_offset(name, observations, estimation_options_t(), alone, failure)
             if (.not. allocated(failure)) &
-                call estimate_offset(name, observations, solution, failure, record=record)
+                call estimate_offset(name, observations, estimation_options_t(), solution, failure, record=record)
             if (.not. allocated(failure)) &
                 call diagnose(observations%knowledge, solution, record, diagnostics, failure)
             call check_passes(error, message_of(failure))
@@ -293,7 +294,9 @@ contains
         integer :: k
 
         call simulate('front-3', .true., observations, error)
-        if (.not. allocated(error)) call estimate_offset('assest-rde', observations, solution, failure, record=record)
+        if (.not. allocated(error)) &
+            call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure, &
+                                 record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -337,7 +340,7 @@ contains
         if (allocated(error)) return
         observations%knowledge%accelerometer_noise%level = 0
         observations%knowledge%star_camera_sigma = 0
-        call estimate_offset('ascrest', observations, solution, failure, record=record)
+        call estimate_offset('ascrest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -403,7 +406,7 @@ contains
 
         call simulate(name, quiet, observations, error)
         if (allocated(error)) return
-        call estimate_offset('assest-fde', observations, solution, failure, record=record)
+        call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
@@ -455,7 +458,8 @@ contains
         type(error_t), allocatable :: failure
 
         call simulate('front-3', .true., observations, error)
-        if (.not. allocated(error)) call estimate_offset('ascfest', observations, solution, failure, record=record)
+        if (.not. allocated(error)) &
+            call estimate_offset('ascfest', observations, estimation_options_t(), solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, d, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

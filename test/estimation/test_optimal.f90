@@ -10,6 +10,7 @@ module test_optimal
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_variance_components, only: estimate_spectrum
@@ -76,18 +77,20 @@ contains
         end do
     end subroutine noisy_example
 
-    subroutine estimate(observations, solution, error, with_checks)
+    subroutine estimate(observations, solution, error, with_checks, options)
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
         logical, intent(in), optional :: with_checks
+        type(estimation_options_t), intent(in), optional :: options
 
+        type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
-        logical :: checks
 
-        checks = .false.
-        if (present(with_checks)) checks = with_checks
-        call estimate_offset('optimal', observations, solution, failure, checks)
+        if (present(options)) own = options
+        own%covariance = .false.
+        if (present(with_checks)) own%covariance = with_checks
+        call estimate_offset('optimal', observations, own, solution, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, solution%converged)
     end subroutine estimate
@@ -190,7 +193,7 @@ contains
         if (allocated(error)) return
         observations%acceleration(3, ::6) = observations%acceleration(3, ::6) + 1e-6_dp
         observations%acceleration(3, 3::6) = observations%acceleration(3, 3::6) - 1e-6_dp
-        call estimate_offset('optimal', observations, solution, failure)
+        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'optimal', 'axis z', 'samples', 'noise levels'])
     end subroutine test_too_many
 
@@ -242,6 +245,7 @@ contains
 
         integer, parameter :: RUNS = 20
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: known, solution
         real(dp) :: levels(3), angles(3)
         integer :: run, i
@@ -253,14 +257,15 @@ contains
             if (allocated(error)) return
             call estimate(observations, known, error)
             if (allocated(error)) return
+            options = estimation_options_t()
             if (mod(run, 2) == 0) then
-                observations%knowledge%optimal%noise = 'estimate'
+                options%optimal%noise = 'estimate'
                 observations%knowledge%accelerometer_noise%level = 3*LEVEL
             else
                 observations%knowledge%accelerometer_noise%level = 0
                 observations%knowledge%star_camera_sigma = 0
             end if
-            call estimate(observations, solution, error)
+            call estimate(observations, solution, error, options=options)
             if (allocated(error)) return
             levels = levels + solution%noise_level/LEVEL/RUNS
             angles = angles + solution%star_camera_sigma**2/SIGMA**2/RUNS
@@ -283,6 +288,7 @@ contains
 
         real(dp), parameter :: PERIOD = 12.7_dp, AMPLITUDE = 2e-9_dp
         type(observation_set_t) :: clean, observations
+        type(estimation_options_t) :: options
         type(solution_t) :: reference, solution
         integer :: i, n
 
@@ -304,16 +310,16 @@ contains
             call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
             if (allocated(error)) return
         end do
-        observations%knowledge%optimal%density_wave = 'none'
-        call estimate(observations, solution, error)
+        options%optimal%density_wave = 'none'
+        call estimate(observations, solution, error, options=options)
         if (allocated(error)) return
         call check(error, size(solution%parameters), 3)
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'the wave is left in the residuals')
         if (allocated(error)) return
-        observations%knowledge%optimal%density_wave = 'given'
-        observations%knowledge%optimal%density_wave_period = PERIOD
-        call estimate(observations, solution, error)
+        options%optimal%density_wave = 'given'
+        options%optimal%density_wave_period = PERIOD
+        call estimate(observations, solution, error, options=options)
         if (allocated(error)) return
         call check(error, solution%variance_factor < 1.2_dp)
     end subroutine test_wave
@@ -357,6 +363,7 @@ contains
 
         real(dp), parameter :: GAIN = 0.02_dp, FIELD(3) = [0.0_dp, 3e-7_dp, -2e-7_dp]
         type(observation_set_t) :: clean, observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         integer :: i
 
@@ -365,13 +372,13 @@ contains
         clean%knowledge%a_priori%sigma_rod_gain = 1
         clean%knowledge%a_priori%sigma_magnetometer_bias = 1e-4_dp
         clean%knowledge%a_priori%sigma_scale_factors = 1e-6_dp
-        clean%knowledge%optimal%estimate_scale_factors = .true.
+        options%optimal%estimate_scale_factors = .true.
 
         observations = clean
         observations%knowledge%rods%activations%amplitude = clean%knowledge%rods%activations%amplitude/(1 + GAIN)
         call check_offset(.false., 'gain not estimated')
         if (allocated(error)) return
-        observations%knowledge%optimal%estimate_rod_gain = .true.
+        options%optimal%estimate_rod_gain = .true.
         call check_offset(.true., 'gain estimated')
         if (allocated(error)) return
         call check(error, value_of('rod_gain'), GAIN, thr=1e-4_dp)
@@ -384,12 +391,13 @@ contains
         end do
 
         observations = clean
+        options%optimal%estimate_rod_gain = .false.
         do i = 1, size(observations%field, 2)
             observations%field(:, i) = observations%field(:, i) + FIELD
         end do
         call check_offset(.false., 'bias not estimated')
         if (allocated(error)) return
-        observations%knowledge%optimal%estimate_magnetometer_bias = .true.
+        options%optimal%estimate_magnetometer_bias = .true.
         call check_offset(.true., 'bias estimated')
         if (allocated(error)) return
         call check(error, value_of('field_bias_y') - value_of('field_bias_z'), FIELD(2) - FIELD(3), thr=2e-9_dp)
@@ -400,7 +408,7 @@ contains
             logical, intent(in) :: right
             character(*), intent(in) :: name
 
-            call estimate(observations, solution, error)
+            call estimate(observations, solution, error, options=options)
             if (allocated(error)) return
             associate (difference => norm2(solution%offset - OFFSET)/norm2(OFFSET))
                 call check(error, merge(difference < 1e-4_dp, difference > 5e-3_dp, right), name)
@@ -422,6 +430,7 @@ contains
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
         type(rod_activation_t) :: none(0)
+        type(estimation_options_t) :: options
 
         call noisy_example(observations, 1, error)
         if (allocated(error)) return
@@ -430,9 +439,9 @@ contains
         observations%knowledge%inertia(1, 1) = 70
         observations%knowledge%inertia(2, 2) = 345
         observations%knowledge%inertia(3, 3) = 388
-        observations%knowledge%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
+        options%guess_angular_velocity = [0.0_dp, 1.1e-3_dp, 0.0_dp]
         observations%quaternion = spread(observations%quaternion(:, 1), 2, size(observations%quaternion, 2))
-        call estimate_offset('optimal', observations, solution, failure)
+        call estimate_offset('optimal', observations, options, solution, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'optimal', 'singular', 'd_'])
     end subroutine test_without_rods
 
@@ -447,7 +456,7 @@ contains
         call noisy_example(observations, 1, error)
         if (allocated(error)) return
         observations%knowledge%rods%activations%amplitude = -observations%knowledge%rods%activations%amplitude
-        call estimate_offset('optimal', observations, solution, failure)
+        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
         call check_fails(error, message_of(failure), ['optimal'])
     end subroutine test_not_fired
 end module test_optimal

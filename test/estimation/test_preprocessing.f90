@@ -8,6 +8,7 @@ module test_preprocessing
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -59,7 +60,6 @@ contains
                                      0.0_dp, 0.0_dp, 389.0_dp], [3, 3])
             knowledge%mounting(:, 1) = MOUNTING
             knowledge%mounting(:, 2) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-            knowledge%guess_quaternion = normalised([-0.7_dp, 0.1_dp, 0.7_dp, 0.1_dp])
             call new_harmonic_manoeuvre(knowledge%rods, [0, -1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, &
                                         failure)
         end associate
@@ -75,7 +75,7 @@ contains
             attitudes(:, i) = quaternion_product( &
                               quaternion_from_axis_angle(unit([1.0_dp, cos(0.1_dp*i), 0.3_dp]), &
                                                          0.02_dp*i + 0.1_dp*sin(0.9_dp*i)), &
-                              observations%knowledge%guess_quaternion)
+                              normalised([-0.7_dp, 0.1_dp, 0.7_dp, 0.1_dp]))
             observations%quaternion(:, i) = quaternion_product(MOUNTING, attitudes(:, i))
         end do
     end subroutine example
@@ -92,7 +92,7 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%attitude_epoch), 600)
@@ -126,7 +126,7 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%torque, 2), 1201)
@@ -160,7 +160,7 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, data%steps == 600 .and. data%interval == 0.1_dp)
@@ -179,7 +179,7 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
@@ -195,19 +195,19 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, clean, failure)
+        call preprocess(observations, estimation_options_t(), clean, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do i = 1, 120
             if (mod(i*i, 7) < 3) observations%quaternion(:, i) = -observations%quaternion(:, i)
         end do
-        call preprocess(observations, flipped, failure)
+        call preprocess(observations, estimation_options_t(), flipped, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
         if (allocated(error)) return
         observations%quaternion = -observations%quaternion
-        call preprocess(observations, flipped, failure)
+        call preprocess(observations, estimation_options_t(), flipped, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(flipped%quaternion - clean%quaternion)), 0.0_dp)
@@ -224,7 +224,7 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, alone, failure)
+        call preprocess(observations, estimation_options_t(), alone, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         both = observations
@@ -234,7 +234,7 @@ contains
         allocate (both%quaternion(4, 240))
         both%quaternion(:, 1::2) = spread([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], 2, 120)
         both%quaternion(:, 2::2) = observations%quaternion
-        call preprocess(both, data, failure)
+        call preprocess(both, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(data%quaternion - alone%quaternion)), 0.0_dp)
@@ -262,7 +262,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call drop_stars(observations, abs(observations%star_camera_time - 10) > 0.01_dp)
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(data%attitude_epoch), 600)
@@ -283,9 +283,9 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
-        call preprocess(observations, whole, failure)
+        call preprocess(observations, estimation_options_t(), whole, failure)
         call drop_stars(observations, abs(observations%star_camera_time - 21.5_dp) > 1.4_dp)
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, .not. any(data%attitude_epoch > 200 .and. data%attitude_epoch < 230))
@@ -315,7 +315,7 @@ contains
         call example(observations, q, error)
         if (allocated(error)) return
         call drop_stars(observations, observations%star_camera_time < 50.1_dp)
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(data%attitude_epoch), 505)
@@ -334,7 +334,7 @@ contains
         if (allocated(error)) return
         observations%acceleration = observations%acceleration(:, [1, 2, 5, 100, 600])
         observations%accelerometer_time = observations%accelerometer_time([1, 2, 5, 100, 600])
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(data%accelerometer_epoch == [1, 2, 5, 100, 600]))
@@ -494,7 +494,7 @@ contains
         if (allocated(error)) return
         bad = good
         bad%field(:, 31:33) = spread(good%field(:, 30), 2, 3)
-        call preprocess(bad, data, failure)
+        call preprocess(bad, estimation_options_t(), data, failure)
         call check(error,.not. allocated(failure), message_of(failure))
         if (.not. allocated(error)) call check(error, size(data%warnings), 0)
         if (allocated(error)) return
@@ -573,7 +573,7 @@ contains
         type(fitting_data_t) :: data
         type(error_t), allocatable :: failure
 
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_fails(error, message_of(failure), parts)
     end subroutine refused
 end module test_preprocessing

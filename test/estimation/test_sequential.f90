@@ -8,10 +8,11 @@ module test_sequential
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_square_root_filter, only: process_filter_t, new_process_filter
     use gracecg_estimation_process_whitening, only: whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_sequential_options, only: STRAIGHT_LINE, GIVEN
+    use gracecg_estimation_sequential_options, only: sequential_options_t, STRAIGHT_LINE, GIVEN
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
@@ -60,11 +61,11 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case(name, case, failure)
-        case%accelerometer%scale1 = 1
-        case%accelerometer%scale2 = 0
-        case%accelerometer%scale3 = 0
-        case%accelerometer%bias = 0
-        case%magnetometer%bias = 0
+        case%satellite%accelerometer%scale1 = 1
+        case%satellite%accelerometer%scale2 = 0
+        case%satellite%accelerometer%scale3 = 0
+        case%satellite%accelerometer%bias = 0
+        case%satellite%magnetometer%bias = 0
         case%density_wave%amplitude = 0
         if (present(wave)) case%density_wave%amplitude = wave(1)
         if (present(wave)) case%density_wave%period = wave(2)
@@ -87,18 +88,22 @@ contains
         call prepare(name, .true., simulator, error)
         if (allocated(error)) return
         call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
-        true_offset = simulator%case%offset
+        true_offset = simulator%case%satellite%offset
     end subroutine straight_set
 
-    subroutine solve(algorithm, observations, solution, error)
+    subroutine solve(algorithm, observations, solution, error, options)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
+        type(sequential_options_t), intent(in), optional :: options
 
+        type(estimation_options_t) :: own
         type(error_t), allocatable :: failure
 
-        call estimate_offset(algorithm, observations, solution, failure, with_covariance=.false.)
+        own%covariance = .false.
+        if (present(options)) own%sequential = options
+        call estimate_offset(algorithm, observations, own, solution, failure)
         if (allocated(failure)) then
             call test_failed(error, failure%message)
         else if (.not. solution%converged) then
@@ -182,8 +187,7 @@ contains
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')
             if (allocated(error)) return
-            observations%knowledge%sequential%acceleration = STRAIGHT_LINE
-            call solve('sequential', observations, without, error)
+            call solve('sequential', observations, without, error, sequential_options_t(STRAIGHT_LINE))
             if (allocated(error)) return
             call check(error, maxval(abs(sigma_of(without)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma, without a parabola')
@@ -246,7 +250,7 @@ contains
                 call observe(simulator, SEED, run, observations, failure, only_used_head=.true.)
                 call solve('sequential', observations, solution, error)
                 if (allocated(error)) return
-                total = total + normalised_square(solution, simulator%case%offset)
+                total = total + normalised_square(solution, simulator%case%satellite%offset)
             end do
         end do
         limits = chi_square_limits(3*RUNS*size(REPORT_CASE_NAMES))
@@ -276,11 +280,10 @@ contains
             if (allocated(error)) return
             call check(error, abs(found_period(solution) - 9) < 0.2_dp, 'a period of 9 s is found in x')
             if (allocated(error)) return
-            followed = followed + normalised_square(solution, simulator%case%offset)
-            observations%knowledge%sequential%acceleration = STRAIGHT_LINE
-            call solve('sequential', observations, solution, error)
+            followed = followed + normalised_square(solution, simulator%case%satellite%offset)
+            call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
             if (allocated(error)) return
-            ignored = ignored + normalised_square(solution, simulator%case%offset)
+            ignored = ignored + normalised_square(solution, simulator%case%satellite%offset)
         end do
         limits = chi_square_limits(3*RUNS)
         call check(error, followed < limits(2), 'errors within the sigmas')
@@ -352,11 +355,11 @@ contains
             call add_wander(simulator, run, 0.002_dp, 12.0_dp, 0.1_dp, observations)
             call solve('sequential', observations, solution, error)
             if (allocated(error)) return
-            sequential = sequential + (solution%offset(3) - simulator%case%offset(3))**2
-            total = total + normalised_square(solution, simulator%case%offset)
+            sequential = sequential + (solution%offset(3) - simulator%case%satellite%offset(3))**2
+            total = total + normalised_square(solution, simulator%case%satellite%offset)
             call solve('optimal', observations, solution, error)
             if (allocated(error)) return
-            optimal = optimal + (solution%offset(3) - simulator%case%offset(3))**2
+            optimal = optimal + (solution%offset(3) - simulator%case%satellite%offset(3))**2
         end do
         call check(error, sqrt(sequential) < 0.7_dp*sqrt(optimal), 'RMS of d_z against optimal')
         if (allocated(error)) return
@@ -376,13 +379,9 @@ contains
         if (allocated(error)) return
         call solve('sequential', observations, straight, error)
         if (allocated(error)) return
-        associate (settings => observations%knowledge%sequential)
-            settings%acceleration = GIVEN
-            settings%process_sigma = [1e-9_dp, 0.0_dp, 0.0_dp]
-            settings%process_period = 12
-            settings%process_damping = 0.3_dp
-        end associate
-        call solve('sequential', observations, with_process, error)
+        call solve('sequential', observations, with_process, error, &
+                   sequential_options_t(GIVEN, process_sigma=[1e-9_dp, 0.0_dp, 0.0_dp], process_period=12.0_dp, &
+                                        process_damping=0.3_dp))
         if (allocated(error)) return
         associate (wider => sigma_of(with_process)/sigma_of(straight))
             call check(error, wider(3) > 1.2_dp .and. wider(3) < 10, 'sigma of d_z, which x tells')
@@ -519,12 +518,12 @@ contains
         call straight_set('front-3', 1, observations, true_offset, error)
         if (allocated(error)) return
         observations%knowledge%accelerometer_noise(2)%level = 0
-        call estimate_offset('sequential', observations, solution, failure)
+        call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         call check(error, index(message_of(failure), 'noise_level of accelerometer axis y') > 0, message_of(failure))
         if (allocated(error)) return
         observations%knowledge%accelerometer_noise(2)%level = 1e-18_dp
         observations%knowledge%star_camera_sigma = 0
-        call estimate_offset('sequential', observations, solution, failure)
+        call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         call check(error, index(message_of(failure), 'noise_about_axes') > 0, message_of(failure))
     end subroutine test_no_noise_level
 
@@ -539,11 +538,12 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        case%knowledge%rods%count = 0
+        case%satellite%rods%count = 0
         if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(curved_force=.false.), &
                                                                   simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
-        if (.not. allocated(failure)) call estimate_offset('sequential', observations, solution, failure)
+        if (.not. allocated(failure)) &
+            call estimate_offset('sequential', observations, estimation_options_t(), solution, failure)
         if (allocated(failure)) then
             call check(error, index(failure%message, 'do not determine the offset') > 0, failure%message)
         else
@@ -563,8 +563,7 @@ contains
         call prepare('front-1', .false., simulator, error, wave=[0.01_dp, 15.0_dp])
         if (allocated(error)) return
         call observe(simulator, SEED, 1, observations, failure, only_used_head=.true.)
-        observations%knowledge%sequential%acceleration = STRAIGHT_LINE
-        call solve('sequential', observations, solution, error)
+        call solve('sequential', observations, solution, error, sequential_options_t(STRAIGHT_LINE))
         if (allocated(error)) return
         call check(error, solution%variance_factor > 2, 'variance of the innovations')
         if (allocated(error)) return

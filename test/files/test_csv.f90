@@ -3,7 +3,8 @@ module test_csv
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_files_csv
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_table, only: read_csv
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
     use gracecg_base_text, only: string_t
     use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes

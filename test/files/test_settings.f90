@@ -80,12 +80,12 @@ contains
         type(record_t), intent(in) :: record
         character(:), allocatable, intent(out) :: text
         type(error_t), allocatable, intent(out) :: failure
-        type(settings_writer_t) :: writer
+        type(settings_t) :: settings
         type(record_t) :: copy
 
         copy = record
-        call describe(writer, copy)
-        call writer%file%to_text(text, failure)
+        call describe(settings, copy)
+        call settings%to_text(text, failure)
     end subroutine write_text
 
     !> Reads a text as a file.
@@ -94,14 +94,14 @@ contains
         character(*), intent(in) :: text
         type(record_t), intent(out) :: record
         type(error_t), allocatable, intent(out) :: failure
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
 
         call make_file(error, 'settings.nml', text)
         if (allocated(error)) return
-        call reader%open(PLACE, failure)
+        call settings%open(PLACE, failure)
         if (.not. allocated(failure)) then
-            call describe(reader, record)
-            call reader%finish(failure)
+            call describe(settings, record)
+            call settings%finish(failure)
         end if
         call remove_file(PLACE)
     end subroutine read_text
@@ -269,19 +269,19 @@ contains
     !> A text that does not fit is refused, not cut.
     subroutine test_long_text(error)
         type(error_type), allocatable, intent(out) :: error
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
         type(error_t), allocatable :: failure
         character(4) :: name
 
         call make_file(error, 'settings.nml', '&satellite'//LF//'name = ''tango'' /')
         if (allocated(error)) return
-        call reader%open(PLACE, failure)
+        call settings%open(PLACE, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         name = 'none'
-        call reader%group('satellite', '')
-        call reader%text_value('name', name, 'of the satellite')
-        call reader%finish(failure)
+        call settings%group('satellite', '')
+        call settings%text_value('name', name, 'of the satellite')
+        call settings%finish(failure)
         call check_fails(error, message_of(failure), &
                          [character(W) :: PLACE//':2', 'name', 'more than 4 characters'])
         if (allocated(error)) return
@@ -315,10 +315,10 @@ contains
 
     subroutine test_no_file(error)
         type(error_type), allocatable, intent(out) :: error
-        type(settings_reader_t) :: reader
+        type(settings_t) :: settings
         type(error_t), allocatable :: failure
 
-        call reader%open(FOLDER//'there-is-none.nml', failure)
+        call settings%open(FOLDER//'there-is-none.nml', failure)
         call check_fails(error, message_of(failure), [character(W) :: 'there-is-none.nml'])
     end subroutine test_no_file
 

@@ -34,7 +34,7 @@ module c_library
     public :: gracecg_observations_simulate, gracecg_observations_free, gracecg_observations_setup
     public :: gracecg_observations_counts, gracecg_observations_accelerometer
     public :: gracecg_observations_star_camera, gracecg_observations_magnetometer
-    public :: gracecg_observations_orbit, gracecg_estimate
+    public :: gracecg_observations_orbit, gracecg_options_text, gracecg_options_replace, gracecg_estimate
     public :: message_text, text_at, c_string, no_samples
 
     type, bind(c) :: error_struct
@@ -697,6 +697,27 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_setup_text
+
+        function gracecg_options_text(object, text, size, length, error) &
+            result(status) bind(c, name='gracecg_options_text')
+            import :: c_char, c_int, c_intptr_t, c_size_t, error_struct
+            integer(c_intptr_t), intent(in), value :: object
+            character(kind=c_char), intent(inout), optional :: text(*)
+            integer(c_size_t), intent(in), value :: size
+            integer(c_size_t), intent(inout), optional :: length
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_options_text
+
+        function gracecg_options_replace(object, text, changed, error) &
+            result(status) bind(c, name='gracecg_options_replace')
+            import :: c_char, c_int, c_intptr_t, error_struct
+            integer(c_intptr_t), intent(in), value :: object
+            character(kind=c_char), intent(in), optional :: text(*)
+            integer(c_intptr_t), intent(inout), optional :: changed
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_options_replace
 
         function gracecg_observations_create(knowledge, samples, observations, error) &
             result(status) bind(c, name='gracecg_observations_create')

@@ -4,6 +4,7 @@ module test_c_interface
     use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_int32_t, c_intptr_t, &
         c_loc, c_null_char, c_size_t
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+    use gracecg, only: estimation_options_t, report_options, calibration_t, find_calibration, calibration_text
     use gracecg, only: dp, error_t, message_of, utc_t, parse_utc, utc_plus, seconds_between, gmst_1982, &
         geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm77_t, new_dtm77, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, &
@@ -53,6 +54,7 @@ contains
                     new_unittest('estimate-as-in-fortran', test_estimate), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
+                    new_unittest('options', test_options), &
                     new_unittest('optimal-and-sequential', test_details), &
                     new_unittest('bound', test_bound), &
                     new_unittest('design-and-map', test_design), &
@@ -410,7 +412,7 @@ contains
         call dynamics%loads(0.0_dp, state, acting)
         status = gracecg_earth_radiation_open(c_string('constant-emissivity'), 2, case%solar_irradiance, model)
         status = gracecg_earth_radiation_flux(model, utc_struct(47528, 0.0_dp), ONE, [0.0_dp], state(:3), flux)
-        status = gracecg_surface_earthlight(surface, case%knowledge%mass, case%reflectivity_earth, flux, state(:3), &
+        status = gracecg_surface_earthlight(surface, case%satellite%mass, case%satellite%reflectivity_earth, flux, state(:3), &
                                             state(10:13), a, failure)
         call check(error, norm2(a - acting%erp) < 1e-12_dp*norm2(acting%erp), 'the Earth''s light')
         status = gracecg_earth_radiation_free(model)
@@ -453,7 +455,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(error_struct) :: failure
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_t), allocatable :: problem
         character(:), allocatable :: expected
         character(kind=c_char), allocatable, target :: text(:), again(:)
@@ -467,8 +469,8 @@ contains
         status = gracecg_case_text(handle, size=NONE, length=length, error=failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('back-2', case, problem)
-        call case_text(case, expected, problem)
+        call find_calibration('back-2', calibration, problem)
+        call calibration_text(calibration, expected, problem)
         call check(error, int(length), len(expected), 'length')
         if (allocated(error)) return
         allocate (text(length + 1), again(length + 1))
@@ -537,7 +539,7 @@ contains
         call check_equal(error, [alone], [total], 'the sum alone')
         status = gracecg_force_model_epoch(model, epoch, angle, failure)
         call check_equal(error, [real(epoch%mjd, dp), epoch%seconds, angle], &
-                         [real(case%knowledge%epoch%mjd, dp), case%knowledge%epoch%seconds, &
+                         [real(case%epoch%mjd, dp), case%epoch%seconds, &
                              case%sidereal_angle], 'epoch')
         status = gracecg_force_model_free(model)
         status = gracecg_case_free(handle)
@@ -695,7 +697,7 @@ contains
                                       size=NONE, error=failure)
             call check_ok(error, status, failure)
             if (allocated(error)) return
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, expected, problem)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, problem)
             call check_equal(error, [solution%offset, solution%covariance, solution%drift, solution%bias], &
                              [expected%offset, expected%covariance, expected%drift, expected%bias], 'offset')
             call check_equal(error, [solution%quaternion, solution%angular_velocity, solution%residual_rms, &
@@ -1319,6 +1321,84 @@ contains
         status = gracecg_setup_free(knowledge)
     end subroutine test_not_converged
 
+    !> Options travel with the objects, can be told and replaced; the object itself keeps its own.
+    subroutine test_options(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: GAIN_TOO = '&optimal estimate_rod_gain = .true. /'
+        type(error_struct) :: failure
+        type(solution_struct) :: solution, other
+        integer(c_intptr_t) :: observations, changed, knowledge, from_folder, case
+        integer(c_int) :: status
+        integer(c_int32_t) :: before
+
+        call simulate('front-3', 1, 1, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(observations, 'guess_quaternion = -0.7', .true.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), observations, solution, size=NONE, error=failure)
+        before = solution%parameter_count
+        status = gracecg_options_replace(observations, c_string(GAIN_TOO), changed, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        call check_text(changed, 'guess_quaternion = -0.7', .false.)
+        call check_text(observations, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_estimate(c_string('optimal'), changed, other, size=NONE, error=failure)
+        call check_ok(error, status, failure)
+        if (.not. allocated(error)) call check(error, other%parameter_count == before + 1, 'the gain is estimated')
+        if (allocated(error)) return
+        ! by way of a folder, a setup and a case
+        status = gracecg_observations_write(changed, c_string(FOLDER//'c-options'), failure)
+        status = gracecg_observations_read(c_string(FOLDER//'c-options'), from_folder, failure)
+        call check_ok(error, status, failure)
+        call check_text(from_folder, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_observations_setup(changed, knowledge, failure)
+        call check_text(knowledge, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_observations_free(from_folder)
+        status = gracecg_observations_free(changed)
+        status = gracecg_observations_free(observations)
+        status = gracecg_options_replace(knowledge, c_string(''), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .false.', .true.)
+        status = gracecg_setup_free(changed)
+        status = gracecg_setup_free(knowledge)
+        status = gracecg_case_open(c_string('back-1'), case, failure)
+        status = gracecg_options_replace(case, c_string(GAIN_TOO), changed, failure)
+        call check_text(changed, 'estimate_rod_gain = .true.', .true.)
+        status = gracecg_case_free(changed)
+        if (allocated(error)) return
+
+        status = gracecg_options_replace(case, c_string('&optimal sigma_rod_gain = 1 /'), changed, failure)
+        call check_refused(error, status, FAILED, failure, '&a_priori')
+        status = gracecg_options_replace(case, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'handle')
+        status = gracecg_case_free(case)
+        status = gracecg_options_replace(case, c_string(''), changed, failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+        status = gracecg_options_text(case, size=NONE, error=failure)
+        call check_refused(error, status, BAD_HANDLE, failure, 'observation set')
+
+    contains
+
+        subroutine check_text(object, part, there)
+            integer(c_intptr_t), intent(in) :: object
+            character(*), intent(in) :: part
+            logical, intent(in) :: there
+
+            character(kind=c_char), allocatable, target :: text(:)
+            integer(c_size_t) :: length
+
+            if (allocated(error)) return
+            status = gracecg_options_text(object, size=NONE, length=length, error=failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            allocate (text(length + 1))
+            status = gracecg_options_text(object, text, length + 1, error=failure)
+            call check(error, (index(text_at(c_loc(text)), part) > 0) .eqv. there, part)
+        end subroutine check_text
+    end subroutine test_options
+
     !> What `optimal` and `sequential` say beside the offset.
     subroutine test_details(error)
         type(error_type), allocatable, intent(out) :: error
@@ -1342,7 +1422,7 @@ contains
         call check_ok(error, status, failure)
         do i = 1, size(NAMES)
             if (allocated(error)) return
-            call estimate_offset(trim(NAMES(i)), set, expected, problem)
+            call estimate_offset(trim(NAMES(i)), set, report_options('front-3'), expected, problem)
             status = gracecg_estimate(c_string(trim(NAMES(i))), observations, solution, size=NONE, error=failure)
             call check_ok(error, status, failure)
             call check_equal(error, [solution%offset, solution%sigma], &
@@ -1381,7 +1461,7 @@ contains
         integer(c_int) :: status
 
         call find_case('front-2', case, problem)
-        call bound_of_case(case, expected, problem)
+        call bound_of_case(case, estimation_options_t(), expected, problem)
         status = gracecg_case_open(c_string('front-2'), handle)
         status = gracecg_case_bound(handle, bound, failure)
         call check_ok(error, status, failure)
@@ -1403,7 +1483,7 @@ contains
         status = gracecg_case_bound(handle, bound, failure)
         call check_refused(error, status, BAD_HANDLE, failure, 'case')
         status = gracecg_gravity_free(handle)
-        case%knowledge%rods%count = 0
+        case%satellite%rods%count = 0
         call case_text(case, text, problem)
         status = gracecg_case_parse(c_string(text), handle)
         status = gracecg_case_bound(handle, bound, failure)
@@ -1418,7 +1498,7 @@ contains
         type(design_settings_struct) :: settings
         type(design_struct) :: design
         type(rod_struct) :: rods(9)
-        type(case_t) :: case, planned_case
+        type(calibration_t) :: calibration, planned_case
         type(design_settings_t) :: own_settings
         type(manoeuvre_design_t) :: expected
         type(map_point_t), allocatable :: points(:)
@@ -1437,9 +1517,9 @@ contains
         status = gracecg_design_defaults(handle, settings, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call find_case('back-1', case, problem)
-        call check(error, abs(settings%duration - case%knowledge%duration) <= 0 .and. &
-                   abs(settings%rate_limit - case%knowledge%rate_limit) <= 0 .and. &
+        call find_calibration('back-1', calibration, problem)
+        call check(error, abs(settings%duration - calibration%case%duration) <= 0 .and. &
+                   abs(settings%rate_limit - calibration%case%limits%rate) <= 0 .and. &
                    abs(settings%highest_frequency - own_settings%highest_frequency) <= 0 .and. &
                    all((settings%waveform_used /= 0) .eqv. own_settings%waveform_used), 'defaults')
         if (allocated(error)) return
@@ -1453,19 +1533,19 @@ contains
         status = gracecg_design_manoeuvre(handle, settings, planned, design, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        case%knowledge%duration = settings%duration
-        case%knowledge%rate_limit = settings%rate_limit
+        calibration%case%duration = settings%duration
+        calibration%case%limits%rate = settings%rate_limit
         own_settings%lowest_frequency = settings%lowest_frequency
         own_settings%highest_frequency = settings%highest_frequency
         own_settings%waveform_used = [.true., .false., .false., .false.]
-        call plan_manoeuvre(case, 1400.0_dp, own_settings, planned_case, expected, problem)
+        call plan_manoeuvre(calibration, 1400.0_dp, own_settings, planned_case, expected, problem)
         call check(error,.not. allocated(problem), message_of(problem))
         call check_equal(error, [design%sigma, design%wave, design%force, design%worst, design%rate, design%excursion], &
                          [expected%sigma, expected%wave, expected%force, expected%worst, expected%rate, &
                           expected%excursion], 'design')
         if (allocated(error)) return
         call check(error, design%rate <= settings%rate_limit .and. design%evaluations == expected%evaluations .and. &
-                   planned_case%knowledge%name == 'back-1-design', 'limits, evaluations, name')
+                   planned_case%case%name == 'back-1-design', 'limits, evaluations, name')
         if (allocated(error)) return
 
         ! the case that flies it: later, elsewhere, with these rods
@@ -1493,7 +1573,7 @@ contains
                              force, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call map_case(planned_case, TIMES, 1, points, problem)
+        call map_case(planned_case%case, TIMES, 1, points, problem)
         call check(error,.not. allocated(problem), message_of(problem))
         do i = 1, 2
             call check_equal(error, [latitude(i), longitude(i), sigma(:, i), worst(i), direction(:, i), wave(:, i), &

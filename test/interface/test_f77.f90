@@ -1,5 +1,6 @@
 !> The Fortran 77 entry points: the numbers of the Fortran API, status and message.
 module test_f77
+    use gracecg, only: estimation_options_t, report_options
     use gracecg, only: dp, error_t, LIBRARY_VERSION, case_t, find_case, build_dynamics, &
         initial_state, satellite_dynamics_t, accelerations_t, loads_t, simulator_t, new_simulator, observe, &
         observation_set_t, solution_t, estimate_offset, write_observations, geopotential_t, egm96, &
@@ -125,7 +126,8 @@ contains
 
         call find_case('front-1', case, failure)
         call build_dynamics(case, dynamics, failure)
-        call gctrap(case%length, case%height, case%width_bottom, case%width_top, case%specular, case%diffuse, ih, &
+        call gctrap(case%satellite%length, case%satellite%height, case%satellite%width_bottom, &
+                    case%satellite%width_top, case%satellite%specular, case%satellite%diffuse, ih, &
                     istat, msg)
         call check(error, istat, 0, msg)
         if (allocated(error)) return
@@ -167,8 +169,8 @@ contains
         if (allocated(error)) return
         call gccini(icas, m, s, dur, dt, x, d, istat, msg)
         call find_case('back-1', case, failure)
-        call check(error, m == case%knowledge%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
-                   .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%offset) <= 0), 'gccini')
+        call check(error, m == case%epoch%mjd .and. abs(dur - 60) <= 0 .and. abs(dt - case%interval) <= 0 &
+                   .and. all(abs(x - initial_state(case)) <= 0) .and. all(abs(d - case%satellite%offset) <= 0), 'gccini')
         if (allocated(error)) return
         call build_dynamics(case, dynamics, failure)
         call gcfrco(icas, ifrc, istat, msg)
@@ -260,7 +262,7 @@ contains
             call check(error, all(n == [600, 240, 60, 61]), 'gcobsn')
             if (allocated(error)) return
             call gcestm(ESTIMATOR_NAMES(i), iobs, d, cov, rms, cond, niter, iconv, istat, msg)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, expected, failure)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), set, report_options('front-3'), expected, failure)
             call check(error, istat == 0 .and. iconv == 1 .and. niter == expected%iterations .and. msg == '' &
                        .and. all(abs(d - expected%offset) <= 0) .and. all(abs(cov - expected%covariance) <= 0) &
                        .and. all(abs(rms - expected%residual_rms) <= 0) .and. abs(cond - expected%condition) <= 0, &
@@ -295,7 +297,7 @@ contains
         double precision :: rod(7, 9), plc(2, 2), sigs(3, 2), wrst(4, 2)
 
         call find_case('front-3', case, failure)
-        call bound_of_case(case, bound, failure)
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call gccase('front-3', icas, istat, msg)
         call gcbnd(icas, sig, cov, psig, dir, csig, istat, msg)
         call check(error, istat == 0 .and. all(abs(sig - bound%sigma) <= 0) .and. all(sig > 0) .and. &

@@ -1,6 +1,7 @@
 !> The umbrella module: with `use gracecg` alone, models one by one, an integrator of one's own, and a
 !> calibration from arrays in memory.
 module test_library
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -84,9 +85,9 @@ contains
             call gravity%acceleration(matmul(rotation, r), a)
             call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
             if (allocated(error)) return
-            sun = sun_position(julian_centuries_tt(utc_plus(case%knowledge%epoch, T)))
+            sun = sun_position(julian_centuries_tt(utc_plus(case%epoch, T)))
             body = rotation_matrix(q)
-            a = solar_radiation_acceleration(dynamics%surface, case%knowledge%mass, case%reflectivity_sun, &
+            a = solar_radiation_acceleration(dynamics%surface, case%satellite%mass, case%satellite%reflectivity_sun, &
                                              case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
             call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
                        norm2(a) > 0, 'sunlight')
@@ -186,11 +187,11 @@ contains
         observations%magnetometer_time = simulated%magnetometer_time
         observations%field = simulated%field
         do i = 1, size(ESTIMATOR_NAMES)
-            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, solution, failure)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             ! some sigmas, with what the systematic errors add
-            call check(error, all(abs(solution%offset - case%offset) < 2e-4_dp) .and. solution%converged, &
+            call check(error, all(abs(solution%offset - case%satellite%offset) < 2e-4_dp) .and. solution%converged, &
                        trim(ESTIMATOR_NAMES(i)))
             if (allocated(error)) return
         end do
@@ -261,7 +262,7 @@ contains
         call check_observations(observations, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'duration', '1000000'])
         if (allocated(error)) return
-        case%knowledge%duration = 86400
+        case%duration = 86400
         case%interval = 1e-3_dp
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'steps of an arc'])

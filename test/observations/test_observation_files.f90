@@ -53,7 +53,7 @@ contains
         if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
         call check_passes(error, message_of(failure))
         observations%knowledge%rods%activations(1)%phase = 30*DEGREE
-        observations%knowledge%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
+        observations%knowledge%a_priori%sigma_scale_factors = [1e-3_dp/3, 2e-3_dp/7, 0.123456789e-4_dp]
         observations%knowledge%name = 'it''s a "name"'
     end subroutine simulated_set
 
@@ -107,11 +107,12 @@ contains
             call same('noise', [a%accelerometer_noise%level, a%accelerometer_noise%corner, &
                                 a%star_camera_sigma], [b%accelerometer_noise%level, &
                                 b%accelerometer_noise%corner, b%star_camera_sigma])
-            call same('guess', [a%guess_quaternion, a%guess_angular_velocity, a%guess_offset], &
-                      [b%guess_quaternion, b%guess_angular_velocity, b%guess_offset])
+            call same('a priori', [a%a_priori%sigma_scale_factors, a%a_priori%sigma_rod_gain, &
+                                   a%a_priori%sigma_magnetometer_bias, a%a_priori%sigma_inertia, &
+                                   a%a_priori%sigma_torque], &
+                      [b%a_priori%sigma_scale_factors, b%a_priori%sigma_rod_gain, &
+                       b%a_priori%sigma_magnetometer_bias, b%a_priori%sigma_inertia, b%a_priori%sigma_torque])
             call same('sidereal angle', [a%sidereal_angle], [b%sidereal_angle])
-            call same('weights', [a%accelerometer_weight, a%star_camera_weight], &
-                      [b%accelerometer_weight, b%star_camera_weight])
             if (allocated(error)) return
             call check(error, a%name == b%name .and. a%camera == b%camera .and. &
                        a%field_model == b%field_model .and. a%field_model == 'igrf95' .and. &

@@ -1,10 +1,11 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI
+    use gracecg_base_constants, only: PI, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: OMEGA, POSITION
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
@@ -25,7 +26,6 @@ module test_bound
     private
     public :: collect_bound, collect_optimal_monte_carlo
 
-    real(dp), parameter :: MICROMETRE = 1e-6_dp
 
 contains
 
@@ -70,14 +70,14 @@ contains
         do manoeuvre = 1, 3
             do i = 1, 3
                 call report_case(REPORT_CASE_NAMES(i), case, failure)
-                case%accelerometer%noise%sides = 1
+                case%satellite%accelerometer%noise%sides = 1
                 if (manoeuvre == 2) then
-                    call new_torque_rods(case%knowledge%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
+                    call new_torque_rods(case%satellite%rods, [rod(2, 6.0_dp, 0.0_dp), rod(3, 6.0_dp, PI/2)], failure)
                 else if (manoeuvre == 3) then
-                    call new_torque_rods(case%knowledge%rods, [rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), &
+                    call new_torque_rods(case%satellite%rods, [rod(1, 5.0_dp, 0.0_dp), rod(2, 6.0_dp, 0.0_dp), &
                                                            rod(3, 7.0_dp, 0.0_dp)], failure)
                 end if
-                if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
+                if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 compared = .true.
@@ -116,8 +116,8 @@ contains
 
         do i = 1, 4, 3
             call report_case(REPORT_CASE_NAMES(i), case, failure)
-            case%offset = 0
-            call bound_of_case(case, bound, failure)
+            case%satellite%offset = 0
+            call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, error_switches_t(), simulator, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
@@ -157,10 +157,12 @@ contains
         call switch_off(switches, 'systematic', failure)
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, failure)
-            if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
+            if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
-            if (.not. allocated(failure)) call predict_errors(simulator, 'ascfest', report, failure)
-            if (.not. allocated(failure)) call predict_errors(simulator, 'optimal', optimal, failure)
+            if (.not. allocated(failure)) &
+                call predict_errors(simulator, 'ascfest', estimation_options_t(), report, failure)
+            if (.not. allocated(failure)) &
+                call predict_errors(simulator, 'optimal', estimation_options_t(), optimal, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, all(report%noise > 0.9999_dp*bound%sigma), 'ascfest')
@@ -179,16 +181,16 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        call bound_of_case(case, first, failure)
-        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
-        associate (limits => case%knowledge%a_priori)
+        call bound_of_case(case, estimation_options_t(), first, failure)
+        case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
+        associate (limits => case%operator%a_priori)
             limits%sigma_scale_factors = 2*limits%sigma_scale_factors
             limits%sigma_rod_gain = 2*limits%sigma_rod_gain
             limits%sigma_magnetometer_bias = 2*limits%sigma_magnetometer_bias
             limits%sigma_inertia = 2*limits%sigma_inertia
             limits%sigma_torque = 2*limits%sigma_torque
         end associate
-        if (.not. allocated(failure)) call bound_of_case(case, second, failure)
+        if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), second, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(second%sigma/first%sigma - 2)) < 0.01_dp)
@@ -208,14 +210,15 @@ contains
 
         type(case_t) :: case
         type(case_bound_t) :: without, with
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        call bound_of_case(case, without, failure)
-        case%knowledge%optimal%estimate_scale_factors = .true.
-        case%knowledge%optimal%estimate_rod_gain = .true.
-        case%knowledge%optimal%estimate_magnetometer_bias = .true.
-        if (.not. allocated(failure)) call bound_of_case(case, with, failure)
+        call bound_of_case(case, estimation_options_t(), without, failure)
+        options%optimal%estimate_scale_factors = .true.
+        options%optimal%estimate_rod_gain = .true.
+        options%optimal%estimate_magnetometer_bias = .true.
+        if (.not. allocated(failure)) call bound_of_case(case, options, with, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(with%sigma > without%sigma) .and. all(abs(with%by_source(:, 1:3)) <= 0))
@@ -231,24 +234,24 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
-        case%knowledge%rods%count = 0
-        call bound_of_case(case, bound, failure)
+        case%satellite%rods%count = 0
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'front-1', 'torque rods are off', '&rod'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise(2)%level = -1e-18_dp
-        call bound_of_case(case, bound, failure)
+        case%satellite%accelerometer%noise(2)%level = -1e-18_dp
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise level'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%accelerometer%noise(3)%level = 0
-        call bound_of_case(case, bound, failure)
+        case%satellite%accelerometer%noise(3)%level = 0
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'noise level'])
         if (allocated(error)) return
         call report_case('front-1', case, failure)
-        case%star_camera%catalogue_noise = 0
-        case%star_camera%measurement_noise = 0
-        call bound_of_case(case, bound, failure)
+        case%satellite%star_camera%catalogue_noise = 0
+        case%satellite%star_camera%measurement_noise = 0
+        call bound_of_case(case, estimation_options_t(), bound, failure)
         call check_fails(error, message_of(failure), [character(20) :: 'star camera', 'no noise'])
     end subroutine test_impossible
 
@@ -267,7 +270,8 @@ contains
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, failure)
             call new_switched_simulator(case, switches, simulator, failure)
-            if (.not. allocated(failure)) call predict_errors(simulator, 'optimal', prediction, failure)
+            if (.not. allocated(failure)) &
+                call predict_errors(simulator, 'optimal', estimation_options_t(), prediction, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, all(abs(prediction%bias) < 0.01_dp*prediction%noise), REPORT_CASE_NAMES(i))
@@ -314,15 +318,16 @@ contains
         total = 0
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, failure)
-            if (.not. allocated(failure)) call bound_of_case(case, bound, failure)
+            if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
-                call run_monte_carlo(simulator, 'optimal', 21, [(k, k=1, RUNS)], 2, results, failure)
+                call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 21, [(k, k=1, RUNS)], 2, &
+                                     results, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, all(results%converged))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MICROMETRE, case%offset/MICROMETRE)
+            statistics = statistics_of(results%offset/MICROMETRE, case%satellite%offset/MICROMETRE)
             call check(error, maxval(abs(statistics%rms*MICROMETRE/bound%sigma - 1)) < 0.25_dp, REPORT_CASE_NAMES(i))
             if (allocated(error)) return
             limits = chi_square_limits(3*RUNS)

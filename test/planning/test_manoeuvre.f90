@@ -54,7 +54,7 @@ contains
                                                  60.0_dp, waveform)
             if (waveform == TAPERED) activations(axis)%taper = 5
         end do
-        if (.not. allocated(failure)) call new_torque_rods(case%knowledge%rods, activations, failure)
+        if (.not. allocated(failure)) call new_torque_rods(case%satellite%rods, activations, failure)
         call check_passes(error, message_of(failure))
     end subroutine example
 
@@ -125,9 +125,9 @@ contains
             n = nint(60/step)
             allocate (torque(3, 0:2*n))
             do j = 0, 2*n
-                torque(:, j) = cross(dipole_moment(case%knowledge%rods, j*step/2), FIELD)
+                torque(:, j) = cross(dipole_moment(case%satellite%rods, j*step/2), FIELD)
             end do
-            fit = new_attitude_fit(case%knowledge%inertia, step, torque)
+            fit = new_attitude_fit(case%satellite%inertia, step, torque)
             call fit%fit_rotation(case%angular_velocity, rotation)
         end function fitted
     end subroutine test_fit_converges
@@ -143,8 +143,8 @@ contains
 
         call report_motion(abrupt)
         if (allocated(error)) return
-        case%knowledge%rods%activations%waveform = TAPERED
-        case%knowledge%rods%activations%taper = 10
+        case%satellite%rods%activations%waveform = TAPERED
+        case%satellite%rods%activations%taper = 10
         call motion_of(smooth)
         if (allocated(error)) return
         call check(error, abrupt%excursion > 0.05_dp*DEGREE .and. smooth%excursion < abrupt%excursion/2)
@@ -182,15 +182,15 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-2', case, failure)
-        call new_torque_rods(case%knowledge%rods, &
+        call new_torque_rods(case%satellite%rods, &
                              [rod_activation_t(2, 30.0_dp, 0.0_dp, PI/2, 0.0_dp, 90.0_dp)], failure)
-        case%knowledge%duration = 90
-        case%knowledge%pointing_limit = PI
+        case%duration = 90
+        case%limits%pointing = PI
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'case front-2', 'deg/s at t = 90 s', &
                                                       'at most 0.1 deg/s', 'rate_deg_s'])
         if (allocated(error)) return
-        case%knowledge%rate_limit = 0.15_dp*DEGREE
+        case%limits%rate = 0.15_dp*DEGREE
         call new_simulator(case, simulator, failure)
         call check_passes(error, message_of(failure))
     end subroutine test_rate_limit
@@ -203,15 +203,15 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-2', case, failure)
-        case%knowledge%pointing_limit = 0.05_dp*DEGREE
+        case%limits%pointing = 0.05_dp*DEGREE
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'case front-2', &
                                                       'away from its attitude', 'at most 0.05 deg', &
                                                       'pointing_deg'])
         if (allocated(error)) return
         ! free flight is not a manoeuvre
-        call new_torque_rods(case%knowledge%rods, [rod_activation_t ::], failure)
-        case%knowledge%rate_limit = 1e-5_dp
+        call new_torque_rods(case%satellite%rods, [rod_activation_t ::], failure)
+        case%limits%rate = 1e-5_dp
         call new_simulator(case, simulator, failure)
         call check_passes(error, message_of(failure))
     end subroutine test_pointing_limit
@@ -224,7 +224,7 @@ contains
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
-        case%knowledge%rods%activations%frequency = 5
+        case%satellite%rods%activations%frequency = 5
         call new_simulator(case, simulator, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'case front-1', 'frequency = 5 Hz', &
                                                       'below 5 Hz'])
@@ -243,22 +243,22 @@ contains
         do waveform = SINE, SQUARE
             call example(waveform, case, error)
             if (allocated(error)) return
-            case%knowledge%rods%activations%rise_time = 1.25_dp
-            case%knowledge%rate_limit = 0.09_dp*DEGREE
-            case%knowledge%pointing_limit = 0.4_dp*DEGREE
+            case%satellite%rods%activations%rise_time = 1.25_dp
+            case%limits%rate = 0.09_dp*DEGREE
+            case%limits%pointing = 0.4_dp*DEGREE
             call case_text(case, text, failure)
             call make_file(error, 'manoeuvre.nml', text)
             if (allocated(error)) return
             call read_case(FOLDER//'manoeuvre.nml', again, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            associate (a => case%knowledge%rods%activations(:3), b => again%knowledge%rods%activations(:3))
+            associate (a => case%satellite%rods%activations(:3), b => again%satellite%rods%activations(:3))
                 call check(error, all(a%waveform == b%waveform .and. a%taper == b%taper .and. &
                                       a%rise_time == b%rise_time))
             end associate
             if (allocated(error)) return
-            call check(error, again%knowledge%rate_limit == case%knowledge%rate_limit .and. &
-                       again%knowledge%pointing_limit == case%knowledge%pointing_limit)
+            call check(error, again%limits%rate == case%limits%rate .and. &
+                       again%limits%pointing == case%limits%pointing)
             if (allocated(error)) return
         end do
         call refused(replaced(text, "'square'", "'sqare'"), [character(W) :: 'waveform', 'sqare', 'square'])

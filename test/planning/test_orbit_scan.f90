@@ -6,6 +6,7 @@ module test_orbit_scan
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_base_quaternion, only: quaternion_product, rotation_angle_between
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_dynamics, only: POSITION, ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_simulation_case, only: case_t
@@ -63,7 +64,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call scan_orbit(case, orbit, times, 2, places, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, times, 2, places, failure)
         if (allocated(failure)) call test_failed(error, failure%message)
     end subroutine scan
 
@@ -111,7 +112,7 @@ contains
             do number = 2, 3
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
                 difference = orbit%state(POSITION, nint(TIME_OF_CASE(number))) - later%position
-                call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%knowledge%name))
+                call check(error, norm2(difference([1, 3])) < 1.2_dp, trim(later%name))
                 if (allocated(error)) return
             end do
         end do
@@ -133,7 +134,7 @@ contains
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), later, failure)
                 call check(error, rotation_angle_between( &
                            orbit%state(ATTITUDE, nint(TIME_OF_CASE(number))), later%quaternion), &
-                           0.0_dp, trim(later%knowledge%name), thr=1e-8_dp)
+                           0.0_dp, trim(later%name), thr=1e-8_dp)
                 if (allocated(error)) return
             end do
             ! one revolution brings the attitude back
@@ -181,7 +182,7 @@ contains
                 if (allocated(error)) return
                 amplitude = abs(arc%omega_dot(:, 25) - arc%omega_dot(:, 75))/2
                 call check(error, maxval(abs(amplitude - places(number)%acceleration)) < &
-                           0.01_dp*maxval(amplitude), trim(case%knowledge%name))
+                           0.01_dp*maxval(amplitude), trim(case%name))
                 if (allocated(error)) return
             end do
         end do
@@ -205,15 +206,16 @@ contains
             if (allocated(error)) return
             do number = 1, 3
                 call report_case(trim(SATELLITES(s))//'-'//integer_text(number), case, failure)
-                if (case%knowledge%name == 'front-2') then
-                    case%knowledge%rods%activations%amplitude = -case%knowledge%rods%activations%amplitude
+                if (case%name == 'front-2') then
+                    case%satellite%rods%activations%amplitude = -case%satellite%rods%activations%amplitude
                 end if
                 call new_simulator(case, simulator, failure)
-                if (.not. allocated(failure)) call predict_errors(simulator, 'assest-fde', prediction, failure)
+                if (.not. allocated(failure)) &
+                    call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
                 call check(error, maxval(abs(places(number)%sigma/prediction%noise - 1)) < 1e-3_dp, &
-                           trim(case%knowledge%name))
+                           trim(case%name))
                 if (allocated(error)) return
             end do
         end do
@@ -300,13 +302,13 @@ contains
 
         call fly('front', case, orbit, error)
         if (allocated(error)) return
-        case%magnetometer%bias = 0
+        case%satellite%magnetometer%bias = 0
         call scan(case, orbit, TIMES, places, error)
         if (allocated(error)) return
         case%quaternion = quaternion_product(HALF_TURN_Z, case%quaternion)
         case%angular_velocity(1:2) = -case%angular_velocity(1:2)
-        case%knowledge%inertia(1:2, 3) = -case%knowledge%inertia(1:2, 3)
-        case%knowledge%inertia(3, 1:2) = -case%knowledge%inertia(3, 1:2)
+        case%satellite%inertia(1:2, 3) = -case%satellite%inertia(1:2, 3)
+        case%satellite%inertia(3, 1:2) = -case%satellite%inertia(3, 1:2)
         call new_nominal_orbit(case, orbit, failure)
         call check(error,.not. allocated(failure))
         if (.not. allocated(error)) call scan(case, orbit, TIMES, turned, error)
@@ -332,7 +334,7 @@ contains
         call fly('back', case, orbit, error)
         if (.not. allocated(error)) call scan(case, orbit, [2000], places, error)
         if (allocated(error)) return
-        case%accelerometer%noise%level = 4*case%accelerometer%noise%level
+        case%satellite%accelerometer%noise%level = 4*case%satellite%accelerometer%noise%level
         call scan(case, orbit, [2000], noisy, error)
         if (allocated(error)) return
         call check(error, maxval(abs(noisy(1)%sigma/places(1)%sigma - 2)) < 1e-9_dp)
@@ -351,7 +353,7 @@ contains
         call fly('front', case, orbit, error)
         if (.not. allocated(error)) call scan(case, orbit, TIMES, two_threads, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, TIMES, 1, one_thread, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, TIMES, 1, one_thread, failure)
         do i = 1, size(TIMES)
             call check(error, all(two_threads(i)%sigma == one_thread(i)%sigma))
             if (allocated(error)) return
@@ -366,17 +368,18 @@ contains
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
         type(orbit_place_t), allocatable :: places(:)
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
         call fly('front', case, orbit, error)
         if (allocated(error)) return
-        call scan_orbit(case, orbit, [0, 6000], 2, places, failure)
+        call scan_orbit(case, estimation_options_t(), orbit, [0, 6000], 2, places, failure)
         call check(error, allocated(failure))
         if (allocated(error)) return
         call check(error, index(failure%message, 'from 0 to 5635 s') > 0, failure%message)
         if (allocated(error)) return
-        case%knowledge%accelerometer_weight = 0
-        call scan_orbit(case, orbit, [100, 200], 2, places, failure)
+        options%accelerometer_weight = 0
+        call scan_orbit(case, options, orbit, [100, 200], 2, places, failure)
         call check(error, allocated(failure))
         if (allocated(error)) return
         call check(error, index(failure%message, 'calibration at 100 s') > 0, failure%message)

@@ -7,6 +7,8 @@ module test_report_cases
     use gracecg_environment_time, only: seconds_between, gmst_1982
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_spacecraft_torque_rods, only: report_pattern, dipole_moment
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, VELOCITY
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_case, only: case_t, read_case, case_text
@@ -54,8 +56,8 @@ contains
         do i = 1, 6
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
-            call check(error, case%knowledge%name == REPORT_CASE_NAMES(i) .and. &
-                       case%satellite == merge('front', 'back ', i <= 3) .and. &
+            call check(error, case%name == REPORT_CASE_NAMES(i) .and. &
+                       case%satellite%name == merge('front', 'back ', i <= 3) .and. &
                        case%number == mod(i - 1, 3) + 1)
             if (allocated(error)) return
         end do
@@ -66,17 +68,19 @@ contains
     subroutine test_quaternions(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
+        type(estimation_options_t) :: options
         integer :: i
 
         do i = 1, 6
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
+            options = report_options(REPORT_CASE_NAMES(i))
             call check(error, norm2(case%quaternion), 1.0_dp, thr=1e-15_dp)
             if (allocated(error)) return
-            call check(error, norm2(case%knowledge%guess_quaternion), 1.0_dp, thr=1e-15_dp)
+            call check(error, norm2(options%guess_quaternion), 1.0_dp, thr=1e-15_dp)
             if (allocated(error)) return
             ! the guess is one of the true attitude: within some degrees
-            call check(error, dot_product(case%quaternion, case%knowledge%guess_quaternion) > &
+            call check(error, dot_product(case%quaternion, options%guess_quaternion) > &
                        cos(3*DEGREE/2))
             if (allocated(error)) return
         end do
@@ -99,7 +103,7 @@ contains
             if (allocated(error)) return
             call dynamics%loads(0.0_dp, initial_state(case), acting)
             pattern = report_pattern(acting%field)
-            associate (moment => dipole_moment(case%knowledge%rods, 2.5_dp))
+            associate (moment => dipole_moment(case%satellite%rods, 2.5_dp))
                 call check(error, min(maxval(abs(moment - 30*pattern)), &
                                       maxval(abs(moment + 30*pattern))), 0.0_dp, &
                            REPORT_CASE_NAMES(i), thr=1e-13_dp)
@@ -141,7 +145,7 @@ contains
 
         call get('front-1', first, error)
         if (allocated(error)) return
-        angle = gmst_1982(first%knowledge%epoch, -0.1174_dp)
+        angle = gmst_1982(first%epoch, -0.1174_dp)
         call check(error, modulo(angle - first%sidereal_angle + 180*DEGREE, 360*DEGREE), &
                    180*DEGREE, &
                    thr=1e-6_dp*DEGREE)
@@ -150,7 +154,7 @@ contains
             call get(REPORT_CASE_NAMES(i), case, error)
             if (allocated(error)) return
             call check(error, case%sidereal_angle - first%sidereal_angle, EARTH_ROTATION_RATE* &
-                       seconds_between(first%knowledge%epoch, case%knowledge%epoch), thr=1e-14_dp)
+                       seconds_between(first%epoch, case%epoch), thr=1e-14_dp)
             if (allocated(error)) return
         end do
     end subroutine test_sidereal_angles
@@ -262,31 +266,29 @@ contains
             type(case_t), intent(in) :: a, b
             real(dp) :: difference
 
-            call check(error, a%knowledge%name == b%knowledge%name .and. a%satellite == b%satellite .and. &
+            call check(error, a%name == b%name .and. a%satellite%name == b%satellite%name .and. &
                        a%number == b%number .and. a%wind_model == b%wind_model .and. &
                        a%earth_radiation_constants == b%earth_radiation_constants .and. &
                        (a%density_wave_random .eqv. b%density_wave_random))
             if (allocated(error)) return
-            call check(error, seconds_between(a%knowledge%epoch, b%knowledge%epoch), 0.0_dp)
+            call check(error, seconds_between(a%epoch, b%epoch), 0.0_dp)
             if (allocated(error)) return
             difference = maxval(abs(a%position - b%position)) + &
                                 maxval(abs(a%velocity - b%velocity)) + &
                          maxval(abs(a%angular_velocity - b%angular_velocity)) + &
-                         maxval(abs(a%knowledge%inertia - b%knowledge%inertia)) + &
-                         maxval(abs(a%centre_of_mass - b%centre_of_mass)) + &
-                         maxval(abs(a%accelerometer%scale3 - b%accelerometer%scale3)) + &
-                         maxval(abs(a%accelerometer%noise%level - b%accelerometer%noise%level)) + &
-                         maxval(abs(a%knowledge%accelerometer_weight - &
-                                b%knowledge%accelerometer_weight)) + &
-                         maxval(abs(dipole_moment(a%knowledge%rods, 1.3_dp) - &
-                                dipole_moment(b%knowledge%rods, 1.3_dp)))
+                         maxval(abs(a%satellite%inertia - b%satellite%inertia)) + &
+                         maxval(abs(a%satellite%centre_of_mass - b%satellite%centre_of_mass)) + &
+                         maxval(abs(a%satellite%accelerometer%scale3 - b%satellite%accelerometer%scale3)) + &
+                         maxval(abs(a%satellite%accelerometer%noise%level - b%satellite%accelerometer%noise%level)) + &
+                         maxval(abs(dipole_moment(a%satellite%rods, 1.3_dp) - &
+                                dipole_moment(b%satellite%rods, 1.3_dp)))
             call check(error, difference, 0.0_dp)
             if (allocated(error)) return
             call check(error, maxval(abs(a%quaternion - b%quaternion)), 0.0_dp, thr=4e-16_dp)
             if (allocated(error)) return
-            call check(error, maxval(abs(a%offset - b%offset)), 0.0_dp, thr=1e-18_dp)
+            call check(error, maxval(abs(a%satellite%offset - b%satellite%offset)), 0.0_dp, thr=1e-18_dp)
             if (allocated(error)) return
-            call check(error, maxval(abs(a%magnetometer%bias - b%magnetometer%bias)), 0.0_dp, &
+            call check(error, maxval(abs(a%satellite%magnetometer%bias - b%satellite%magnetometer%bias)), 0.0_dp, &
                        thr=1e-22_dp)
             if (allocated(error)) return
             call check(error, a%sidereal_angle, b%sidereal_angle, thr=2e-14_dp)

@@ -2,8 +2,7 @@
 module test_campaign
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file, only: text_file_t, read_text_file
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs
@@ -55,7 +54,7 @@ contains
         type(campaign_t), intent(out) :: campaign
         integer, intent(in), optional :: seed
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(error_t), allocatable :: failure
         integer :: i, a
@@ -65,13 +64,14 @@ contains
         campaign = new_campaign(ALGORITHMS, 2, 4, RUNS, shard, shards)
         if (present(seed)) campaign%seed = seed
         do i = 1, 2
-            if (i == 1) call report_case('front-3', case, failure)
-            if (i == 2) call report_case('back-1', case, failure)
-            if (i == 2) case%knowledge%name = 'my own case'
-            if (.not. allocated(failure)) call add_case(campaign, i, case, failure)
-            if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+            if (i == 1) call find_calibration('front-3', calibration, failure)
+            if (i == 2) call find_calibration('back-1', calibration, failure)
+            if (i == 2) calibration%case%name = 'my own case'
+            if (.not. allocated(failure)) call add_case(campaign, i, calibration, failure)
+            if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
             do a = 1, size(ALGORITHMS)
-                if (.not. allocated(failure)) call run_entry(campaign, a, i, simulator, threads, failure)
+                if (.not. allocated(failure)) &
+                    call run_entry(campaign, a, i, simulator, calibration%options, threads, failure)
             end do
         end do
         if (.not. allocated(failure)) call write_runs(FOLDER//name//'_runs.csv', campaign, 'test', failure)
@@ -194,19 +194,19 @@ contains
     subroutine test_names(error)
         type(error_type), allocatable, intent(out) :: error
         type(campaign_t) :: campaign
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
         campaign = new_campaign(ALGORITHMS, 2, 1, 5, 1, 1)
-        call report_case('front-1', case, failure)
-        call add_case(campaign, 1, case, failure)
+        call find_calibration('front-1', calibration, failure)
+        call add_case(campaign, 1, calibration, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call add_case(campaign, 2, case, failure)
+        call add_case(campaign, 2, calibration, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'two cases have the name "front-1"'])
         if (allocated(error)) return
-        case%knowledge%name = 'a, b'
-        call add_case(campaign, 2, case, failure)
+        calibration%case%name = 'a, b'
+        call add_case(campaign, 2, calibration, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names
 
@@ -234,7 +234,7 @@ contains
         call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
         call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
                     [character(W) :: 'expected the prediction of my own case, ascrest'])
-        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: 'not a file of runs'])
+        call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
         call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'no comment line tells'])
         call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])

@@ -1,7 +1,9 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
@@ -14,7 +16,6 @@ module test_monte_carlo
     private
     public :: collect_monte_carlo
 
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp
 
 contains
 
@@ -66,15 +67,16 @@ contains
         do i = 1, size(REPORT_CASE_NAMES)
             call prepare(i, simulator, error)
             if (allocated(error)) return
-            call predict_errors(simulator, 'assest-fde', prediction, failure)
+            call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, 'assest-fde', 11, first_runs(RUNS), 2, results, failure)
+                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11, first_runs(RUNS), 2, &
+                                     results, failure)
             end if
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
             call check(error, all(results%converged))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.12_dp, &
                        REPORT_CASE_NAMES(i))
             if (allocated(error)) return
@@ -99,7 +101,7 @@ contains
         do i = 1, size(REPORT_CASE_NAMES)
             call prepare(i, simulator, error)
             if (allocated(error)) return
-            call predict_errors(simulator, 'assest-fde', prediction, failure)
+            call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
             without_wave = sqrt(prediction%noise**2 + prediction%bias**2)/MILLIMETRE
@@ -124,7 +126,8 @@ contains
             call prepare(i, simulator, error)
             if (allocated(error)) return
             do a = 1, size(REPORT_ESTIMATORS)
-                call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), prediction, failure)
+                call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, &
+                                    failure)
                 call check(error,.not. allocated(failure))
                 if (allocated(error)) return
                 associate (rms => published_rms(REPORT_CASE_NAMES(i), trim(REPORT_ESTIMATORS(a))))
@@ -153,14 +156,15 @@ contains
         call prepare(6, simulator, error)
         if (allocated(error)) return
         do a = 1, size(REPORT_ESTIMATORS)
-            call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), prediction, failure)
+            call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), 12, first_runs(100), 2, results, &
+                call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), 12, &
+                                     first_runs(100), 2, results, &
                                      failure)
             end if
             call check(error,.not. allocated(failure))
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%offset/MILLIMETRE)
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             call check(error, maxval(abs(statistics%rms*MILLIMETRE/prediction%rms - 1)) < 0.21_dp, &
                        REPORT_ESTIMATORS(a))
             if (allocated(error)) return
@@ -176,10 +180,11 @@ contains
 
         call prepare(4, simulator, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', 5, first_runs(8), 1, one_thread, failure)
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5, first_runs(8), 1, one_thread, &
+                             failure)
         call check(error,.not. allocated(failure))
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', 5, [2, 3, 7], 2, two_threads, failure)
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5, [2, 3, 7], 2, two_threads, failure)
         call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
         if (allocated(error)) return
         call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')

@@ -2,6 +2,7 @@
 !> and, where gnuplot is installed, the drawing.
 module gracecg_cli_calibration_figures
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, NANOMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: real_text, rounded_text
@@ -25,10 +26,7 @@ module gracecg_cli_calibration_figures
 
     integer, parameter :: WIDTH = 640           !! Of all figures; a letter is 17 high
     integer, parameter :: ELLIPSE_POINTS = 181
-    real(dp), parameter :: MILLIMETRES = 1e3_dp
-    real(dp), parameter :: NANO = 1e9_dp
     character(1), parameter :: LF = achar(10)
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     character(*), parameter :: OMEGA = '\317\211', ROOT = '\342\210\232'
     !! Letter omega and root sign as gnuplot's escapes of UTF-8
     character(*), parameter :: PANEL_MARGINS = 'margins screen 0.135, screen 0.975, screen '
@@ -84,8 +82,8 @@ contains
         integer :: k, plane
 
         do plane = 1, 3
-            points(:, :, plane) = MILLIMETRES*projected_ellipse(solution%covariance, PLANES(1, plane), &
-                                                                PLANES(2, plane), 1.0_dp, ELLIPSE_POINTS)
+            points(:, :, plane) = projected_ellipse(solution%covariance, PLANES(1, plane), PLANES(2, plane), &
+                                                    1.0_dp, ELLIPSE_POINTS)/MILLIMETRE
         end do
         call open_table(file, folder, 'ellipses', 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', knowledge, &
                         'projections of the error ellipsoid of one sigma, about 0', error)
@@ -101,7 +99,7 @@ contains
             'set xtics autofreq'//LF//'k95 = '//real_text(ELLIPSE_95)//LF
         do plane = 1, 3
             associate (i => PLANES(1, plane), j => PLANES(2, plane))
-                script = script//panel('d_'//AXES(i)//', mm', 'd_'//AXES(j)//', mm', MILLIMETRES*solution%offset([i, j]), &
+                script = script//panel('d_'//AXES(i)//', mm', 'd_'//AXES(j)//', mm', solution%offset([i, j])/MILLIMETRE, &
                                        maxval(abs(points(:, :, plane)), 2), 2*plane - 1)
             end associate
         end do
@@ -201,7 +199,7 @@ contains
             real(dp), intent(in) :: value
             character(:), allocatable :: text
 
-            text = rounded_text(NANO*value, 6)//' with lines linetype 5'
+            text = rounded_text(value/NANOMETRE, 6)//' with lines linetype 5'
         end function limit
     end subroutine draw_residuals
 

@@ -2,7 +2,7 @@
 !> residuals, and a verdict. Made from the observation set and the fit, never from the truth.
 module gracecg_cli_calibration_page
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, rounded_text, padded
@@ -22,9 +22,7 @@ module gracecg_cli_calibration_page
     private
     public :: write_calibration_page, page_folder
 
-    real(dp), parameter :: MILLIMETRES = 1e3_dp
     real(dp), parameter :: TWO_SIDED_95 = 1.959964_dp   !! 95 % of a normal distribution lie within +-
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     character(*), parameter :: PAGE_END = '.html'
 
     !> The figures of a page.
@@ -53,9 +51,10 @@ contains
     !> is whole, or it is not there.
     !>
     !> Fails when a file cannot be written.
-    subroutine write_calibration_page(path, source, observations, solution, record, console, error)
+    subroutine write_calibration_page(path, source, options_file, observations, solution, record, console, error)
         character(*), intent(in) :: path                !! Of the page
         character(*), intent(in) :: source              !! Folder of the observation set
+        character(*), intent(in) :: options_file        !! Of --options; empty: none
         type(observation_set_t), intent(in) :: observations
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record        !! Of the same estimate
@@ -86,7 +85,7 @@ contains
         call write_dependence(solution, record, diagnostics, page)
         call write_residuals(diagnostics, drawings, page)
         call write_findings(verdict, page)
-        call write_provenance(path, source, solution, page, error)
+        call write_provenance(path, source, options_file, solution, page, error)
         if (.not. allocated(error)) call page%write(path, error)
     end subroutine write_calibration_page
 
@@ -145,11 +144,11 @@ contains
         call page%column_head('d, mm', numeric=.true.)
         call page%column_head('sigma, mm', numeric=.true.)
         call page%column_head('95 % interval, mm', numeric=.true.)
-        call page%column_head('wanted: '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
+        call page%column_head('wanted: '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm')
         call page%end_row()
         call page%head_end()
         do axis = 1, 3
-            associate (d => MILLIMETRES*solution%offset(axis), s => MILLIMETRES*diagnostics%sigma(axis))
+            associate (d => solution%offset(axis)/MILLIMETRE, s => diagnostics%sigma(axis)/MILLIMETRE)
                 call page%begin_row()
                 call page%row_head(AXES(axis))
                 call page%number_cell(fixed(d, 4))
@@ -322,7 +321,7 @@ contains
         do k = 1, 3
             call page%begin_row()
             call page%row_head(trim(merge('longest ', merge('shortest', 'middle  ', k == 3), k == 1)))
-            call page%number_cell(fixed(MILLIMETRES*diagnostics%ellipsoid%semi_axis(k), 4))
+            call page%number_cell(fixed(diagnostics%ellipsoid%semi_axis(k)/MILLIMETRE, 4))
             do i = 1, 3
                 call page%number_cell(fixed(diagnostics%ellipsoid%direction(i, k), 3))
             end do
@@ -335,8 +334,8 @@ contains
                             fixed(diagnostics%correlation(2, 3), 3)//'.')
         call show(page, 'ellipses', drawing, &
                   'The ellipsoid cast on the planes of the body axes, about the estimate ('// &
-                  fixed(MILLIMETRES*solution%offset(1), 4)//', '//fixed(MILLIMETRES*solution%offset(2), 4)//', '// &
-                  fixed(MILLIMETRES*solution%offset(3), 4)//') mm. Every axis has a scale of its own.', &
+                  fixed(solution%offset(1)/MILLIMETRE, 4)//', '//fixed(solution%offset(2)/MILLIMETRE, 4)//', '// &
+                  fixed(solution%offset(3)/MILLIMETRE, 4)//') mm. Every axis has a scale of its own.', &
                   'Error ellipses', 'Ellipses of one sigma and of 95 % in the planes xy, xz and yz')
     end subroutine write_errors
 
@@ -358,7 +357,7 @@ contains
                 call page%number_cell(fixed(100*diagnostics%information_share(i, k), 1))
             end do
             if (diagnostics%bound_known) then
-                call page%number_cell(fixed(MILLIMETRES*diagnostics%bound(i), 4))
+                call page%number_cell(fixed(diagnostics%bound(i)/MILLIMETRE, 4))
             else
                 call page%number_cell('-')
             end if
@@ -380,7 +379,7 @@ contains
             do k = 1, size(diagnostics%source_share, 2)
                 call page%number_cell(fixed(100*diagnostics%source_share(i, k), 1))
             end do
-            call page%number_cell(fixed(MILLIMETRES*diagnostics%sigma(i), 4))
+            call page%number_cell(fixed(diagnostics%sigma(i)/MILLIMETRE, 4))
             call page%end_row()
         end do
         call page%end_table()
@@ -505,23 +504,30 @@ contains
     end subroutine write_findings
 
     !> What the page was made of and how to make it again.
-    subroutine write_provenance(path, source, solution, page, error)
-        character(*), intent(in) :: path, source
+    subroutine write_provenance(path, source, options_file, solution, page, error)
+        character(*), intent(in) :: path, source, options_file
         type(solution_t), intent(in) :: solution
         type(html_page_t), intent(inout) :: page
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: knowledge
+        type(text_file_t) :: setup, options
+        character(:), allocatable :: command
 
-        call read_text_file(source//'/setup.nml', knowledge, error)
+        call read_text_file(source//'/setup.nml', setup, error)
+        if (.not. allocated(error) .and. options_file /= '') call read_text_file(options_file, options, error)
         if (allocated(error)) return
+        command = 'gracecg estimate '//source//' --algorithm '//solution%algorithm//' --report '//path
+        if (options_file /= '') command = command//' --options '//options_file
         call page%chapter('provenance', 'How this page was made')
         call page%paragraph('By gracecg '//VERSION//':')
-        call page%preformatted('gracecg estimate '//source//' --algorithm '//solution%algorithm//' --report '//path)
+        call page%preformatted(command)
         call page%paragraph('The numbers of the figures (CSV) and their gnuplot scripts are in `'// &
                             page_folder(path)//'`; `gnuplot NAME.gp` there draws a figure again. The setup of the '// &
                             'observation set:')
-        call page%preformatted(knowledge%text)
+        call page%preformatted(setup%text)
+        if (options_file == '') return
+        call page%paragraph('How it was estimated:')
+        call page%preformatted(options%text)
     end subroutine write_provenance
 
     !> A figure, or its place.

@@ -5,6 +5,7 @@
 !> that reaches one scope through several modules.
 module gracecg_cli_book
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_cli_html, only: html_page_t
@@ -12,12 +13,10 @@ module gracecg_cli_book
     use gracecg_cli_number_text, only: fixed_text
     implicit none
     private
-    public :: report_book_t, finding_t, open_book, book_file, add_figure, add_finding, COMMAND, MILLIMETRE, AXES
+    public :: report_book_t, finding_t, open_book, book_file, add_figure, add_finding, COMMAND
     public :: begin_rms_table, rms_cells
 
     character(*), parameter :: COMMAND = 'report'    !! Its name, for messages
-    real(dp), parameter :: MILLIMETRE = 1e-3_dp         !! m
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']    !! Names of the body axes
 
     !> One line of the summary.
     type :: finding_t

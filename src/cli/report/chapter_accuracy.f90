@@ -1,23 +1,23 @@
 !> The report page: Tables 6.1 and 6.2 with Figures 6.2 and 6.3, the error of the offset.
 module gracecg_cli_chapter_accuracy
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, summarise, verdict_t, &
         campaign_verdict
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_studies_published_rms, only: allowed_by_fifteen_runs, is_misprint
-    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
-        MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
@@ -86,20 +86,20 @@ contains
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         integer :: a, i
 
         campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), book%seed, book%runs, 1, 1)
         do i = 1, size(REPORT_CASE_NAMES)
-            call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call add_case(campaign, i, case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call add_case(campaign, i, calibration, error)
+            if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
             if (allocated(error)) return
             do a = 1, size(REPORT_ESTIMATORS)
                 call console%progress(COMMAND//': '//trim(REPORT_CASE_NAMES(i))//', '// &
                                       trim(REPORT_ESTIMATORS(a))//', '//integer_text(book%runs)//' runs')
-                call run_entry(campaign, a, i, simulator, book%threads, error)
+                call run_entry(campaign, a, i, simulator, calibration%options, book%threads, error)
                 if (allocated(error)) return
             end do
         end do
@@ -261,7 +261,7 @@ contains
         do a = 1, size(REPORT_ESTIMATORS)
             do axis = 1, 3
                 place = 6*((a - 1)/2) + 2*(axis - 1) + 1 + mod(a - 1, 2)
-                limits = printed_axis('6.'//integer_text(satellite + 1), trim(SATELLITES(satellite)), &
+                limits = published_axis_limits('6.'//integer_text(satellite + 1), trim(SATELLITES(satellite)), &
                                       trim(REPORT_ESTIMATORS(a)), AXES(axis))/MILLIMETRE
                 panels(place)%title = trim(REPORT_ESTIMATORS(a))//': d_'//AXES(axis)//', mm'
                 panels(place)%has_limits = any(abs(limits) > 0)

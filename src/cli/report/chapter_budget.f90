@@ -1,9 +1,10 @@
 !> The report page: Tables 1.1 and 1.2, why the offset is calibrated.
 module gracecg_cli_chapter_budget
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY
     use gracecg_studies_com_budget, only: com_budget_t, com_budget, is_stated
-    use gracecg_cli_book, only: report_book_t, add_finding, AXES
+    use gracecg_cli_book, only: report_book_t, add_finding
     use gracecg_cli_number_text, only: fixed_text
     implicit none
     private

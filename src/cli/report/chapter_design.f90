@@ -2,16 +2,16 @@
 !> what the designed one reaches in the six cases.
 module gracecg_cli_chapter_design
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES, SQUARE
-    use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, WAVEFORM_NAMES, SQUARE
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
     use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t
     use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
@@ -25,7 +25,7 @@ module gracecg_cli_chapter_design
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_cli_chapter_limit, only: MOST_LIMIT_RUNS
-    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, share_text
     implicit none
     private
@@ -45,7 +45,7 @@ module gracecg_cli_chapter_design
 
     !> The manoeuvres of one satellite over a revolution.
     type :: design_study_t
-        type(case_t) :: case                    !! Case 1, the manoeuvre the designed one
+        type(calibration_t) :: calibration                    !! Case 1, the manoeuvre the designed one
         type(manoeuvre_design_t) :: design
         type(map_point_t), allocatable :: report(:)         !! The map of the report's manoeuvre
         type(map_point_t), allocatable :: designed(:)       !! Of the designed one
@@ -109,9 +109,9 @@ contains
         real(dp), allocatable :: times(:)
         integer :: i
 
-        call report_case(satellite//'-1', study%case, error)
-        if (.not. allocated(error)) call new_accelerometer_view(study%case, view, error)
-        if (.not. allocated(error)) call new_nominal_orbit(study%case, orbit, error, 1, ORBIT_STEP)
+        call find_calibration(satellite//'-1', study%calibration, error)
+        if (.not. allocated(error)) call new_accelerometer_view(study%calibration%case, view, error)
+        if (.not. allocated(error)) call new_nominal_orbit(study%calibration%case, orbit, error, 1, ORBIT_STEP)
         if (allocated(error)) return
         settings%threads = threads
         settings%lowest_frequency = LOWEST_FREQUENCY
@@ -123,11 +123,11 @@ contains
         if (.not. allocated(error)) call design_manoeuvre(view, sites, settings, study%design, error)
         if (allocated(error)) return
         times = [(i*MAP_STEP, i=0, int(last_time(orbit)/MAP_STEP))]
-        call map_manoeuvre(view, orbit, times, study%case%knowledge%rods, threads, study%report, error)
+        call map_manoeuvre(view, orbit, times, study%calibration%case%satellite%rods, threads, study%report, error)
         if (allocated(error)) return
         call map_manoeuvre(view, orbit, times, study%design%rods, threads, study%designed, error)
-        call take_design(study%design, study%case)
-        study%case%knowledge%name = satellite//'-design'
+        call take_design(study%design, study%calibration)
+        study%calibration%case%name = satellite//'-design'
     end subroutine study_design
 
     subroutine write_map(book, study, error)
@@ -138,10 +138,10 @@ contains
         type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(book_file(book, map_file(study%case%satellite)), 'time_s,latitude_deg,longitude_deg,'// &
+        call file%open(book_file(book, map_file(study%calibration%case%satellite%name)), 'time_s,latitude_deg,longitude_deg,'// &
                        'report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
                        'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', &
-                       [character(120) :: 'gracecg '//VERSION//' '//COMMAND, trim(study%case%satellite)// &
+                       [character(120) :: 'gracecg '//VERSION//' '//COMMAND, trim(study%calibration%case%satellite%name)// &
                         ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
                         'manoeuvre of case 1', 'and of the designed one, started there'], error)
         if (allocated(error)) return
@@ -170,8 +170,9 @@ contains
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        call case_text(study%case, text, error)
-        if (.not. allocated(error)) call file%open(book_file(book, 'designed_'//trim(study%case%satellite)//'.nml'), error)
+        call calibration_text(study%calibration, text, error)
+        if (.not. allocated(error)) &
+            call file%open(book_file(book, 'designed_'//trim(study%calibration%case%satellite%name)//'.nml'), error)
         if (allocated(error)) return
         call file%line(text)
         call file%commit(error)
@@ -185,7 +186,7 @@ contains
         type(designed_case_t), intent(out) :: reached
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
+        type(calibration_t) :: calibration
         type(manoeuvre_design_t) :: design
         type(case_bound_t) :: bound
         type(simulator_t) :: simulator
@@ -195,20 +196,21 @@ contains
         type(trim_statistics_t) :: rounds(TRIM_ROUNDS)
         integer :: k
 
-        call report_case(REPORT_CASE_NAMES(number), case, error)
+        call find_calibration(REPORT_CASE_NAMES(number), calibration, error)
         if (allocated(error)) return
-        design = studies(merge(1, 2, case%satellite == SATELLITES(1)))%design
-        case%knowledge%rods = design%rods
-        call bound_of_case(case, bound, error)
-        call take_design(design, case)
-        if (.not. allocated(error)) call new_simulator(case, simulator, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, book%seed, [(k, k=1, runs)], &
-                                                         book%threads, results, error)
+        design = studies(merge(1, 2, calibration%case%satellite%name == SATELLITES(1)))%design
+        call take_manoeuvre(design%rods, calibration%case%satellite%rods)
+        call bound_of_case(calibration%case, calibration%options, bound, error)
+        call take_design(design, calibration)
+        if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, ALGORITHM, calibration%options, book%seed, &
+                                                         [(k, k=1, runs)], book%threads, results, error)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+        statistics = statistics_of(results%offset/MILLIMETRE, calibration%case%satellite%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = book%seed
-        call repeat_trim(case, ALGORITHM, settings, REPORT_RUNS, book%threads, rounds, error)
+        call repeat_trim(calibration%case, ALGORITHM, calibration%options, settings, REPORT_RUNS, &
+                         book%threads, rounds, error)
         if (allocated(error)) return
         reached%bound = bound%sigma
         reached%rms = statistics%rms*MILLIMETRE

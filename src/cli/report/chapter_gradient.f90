@@ -1,14 +1,14 @@
 !> The report page: Figure 3.1, the gravity gradient at the proof mass.
 module gracecg_cli_chapter_gradient
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_MISSED
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
     use gracecg_studies_gravity_gradient, only: gradient_sample_t, gradient_along_orbit
     use gracecg_studies_study_files, only: write_gradient
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
-        MILLIMETRE
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, scaled_text
     implicit none
     private

@@ -1,6 +1,7 @@
 !> The report page, beyond the report: every estimator against the theoretical limit.
 module gracecg_cli_chapter_limit
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_statistics, only: median_of
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
@@ -8,6 +9,7 @@ module gracecg_cli_chapter_limit
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_MISSED, VERDICT_NONE
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES, REPORT_ESTIMATORS
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t
@@ -16,7 +18,7 @@ module gracecg_cli_chapter_limit
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND, MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, add_figure, add_finding, book_file, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
@@ -114,17 +116,17 @@ contains
         if (allocated(error)) return
         do i = 1, CASES
             call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call bound_of_case(case, bound, error)
+            if (.not. allocated(error)) call bound_of_case(case, report_options(REPORT_CASE_NAMES(i)), bound, error)
             if (.not. allocated(error)) call new_switched_simulator(case, switches, simulator, error)
             if (allocated(error)) return
             studies(i)%bound = bound%sigma
             do a = 1, ALGORITHMS
                 call console%progress(COMMAND//': bound, '//trim(REPORT_CASE_NAMES(i))//', '// &
                                       trim(ESTIMATOR_NAMES(a))//', '//integer_text(runs_of(a, runs))//' runs')
-                call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), book%seed, [(k, k=1, runs_of(a, runs))], &
-                                     book%threads, results, error)
+                call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), report_options(REPORT_CASE_NAMES(i)), &
+                                     book%seed, [(k, k=1, runs_of(a, runs))], book%threads, results, error)
                 if (allocated(error)) return
-                statistics = statistics_of(results%offset/MILLIMETRE, case%offset/MILLIMETRE)
+                statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
                 studies(i)%rms(:, a) = statistics%rms*MILLIMETRE
                 studies(i)%not_converged(a) = count(.not. results%converged)
             end do

@@ -1,21 +1,22 @@
 !> The report page: Figure 6.6, the field model in place of the magnetometer.
 module gracecg_cli_chapter_loss
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_studies_study_files, only: write_field_studies, write_field_runs
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, add_figure, &
-        COMMAND, &
-        MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, &
+        add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
@@ -52,9 +53,8 @@ contains
                                           trim(CASE_NAMES(i))//', '// &
                                           ALGORITHMS(a)//', '//integer_text(book%runs)//' runs')
                     n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), f == 2, MODEL_FIELD_ERROR, book%seed, &
-                                     book%runs, &
-                                     book%threads, study(n), error)
+                    call study_field(simulator, ALGORITHMS(a), report_options(CASE_NAMES(i)), f == 2, &
+                                     MODEL_FIELD_ERROR, book%seed, book%runs, book%threads, study(n), error)
                     if (allocated(error)) return
                 end do
             end do
@@ -72,7 +72,7 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call add_figure(book, 'figure_6_6', script_of(case%offset, study), 'Figure 6.6. Loss of '// &
+        call add_figure(book, 'figure_6_6', script_of(case%satellite%offset, study), 'Figure 6.6. Loss of '// &
                         'magnetometer data: estimates of the CG offset in 15 runs, front satellite, '// &
                         'with the measured field (open) and with that of the model (LM, filled). Grey '// &
                         'band: the printed axis.', 'Figure 6.6, estimates with and without magnetometer', &
@@ -157,7 +157,7 @@ contains
         do a = 1, size(ALGORITHMS)
             do axis = 1, 3
                 place = 2*(axis - 1) + a
-                limits = printed_axis('6.6', 'front', ALGORITHMS(a), AXES(axis))/MILLIMETRE
+                limits = published_axis_limits('6.6', 'front', ALGORITHMS(a), AXES(axis))/MILLIMETRE
                 panels(place)%title = ALGORITHMS(a)//': d_'//AXES(axis)//', mm'
                 panels(place)%has_limits = any(abs(limits) > 0)
                 panels(place)%low = limits(1)

@@ -1,20 +1,20 @@
 !> The report page: Figures 6.1 and 6.4, the field and the angular acceleration over one revolution.
 module gracecg_cli_chapter_orbit
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
-    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_studies_study_files, only: write_places
     use gracecg_cli_console, only: console_t
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND, &
-        MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, scaled_text, percent_text
     implicit none
     private
@@ -22,7 +22,6 @@ module gracecg_cli_chapter_orbit
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: STEP = 10                         !! Between the places, s
-    real(dp), parameter :: NANOTESLA = 1e-9_dp              !! T
     character(1), parameter :: LF = achar(10)
     character(*), parameter :: TIME_TICS = 'set xtics 1000'
 
@@ -50,10 +49,11 @@ contains
             call report_case(trim(SATELLITES(i))//'-1', case, error)
             if (.not. allocated(error)) call new_nominal_orbit(case, studies(i)%orbit, error)
             if (allocated(error)) return
-            call scan_orbit(case, studies(i)%orbit, nint(TIME_OF_CASE), book%threads, studies(i)%of_cases, &
-                            error)
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, nint(TIME_OF_CASE), &
+                            book%threads, studies(i)%of_cases, error)
             if (allocated(error)) return
-            call scan_orbit(case, studies(i)%orbit, [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
+            call scan_orbit(case, report_options(trim(SATELLITES(i))//'-1'), studies(i)%orbit, &
+                            [(k*STEP, k=0, int(studies(i)%orbit%revolution)/STEP)], &
                             book%threads, studies(i)%places, error)
             if (allocated(error)) return
             call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), &
@@ -84,7 +84,7 @@ contains
             strongest(i) = maxval([(maxval(abs(studies(i)%places(k)%field)), k=1, &
                                     size(studies(i)%places))])/NANOTESLA
         end do
-        limits = printed_axis('6.1', 'front', 'field', 'all')
+        limits = published_axis_limits('6.1', 'front', 'field', 'all')
         met = all(strongest <= limits(2))
 
         call book%page%chapter('field', 'Where: the magnetic field of the three cases, Figure 6.1')
@@ -199,7 +199,7 @@ contains
                 share(i) = real(count(x_is_strongest(places)), dp)/size(places)
             end associate
         end do
-        limits = printed_axis('6.4', 'front', 'acceleration', 'all')
+        limits = published_axis_limits('6.4', 'front', 'acceleration', 'all')
         on_axis = all(largest <= limits(2))
         met = all(share > 0.5_dp) .and. all(seconds >= 50 .and. seconds <= 200)
 

@@ -1,20 +1,21 @@
 !> The report page: Figure 6.5, one error source off at a time.
 module gracecg_cli_chapter_sources
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
-    use gracecg_studies_published_axes, only: printed_axis
+    use gracecg_studies_published_axes, only: published_axis_limits
     use gracecg_studies_study_files, only: write_error_sources
     use gracecg_cli_console, only: console_t
     use gracecg_cli_gnuplot, only: data_block
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, add_figure, &
-        COMMAND, &
-        MILLIMETRE, AXES
+    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, &
+        add_figure, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
@@ -47,8 +48,8 @@ contains
         do i = 1, size(STUDY_NAMES)
             call console%progress(COMMAND//': error sources, '// &
                                   trim(STUDY_NAMES(i))//', '//integer_text(book%runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, book%seed, book%runs, book%threads, &
-                              studies(i), error)
+            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, report_options(CASE_NAME), book%seed, &
+                              book%runs, book%threads, studies(i), error)
             if (allocated(error)) return
         end do
         call write_error_sources(book_file(book, FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &
@@ -99,7 +100,7 @@ contains
 
         excess = 0
         do axis = 1, 3
-            limits = printed_axis('6.5', 'front', ALGORITHM, AXES(axis))
+            limits = published_axis_limits('6.5', 'front', ALGORITHM, AXES(axis))
             excess = max(excess, maxval(studies%rms(axis))/limits(2) - 1)
             least(axis) = minloc(studies%predicted(axis), 1)
         end do
@@ -154,7 +155,7 @@ contains
             theory(:, i) = [real(i, dp), studies(i)%predicted/MILLIMETRE]
         end do
         do axis = 1, 3
-            limits = printed_axis('6.5', 'front', ALGORITHM, AXES(axis))/MILLIMETRE
+            limits = published_axis_limits('6.5', 'front', ALGORITHM, AXES(axis))/MILLIMETRE
             panels(axis)%title = 'RMS error of d_'//AXES(axis)//', mm'
             panels(axis)%greatest = 1.06_dp*max(limits(2), maxval(theory(axis + 1, :)), &
                                                 maxval(studies%rms(axis))/MILLIMETRE)

@@ -7,12 +7,14 @@
 !> nT. The error of the model itself is larger by far: the report assumes 150 nT along each axis.
 module gracecg_estimation_field_fallback
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail, add_context, number_text
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_text, only: string_t, append, integer_text, join
     use gracecg_base_vectors, only: rotation_z
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_environment_time, only: decimal_year, sidereal_angle, time_tag
-    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
+    use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
+    use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
     use gracecg_observations_knowledge, only: NO_FIELD_MODEL
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated, is_covered, &
@@ -24,7 +26,7 @@ module gracecg_estimation_field_fallback
 
     !> The model along the arc.
     type :: model_field_t
-        type(igrf_t) :: igrf
+        class(geomagnetic_model_t), allocatable :: geomagnetic
         real(dp) :: sidereal_angle = 0              !! At the epoch, rad
         real(dp), allocatable :: orbit_time(:)      !! s
         real(dp), allocatable :: position(:, :)     !! Inertial, m
@@ -39,7 +41,6 @@ module gracecg_estimation_field_fallback
     !! angular acceleration of up to 2e-5 rad/s^2: 2e-3 rad, or 60 nT, at most
     integer, parameter :: FEWEST_COMMON = 5     !! Epochs that determine an offset of the model
     real(dp), parameter :: SLACK = 1e-6_dp      !! Of an interval, for rounding
-    real(dp), parameter :: NANOTESLA = 1e-9_dp
 
 contains
 
@@ -82,7 +83,7 @@ contains
         call merge_series(missing, missing_field, times, field)
         call append(warnings, 'magnetometer: no samples for '//integer_text(size(missing))// &
                     ' epochs from '//number_text(missing(1))//' s to '// &
-                    number_text(missing(size(missing)))//' s; '//model%igrf%name//' stands in'// &
+                    number_text(missing(size(missing)))//' s; '//trim(observations%knowledge%field_model)//' stands in'// &
                     trim(offset_text(offset, common))//'; the sigmas leave out the error of the model')
     end subroutine complete_field
 
@@ -110,10 +111,11 @@ contains
         associate (knowledge => observations%knowledge)
             if (knowledge%field_model == NO_FIELD_MODEL) then
                 call fail(error, 'magnetometer: samples are missing, and the setup names no '// &
-                          'geomagnetic field model that could stand in (igrf95 or igrf14)')
+                          'geomagnetic field model that could stand in ('//join(GEOMAGNETIC_MODELS, ' or ')//')')
                 return
             end if
-            call igrf(trim(knowledge%field_model), decimal_year(knowledge%epoch), model%igrf, error)
+            call new_geomagnetic_model(trim(knowledge%field_model), decimal_year(knowledge%epoch), '', &
+                                       model%geomagnetic, error)
             call add_context(error, 'magnetometer: samples are missing, and the model cannot stand in')
             model%sidereal_angle = knowledge%sidereal_angle
             model%star_camera_interval = knowledge%star_camera_interval
@@ -147,7 +149,7 @@ contains
             return
         end if
         earth_from_inertial = rotation_z(sidereal_angle(self%sidereal_angle, t))
-        call self%igrf%evaluate(matmul(earth_from_inertial, &
+        call self%geomagnetic%evaluate(matmul(earth_from_inertial, &
                                        cubic_interpolated(self%orbit_time, self%position, t)), b)
         q = normalised(interpolated(self%stars%quaternion, attitude))
         b = matmul(rotation_matrix(q), matmul(b, earth_from_inertial))

@@ -1,6 +1,7 @@
 !> Preprocessing and interpolation of CSR-TM-00-01 section 4.5: star-camera quaternions turned to body
 !> axes, freed of sign flips and normalised; quaternions and magnetic flux density interpolated to
-!> the accelerometer's epochs. What the data lack is made up for as far as possible, with a warning.
+!> the accelerometer's epochs; a first guess of the rotation. What the data lack is made up for as far as
+!> possible, with a warning.
 module gracecg_estimation_fitting_data
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
@@ -13,6 +14,8 @@ module gracecg_estimation_fitting_data
     use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_field
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
+    use gracecg_estimation_first_guess, only: guess_rotation
+    use gracecg_estimation_options, only: estimation_options_t
     implicit none
     private
     public :: fitting_data_t, preprocess
@@ -27,6 +30,8 @@ module gracecg_estimation_fitting_data
         real(dp), allocatable :: quaternion(:, :)       !! (4, pseudo-observations), inertial to body
         type(interpolation_t), allocatable :: attitude_source(:)    !! Where each comes from
         type(star_attitude_t) :: stars                  !! Star-camera samples before interpolation
+        real(dp) :: guess_quaternion(4) = 0             !! First guess at the epoch, inertial to body
+        real(dp) :: guess_angular_velocity(3) = 0       !! The same of the angular velocity, rad/s
         real(dp), allocatable :: torque(:, :)           !! m x B at 0, h/2 ... n h: (3, 2n + 1), N m
         real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
         real(dp), allocatable :: orbit_position(:, :)   !! (3, positions), inertial J2000, m
@@ -40,12 +45,14 @@ contains
     !> Fails when the observations are refused by check_observations, when accelerometer times are
     !> not multiples of the sampling interval, when there are too few attitudes, or when the
     !> magnetometer leaves a gap that the field model cannot fill.
-    subroutine preprocess(observations, data, error)
+    subroutine preprocess(observations, options, data, error)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options       !! May give the first guess of the rotation
         type(fitting_data_t), intent(out) :: data
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: clean
+        real(dp) :: quaternion(4)
 
         allocate (data%warnings(0))
         call check_observations(observations, error)
@@ -63,11 +70,24 @@ contains
         else
             allocate (data%orbit_time(0), data%orbit_position(3, 0))
         end if
-        call take_star_attitude(clean, data%stars, data%warnings)
+        data%guess_quaternion = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]        ! gives a sign to the first quaternion
+        if (is_given(options%guess_quaternion)) data%guess_quaternion = normalised(options%guess_quaternion)
+        call take_star_attitude(clean, data%guess_quaternion, data%stars, data%warnings)
         call take_attitude(clean%knowledge%star_camera_interval, data, error)
         if (allocated(error)) return
         call take_torque(clean, data, error)
+        if (allocated(error)) return
+        call guess_rotation(data%stars%time, data%stars%quaternion, quaternion, data%guess_angular_velocity)
+        if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
+        if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity
     end subroutine preprocess
+
+    !> An option of which 0 says that it is not given.
+    pure logical function is_given(values)
+        real(dp), intent(in) :: values(:)
+
+        is_given = .not. all(abs(values) <= 0)
+    end function is_given
 
     !> Accelerometer samples with the index of their epoch.
     subroutine take_accelerations(observations, data, error)

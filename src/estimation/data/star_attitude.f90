@@ -24,8 +24,9 @@ contains
     !> Steps 1 and 2 of CSR-TM-00-01 section 4.5: quaternions turned to body axes, freed of sign flips
     !> and normalised. The other head's samples are taken where the used head leaves a gap that
     !> interpolation does not bridge. Warns of the change of head and of what gap remains.
-    subroutine take_star_attitude(observations, stars, warnings)
+    subroutine take_star_attitude(observations, like, stars, warnings)
         type(observation_set_t), intent(in) :: observations
+        real(dp), intent(in) :: like(4)     !! A quaternion whose sign the first sample gets
         type(star_attitude_t), intent(out) :: stars
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
@@ -37,7 +38,7 @@ contains
         stars%time = observations%star_camera_time(order)
         stars%head = observations%star_camera_head(order)
         allocate (stars%quaternion(4, size(order)))
-        neighbour = observations%knowledge%guess_quaternion
+        neighbour = like
         do i = 1, size(order)
             associate (to_body => conjugate_quaternion(observations%knowledge%mounting(:, stars%head(i))))
                 q = normalised(quaternion_product(to_body, observations%quaternion(:, order(i))))

@@ -4,6 +4,7 @@
 module gracecg_estimation_estimators
     use gracecg_base_error, only: error_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     implicit none
@@ -19,16 +20,16 @@ module gracecg_estimation_estimators
 
     interface
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
-        !> ESTIMATOR_NAMES, and as the estimator does.
-        module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance, record)
+        !> ESTIMATOR_NAMES, and as the estimator does; with options%covariance also when the fit contradicts
+        !> what is known of rods and noise.
+        module subroutine estimate_offset(algorithm, observations, options, solution, error, record)
             character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
             type(observation_set_t), intent(in) :: observations
+            type(estimation_options_t), intent(in) :: options   !! estimation_options_t() needs no telling
             type(solution_t), intent(out) :: solution
             type(error_t), allocatable, intent(out) :: error
-            logical, intent(in), optional :: with_covariance
-            !! Compute the covariance and check the fit: true when absent
             type(fit_record_t), intent(out), optional :: record
-            !! For diagnostics: series and covariances of the fit; the covariance is then computed
+            !! For diagnostics: series and covariances of the fit, as if options%covariance were true
         end subroutine estimate_offset
     end interface
 end module gracecg_estimation_estimators

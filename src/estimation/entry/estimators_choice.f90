@@ -11,31 +11,27 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
 
 contains
 
-    module subroutine estimate_offset(algorithm, observations, solution, error, with_covariance, record)
+    module subroutine estimate_offset(algorithm, observations, options, solution, error, record)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in), optional :: with_covariance
         type(fit_record_t), intent(out), optional :: record
 
-        logical :: covariance
-
-        covariance = .true.
-        if (present(with_covariance)) covariance = with_covariance .or. present(record)
         select case (algorithm)
         case ('assest-fde')
-            call estimate_assest(observations, .false., solution, error, covariance, record)
+            call estimate_assest(observations, options, .false., solution, error, record)
         case ('assest-rde')
-            call estimate_assest(observations, .true., solution, error, covariance, record)
+            call estimate_assest(observations, options, .true., solution, error, record)
         case ('ascfest')
-            call estimate_combined(observations, .false., solution, error, covariance, record)
+            call estimate_combined(observations, options, .false., solution, error, record)
         case ('ascrest')
-            call estimate_combined(observations, .true., solution, error, covariance, record)
+            call estimate_combined(observations, options, .true., solution, error, record)
         case ('optimal')
-            call estimate_optimal(observations, solution, error, covariance, record)
+            call estimate_optimal(observations, options, solution, error, record)
         case ('sequential')
-            call estimate_sequential(observations, solution, error, covariance, record)
+            call estimate_sequential(observations, options, solution, error, record)
         case default
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))

@@ -1,6 +1,7 @@
 !> Whether the observations fit the manoeuvre: faults that leave a number with a small sigma.
 module gracecg_estimation_fit_checks
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
@@ -20,7 +21,6 @@ module gracecg_estimation_fit_checks
     character(*), parameter :: RODS_OFF = &
         'the torque rods are off all the time: the offset is hardly observable'
 
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     !> A factor farther from 1 is warned of, farther still refused, if it is significant
     real(dp), parameter :: DOUBTFUL = 0.05_dp, WRONG = 0.5_dp
     real(dp), parameter :: SIGNIFICANT = 4      !! In standard deviations

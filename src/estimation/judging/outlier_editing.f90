@@ -9,6 +9,7 @@
 !> of the worst (what the fit shares out among many samples is smaller), and the fit is repeated.
 module gracecg_estimation_outlier_editing
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_statistics, only: median_of
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append, integer_text
@@ -17,7 +18,6 @@ module gracecg_estimation_outlier_editing
     private
     public :: edit_samples, report_edited
 
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
     real(dp), parameter :: LIMIT = 6                !! Standard deviations; 2e-9 of Gaussian noise is beyond
     real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp   !! Of |x|, x of the standard normal distribution
     real(dp), parameter :: MEDIAN_OF_THREE = 1.53817_dp !! Of the length of a vector of three such
@@ -36,7 +36,7 @@ contains
 
         changed = .false.
         do axis = 1, 3
-            call leave_out(abs(problem%whiteners(axis)%innovations(problem%left_over(axis, :))), &
+            call leave_out(abs(problem%whiteners(axis)%innovations(problem%acceleration_residual(axis, :))), &
                            MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
         end do
         do i = 1, size(normalised)

@@ -2,6 +2,7 @@
 !> what to do next.
 module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text, join, padded
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_solution, only: solution_t
@@ -24,8 +25,6 @@ module gracecg_estimation_verdict
     real(dp), parameter :: BY_CHANCE = 4        !! Standard deviations of the residuals' ratio
     real(dp), parameter :: CORRELATED = 1e-3_dp !! Of the probability of whiteness
     real(dp), parameter :: NOT_ZERO = 3         !! Standard deviations of a component that is not 0
-    real(dp), parameter :: MILLIMETRES = 1e3_dp
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> One thing that was examined.
     type :: finding_t
@@ -123,17 +122,17 @@ contains
             return
         end if
         associate (d => diagnostics, long => diagnostics%ellipsoid%semi_axis(1))
-            figures = 'sigma '//rounded_text(MILLIMETRES*d%sigma(1), 3)//', '// &
-                rounded_text(MILLIMETRES*d%sigma(2), 3)//', '//rounded_text(MILLIMETRES*d%sigma(3), 3)//' mm in x, y, z; '// &
+            figures = 'sigma '//rounded_text(d%sigma(1)/MILLIMETRE, 3)//', '// &
+                rounded_text(d%sigma(2)/MILLIMETRE, 3)//', '//rounded_text(d%sigma(3)/MILLIMETRE, 3)//' mm in x, y, z; '// &
                 'worst direction '//trim(direction_text(d%ellipsoid%direction(:, 1)))//' with '// &
-                rounded_text(MILLIMETRES*long, 3)//' mm'
+                rounded_text(long/MILLIMETRE, 3)//' mm'
             if (all(d%sigma <= WANTED_ACCURACY)) then
                 call add(verdict, GRADE_GOOD, 'Accuracy', figures//'; wanted are '// &
-                         rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
+                         rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm')
             else
                 call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//trim(listed(d%sigma > WANTED_ACCURACY))// &
                          trim(merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1))// &
-                         ' not determined to the wanted '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm')
+                         ' not determined to the wanted '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm')
             end if
         end associate
     end subroutine judge_accuracy
@@ -224,13 +223,13 @@ contains
         else if (.not. diagnostics%sigma_known) then
             text = 'The accuracy is not known, for lack of noise levels in the setup'
         else if (all(determined)) then
-            text = 'All three components are determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better'
+            text = 'All three components are determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better'
         else if (any(determined)) then
             text = trim(listed(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
-                ' determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm or better, '// &
+                ' determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better, '// &
                 trim(listed(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
         else
-            text = 'No component is determined to '//rounded_text(MILLIMETRES*WANTED_ACCURACY, 2)//' mm'
+            text = 'No component is determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm'
         end if
         if (verdict%grade /= GRADE_BAD) then
             if (size(solution%warnings) > 0) text = text//'; the observations gave reason for warnings'
@@ -269,8 +268,8 @@ contains
                 if (.not. moved(axis)) cycle
                 if (moves /= '') moves = moves//', '
                 if (moments /= '') moments = moments//', '
-                moves = moves//trim(signed(MILLIMETRES*solution%offset(axis)))//' mm along '//AXES(axis)
-                moments = moments//trim(signed(MILLIMETRES*knowledge%mass*solution%offset(axis)))//' kg mm'
+                moves = moves//trim(signed(solution%offset(axis)/MILLIMETRE))//' mm along '//AXES(axis)
+                moments = moments//trim(signed(knowledge%mass*solution%offset(axis)/MILLIMETRE))//' kg mm'
             end do
             call append(verdict%next_steps, 'Trim: move the centre of mass by '//moves// &
                         ' (towards the proof mass; the offset changes by the negative of it). With '// &

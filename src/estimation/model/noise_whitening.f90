@@ -10,6 +10,7 @@
 !> only stretch a step of the filter.
 module gracecg_estimation_noise_whitening
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
@@ -18,7 +19,6 @@ module gracecg_estimation_noise_whitening
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
 
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
     type :: whitener_t

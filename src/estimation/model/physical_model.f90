@@ -21,7 +21,7 @@ module gracecg_estimation_physical_model
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
-    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -129,8 +129,6 @@ contains
             model%dipole(:, j) = dipole_moment(knowledge%rods, j*data%interval/2)
         end do
         call take_gravity(data, model)
-        if (knowledge%optimal%density_wave == WAVE_GIVEN) &
-            model%wave_frequency = 1/knowledge%optimal%density_wave_period
         do head = 1, HEADS
             model%camera_from_body(:, :, head) = rotation_matrix(knowledge%mounting(:, head))
         end do
@@ -197,14 +195,15 @@ contains
         end function velocity_in_air
     end subroutine take_gravity
 
-    !> The initial guess of the setup.
-    pure function initial_state(knowledge) result(state)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> The first guess.
+    pure function initial_state(data, options) result(state)
+        type(fitting_data_t), intent(in) :: data            !! Has that of the rotation
+        type(estimation_options_t), intent(in) :: options   !! Has that of the offset
         type(model_state_t) :: state
 
-        state%quaternion = normalised(knowledge%guess_quaternion)
-        state%value(RATE) = knowledge%guess_angular_velocity
-        state%value(OFFSET) = knowledge%guess_offset
+        state%quaternion = data%guess_quaternion
+        state%value(RATE) = data%guess_angular_velocity
+        state%value(OFFSET) = options%guess_offset
     end function initial_state
 
     !> Applies corrections to the estimated parameters: angles turn the attitude, the others add.

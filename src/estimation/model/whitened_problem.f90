@@ -3,11 +3,13 @@
 !> a-priori knowledge. Every row has the weight 1, so the inverse normal matrix is the covariance.
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_base_lapack, only: normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_optimal_options, only: WAVE_GIVEN
+    use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_estimation_physical_model
@@ -33,7 +35,7 @@ module gracecg_estimation_whitened_problem
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
         logical, allocatable :: acceleration_kept(:, :) !! (3, accelerometer samples)
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
-        real(dp), allocatable :: left_over(:, :)        !! Accelerometer, observed minus computed, m/s^2
+        real(dp), allocatable :: acceleration_residual(:, :)        !! Accelerometer, observed minus computed, m/s^2
         real(dp), allocatable :: acceleration_partials(:, :, :) !! (parameters, 3, samples), not whitened
         integer :: star_rows = 0, acceleration_rows = 0
         !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
@@ -48,23 +50,22 @@ module gracecg_estimation_whitened_problem
 
 contains
 
-    !> The parameters that the settings ask for.
-    pure function estimated_parameters(knowledge) result(estimated)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    !> The parameters that the options ask for.
+    pure function estimated_parameters(asked) result(estimated)
+        type(optimal_options_t), intent(in) :: asked
         integer, allocatable :: estimated(:)
 
         estimated = ALWAYS_ESTIMATED
-        associate (asked => knowledge%optimal)
-            if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
-            if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
-            if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
-            if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
-        end associate
+        if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
+        if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
+        if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
+        if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
     end function estimated_parameters
 
-    !> Sets up the problem from preprocessed data, at the setup's initial guess. Call set_noise next.
-    subroutine prepare_calibration(knowledge, data, estimated, problem)
+    !> Sets up the problem from preprocessed data, at the first guess. Call set_noise next.
+    subroutine prepare_calibration(knowledge, options, data, estimated, problem)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fitting_data_t), intent(inout) :: data     !! Its warnings may grow
         integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_physical_model
         type(whitened_problem_t), intent(out) :: problem
@@ -72,8 +73,10 @@ contains
         integer :: n
 
         call prepare_model(knowledge, data, estimated, problem%model)
+        if (options%optimal%density_wave == WAVE_GIVEN) &
+            problem%model%wave_frequency = 1/options%optimal%density_wave_period
         problem%data = data
-        problem%state = initial_state(knowledge)
+        problem%state = initial_state(data, options)
         problem%names = PARAMETER_NAMES(estimated)
         problem%scales = typical_sizes(estimated, knowledge%duration)
         call take_prior(knowledge, estimated, problem)
@@ -82,7 +85,7 @@ contains
             problem%star_rows = 3*stars
             problem%acceleration_rows = 3*samples
             allocate (problem%star_kept(stars), problem%acceleration_kept(3, samples), source=.true.)
-            allocate (problem%star_angles(3, stars), problem%left_over(3, samples))
+            allocate (problem%star_angles(3, stars), problem%acceleration_residual(3, samples))
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
@@ -92,8 +95,9 @@ contains
     end subroutine prepare_calibration
 
     !> The same problem, at the same state, with other parameters. Call set_noise next.
-    subroutine with_parameters(knowledge, problem, estimated, other)
+    subroutine with_parameters(knowledge, options, problem, estimated, other)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_physical_model
         type(whitened_problem_t), intent(out) :: other
@@ -101,7 +105,7 @@ contains
         type(fitting_data_t) :: data
 
         data = problem%data
-        call prepare_calibration(knowledge, data, estimated, other)
+        call prepare_calibration(knowledge, options, data, estimated, other)
         other%data%warnings = problem%data%warnings     ! said already
         other%model%wave_frequency = problem%model%wave_frequency
         other%state = problem%state
@@ -156,7 +160,6 @@ contains
         type(whitened_problem_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
-        character(1), parameter :: AXES(3) = ['x', 'y', 'z']
         type(coloured_noise_t) :: noise
         integer :: axis
 
@@ -185,13 +188,13 @@ contains
         call linearise_stars(self, partials, residuals)
         first = self%star_rows
         call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
-                                   self%left_over, self%acceleration_partials)
-        self%left_over = self%data%acceleration - self%left_over
+                                   self%acceleration_residual, self%acceleration_partials)
+        self%acceleration_residual = self%data%acceleration - self%acceleration_residual
         do axis = 1, 3
             associate (rows => partials(:, first + axis:first + self%acceleration_rows:3), &
                        observed => residuals(first + axis:first + self%acceleration_rows:3))
                 rows = self%acceleration_partials(:, axis, :)
-                observed = self%left_over(axis, :)
+                observed = self%acceleration_residual(axis, :)
                 call self%whiteners(axis)%whiten(rows)
                 call self%whiteners(axis)%whiten_series(observed)
             end associate

@@ -10,7 +10,8 @@ module gracecg_estimation_optimal
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
@@ -48,16 +49,16 @@ module gracecg_estimation_optimal
 contains
 
     !> The optimal batch estimate. Its covariance is the inverse information of all parameters, which
-    !> costs nothing and is always given.
+    !> costs nothing and is always given; without options%covariance the fit is not checked.
     !>
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
-    subroutine estimate_optimal(observations, solution, error, with_checks, record)
+    subroutine estimate_optimal(observations, options, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_checks      !! Compare the torque with the turn that the star camera saw
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(whitened_problem_t) :: start
@@ -65,29 +66,30 @@ contains
         type(fit_t) :: fit
 
         solution%algorithm = 'optimal'
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
-        call prepare_calibration(observations%knowledge, data, estimated_parameters(observations%knowledge), start)
+        call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), start)
         solution%warnings = start%data%warnings
-        call fit_best(observations%knowledge, start, fit, solution, error)
+        call fit_best(observations%knowledge, options, start, fit, solution, error)
         if (allocated(error)) then
             call add_context(error, 'optimal')
             return
         end if
         call report_edited(fit%problem, solution%edited, solution%warnings, error)
         if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
-        if (.not. allocated(error) .and. with_checks) &
-            call check_fit(observations%knowledge, fit%problem, fit%batch, solution, error, record)
+        if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
+            call check_fit(observations%knowledge, options, fit%problem, fit%batch, solution, error, record)
         if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
-    !> The fit with the parameters that the setup asks for; if its residuals show a density wave, the best
+    !> The fit with the parameters that the options ask for; if its residuals show a density wave, the best
     !> of this fit and those that estimate the wave, without and with curved drag: a parabola would pull
     !> the wave's frequency.
-    subroutine fit_best(knowledge, start, fit, solution, error)
+    subroutine fit_best(knowledge, options, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: start
         type(fit_t), intent(out) :: fit
         type(solution_t), intent(inout) :: solution
@@ -99,16 +101,16 @@ contains
         integer :: best, last, i
 
         candidates(1)%problem = start
-        call settle(knowledge, candidates(1), error)
+        call settle(knowledge, options, candidates(1), error)
         if (allocated(error)) return
         best = 1
         last = 1
-        if (knowledge%optimal%density_wave == WAVE_SEARCHED) &
+        if (options%optimal%density_wave == WAVE_SEARCHED) &
             wave = search_wave(candidates(1)%problem, candidates(1)%batch)
         if (wave%found) then
             do i = 2, 3
-                call widen(knowledge, candidates(i - 1), wave, candidates(i))
-                call settle(knowledge, candidates(i), not_determined)
+                call widen(knowledge, options, candidates(i - 1), wave, candidates(i))
+                call settle(knowledge, options, candidates(i), not_determined)
                 if (allocated(not_determined) .or. .not. candidates(i)%converged) exit
                 last = i
             end do
@@ -123,8 +125,9 @@ contains
     end subroutine fit_best
 
     !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
-    subroutine settle(knowledge, fit, error)
+    subroutine settle(knowledge, options, fit, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
@@ -132,7 +135,7 @@ contains
         logical :: unknown_level(3), unknown_angle(3), changed, edited
         integer :: round
 
-        call find_unknown(knowledge, fit%problem%noise, unknown_level, unknown_angle)
+        call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
         do round = 1, MOST_ROUNDS
             call set_noise(fit%problem, error)
@@ -151,17 +154,18 @@ contains
     end subroutine settle
 
     !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
-    subroutine widen(knowledge, fit, wave, wider)
+    subroutine widen(knowledge, options, fit, wave, wider)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fit_t), intent(in) :: fit
         type(density_wave_found_t), intent(in) :: wave
         type(fit_t), intent(out) :: wider
 
         associate (estimated => fit%problem%model%estimated)
             if (any(estimated == WAVE_SINE)) then
-                call with_parameters(knowledge, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
+                call with_parameters(knowledge, options, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
             else
-                call with_parameters(knowledge, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
+                call with_parameters(knowledge, options, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
                                      wider%problem)
                 wider%problem%model%wave_frequency = wave%frequency
                 wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
@@ -218,13 +222,14 @@ contains
     end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
-    subroutine find_unknown(knowledge, noise, unknown_level, unknown_angle)
+    subroutine find_unknown(knowledge, options, noise, unknown_level, unknown_angle)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(assumed_noise_t), intent(inout) :: noise
         logical, intent(out) :: unknown_level(3), unknown_angle(3)
 
-        unknown_level = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_noise%level > 0
-        unknown_angle = knowledge%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
+        unknown_level = options%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%accelerometer_noise%level > 0
+        unknown_angle = options%optimal%noise == NOISE_ESTIMATED .or. .not. knowledge%star_camera_sigma > 0
         where (.not. noise%accelerometer%level > 0) noise%accelerometer%level = FIRST_LEVEL
         where (.not. noise%star_camera_sigma > 0) noise%star_camera_sigma = FIRST_ANGLE
     end subroutine find_unknown
@@ -236,8 +241,8 @@ contains
 
         integer :: i
 
-        do i = 1, size(problem%left_over, 2)
-            problem%left_over(:, i) = problem%left_over(:, i) - &
+        do i = 1, size(problem%acceleration_residual, 2)
+            problem%acceleration_residual(:, i) = problem%acceleration_residual(:, i) - &
                                       matmul(batch%correction, problem%acceleration_partials(:, :, i))
         end do
     end subroutine refresh_residuals
@@ -259,7 +264,7 @@ contains
             regressors = problem%acceleration_partials(places_of(problem, axis), axis, :)
             associate (noise => problem%noise%accelerometer(axis))
                 call estimate_spectrum(problem%model%interval, noise%sides, problem%data%accelerometer_epoch, &
-                                       problem%acceleration_kept(axis, :), problem%left_over(axis, :), &
+                                       problem%acceleration_kept(axis, :), problem%acceleration_residual(axis, :), &
                                        regressors, found, error)
                 if (allocated(error)) return
                 found%level = max(found%level, SMALLEST_LEVEL)
@@ -327,7 +332,7 @@ contains
         end associate
         solution%condition = batch%condition
         do axis = 1, 3
-            associate (left => pack(problem%left_over(axis, :), problem%acceleration_kept(axis, :)))
+            associate (left => pack(problem%acceleration_residual(axis, :), problem%acceleration_kept(axis, :)))
                 solution%residual_rms(axis) = norm2(left)/sqrt(real(size(left), dp))
             end associate
         end do
@@ -341,8 +346,9 @@ contains
     end subroutine store
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
-    subroutine check_fit(knowledge, problem, batch, solution, error, record)
+    subroutine check_fit(knowledge, options, problem, batch, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         type(solution_t), intent(inout) :: solution
@@ -364,7 +370,7 @@ contains
             return
         end if
         misfit = sqrt(sum(batch%residuals(:problem%star_rows)**2)/max(1, 3*count(problem%star_kept)))
-        call estimate_gain(knowledge, problem, factor, sigma, error)
+        call estimate_gain(knowledge, options, problem, factor, sigma, error)
         if (allocated(error)) return
         sigma = sigma*max(1.0_dp, misfit)
         call judge_torque(factor, sigma, misfit, solution%warnings, error, record)
@@ -384,7 +390,7 @@ contains
         kept = pack([(i, i=1, size(problem%data%accelerometer_epoch))], all(problem%acceleration_kept, 1))
         record%interval = problem%model%interval
         record%epoch = problem%data%accelerometer_epoch(kept)
-        record%residual = problem%left_over(:, kept)
+        record%residual = problem%acceleration_residual(:, kept)
         allocate (record%partials(3, 3, size(kept)))
         do i = 1, size(kept)
             record%partials(:, :, i) = transpose(problem%acceleration_partials(OFFSET, :, kept(i)))
@@ -418,8 +424,9 @@ contains
     end subroutine record_fit
 
     !> The factor of the magnetic torque that fits best, without a-priori knowledge, by one linear step.
-    subroutine estimate_gain(knowledge, problem, factor, sigma, error)
+    subroutine estimate_gain(knowledge, options, problem, factor, sigma, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         real(dp), intent(out) :: factor, sigma
         type(error_t), allocatable, intent(out) :: error
@@ -435,7 +442,7 @@ contains
         free = knowledge
         free%a_priori%sigma_rod_gain = 0         ! no a-priori knowledge
         associate (estimated => problem%model%estimated)
-            call with_parameters(free, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
+            call with_parameters(free, options, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
         end associate
         call set_noise(trial, error)
         if (allocated(error)) return

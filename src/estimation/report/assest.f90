@@ -6,6 +6,7 @@ module gracecg_estimation_assest
     use gracecg_base_error, only: error_t, add_context
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
@@ -24,15 +25,17 @@ contains
 
     !> ASSEST with the angular velocity from Full (FDE) or Reduced Dimension Estimation (RDE).
     !>
+    !> The covariance of the offset is propagated when it is asked for, or there is a record, and the fit is
+    !> then checked; this costs as much as the estimate.
+    !>
     !> Fails when the observations are refused or a normal matrix is singular, and, with the
     !> covariance, when the satellite did not turn as the torque rods should have made it.
-    subroutine estimate_assest(observations, reduced, solution, error, with_covariance, record)
+    subroutine estimate_assest(observations, options, reduced, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: reduced          !! RDE instead of FDE
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_covariance
-        !! Compute solution%covariance and check the torque; it costs as much as the estimate itself
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
 
         type(attitude_problem_t) :: attitude
@@ -43,18 +46,19 @@ contains
         type(batch_solution_t) :: attitude_batch, offset_batch
 
         solution%algorithm = merge('assest-rde', 'assest-fde', reduced)
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
         solution%warnings = data%warnings
         call prepare_attitude(observations%knowledge, data, reduced, attitude)
+        attitude%attitude_weight = options%star_camera_weight
         call process_batch(attitude, settings, attitude_batch, error)
         if (allocated(error)) then
             call add_context(error, 'ASSEST, angular velocity from the star camera')
             return
         end if
         call attitude%fit%fit_rotation(attitude%angular_velocity, rotation)
-        call prepare_offset(observations%knowledge, data, rotation, offset)
+        call prepare_offset(observations%knowledge, options, data, rotation, offset)
         call process_batch(offset, settings, offset_batch, error)
         if (allocated(error)) then
             call add_context(error, 'ASSEST, CG offset from the accelerometer')
@@ -66,7 +70,7 @@ contains
         solution%converged = attitude_batch%converged
         solution%condition = offset_batch%condition
         call store_offset(offset%state, offset_batch%residuals, solution)
-        if (with_covariance) then
+        if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, attitude, attitude_batch, offset, offset_batch, &
                                  solution%covariance, error, record)
             if (.not. allocated(error)) &

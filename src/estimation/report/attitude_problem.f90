@@ -50,9 +50,8 @@ contains
         problem%reduced = reduced
         problem%data = data
         problem%fit = new_attitude_fit(knowledge%inertia, data%interval, data%torque)
-        problem%quaternion = normalised(knowledge%guess_quaternion)
-        problem%angular_velocity = knowledge%guess_angular_velocity
-        problem%attitude_weight = knowledge%star_camera_weight
+        problem%quaternion = data%guess_quaternion
+        problem%angular_velocity = data%guess_angular_velocity
         if (reduced) then
             problem%names = [character(12) :: 'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z']
         else

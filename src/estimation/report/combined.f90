@@ -6,6 +6,7 @@ module gracecg_estimation_combined
     use gracecg_base_error, only: error_t, add_context
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_estimation_offset_model, only: offset_rate_partials
@@ -35,14 +36,17 @@ contains
 
     !> ASCFEST (full) or ASCREST (reduced).
     !>
+    !> The covariance of the offset is propagated when it is asked for, or there is a record, and the fit is
+    !> then checked; this costs as much as the estimate.
+    !>
     !> Fails when the observations are refused or the normal matrix is singular, and, with the
     !> covariance, when the satellite did not turn as the torque rods should have made it.
-    subroutine estimate_combined(observations, reduced, solution, error, with_covariance, record)
+    subroutine estimate_combined(observations, options, reduced, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: reduced          !! ASCREST instead of ASCFEST
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_covariance  !! Compute solution%covariance and check the torque
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics; with the covariance
 
         type(combined_problem_t) :: problem
@@ -51,11 +55,11 @@ contains
         type(batch_solution_t) :: batch
 
         solution%algorithm = merge('ascrest', 'ascfest', reduced)
-        call preprocess(observations, data, error)
+        call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
         solution%warnings = data%warnings
-        call prepare_combined(observations%knowledge, data, reduced, problem)
+        call prepare_combined(observations%knowledge, options, data, reduced, problem)
         call process_batch(problem, settings, batch, error)
         if (allocated(error)) then
             call add_context(error, merge('ASCREST', 'ASCFEST', reduced))
@@ -67,7 +71,7 @@ contains
         solution%converged = batch%converged
         solution%condition = batch%condition
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
-        if (with_covariance) then
+        if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, problem, batch, solution%covariance, error, record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, &
@@ -82,8 +86,9 @@ contains
     end subroutine estimate_combined
 
     !> Sets up the problem from preprocessed observations.
-    subroutine prepare_combined(knowledge, data, reduced, problem)
+    subroutine prepare_combined(knowledge, options, data, reduced, problem)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fitting_data_t), intent(in) :: data
         logical, intent(in) :: reduced  !! ASCREST instead of ASCFEST
         type(combined_problem_t), intent(inout) :: problem
@@ -93,9 +98,9 @@ contains
         problem%scales = [problem%scales, offset_scales(knowledge%duration)]
         problem%attitude_observations = problem%observations
         problem%observations = problem%attitude_observations + 3*size(data%accelerometer_epoch)
-        problem%attitude_weight = knowledge%combined_star_camera_weight
-        problem%accelerometer_weight = knowledge%accelerometer_weight
-        problem%offset_state(1:3) = knowledge%guess_offset
+        problem%attitude_weight = options%combined_star_camera_weight
+        problem%accelerometer_weight = options%accelerometer_weight
+        problem%offset_state(1:3) = options%guess_offset
     end subroutine prepare_combined
 
     !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).

@@ -5,6 +5,7 @@ module gracecg_estimation_offset_problem
     use gracecg_base_error, only: error_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
     use gracecg_estimation_batch_processor, only: batch_problem_t
     use gracecg_estimation_offset_model, only: offset_matrix
@@ -33,8 +34,9 @@ module gracecg_estimation_offset_problem
 contains
 
     !> Sets up the problem from preprocessed observations and the fitted rotation.
-    subroutine prepare_offset(knowledge, data, rotation, problem)
+    subroutine prepare_offset(knowledge, options, data, rotation, problem)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
         type(fitting_data_t), intent(in) :: data
         type(fitted_rotation_t), intent(in) :: rotation
         type(offset_problem_t), intent(inout) :: problem
@@ -46,8 +48,8 @@ contains
         problem%observations = 3*size(data%accelerometer_epoch)
         problem%linear = .true.
         problem%state = 0
-        problem%state(1:3) = knowledge%guess_offset
-        problem%weight = knowledge%accelerometer_weight
+        problem%state(1:3) = options%guess_offset
+        problem%weight = options%accelerometer_weight
     end subroutine prepare_offset
 
     !> Typical sizes of d, alpha and beta.

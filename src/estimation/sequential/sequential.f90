@@ -9,12 +9,14 @@
 !> that all others contradict are edited.
 module gracecg_estimation_sequential
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_sequential_options, only: ADAPTIVE, GIVEN, STRAIGHT_LINE
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, GIVEN, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles, correct_state, &
@@ -60,7 +62,6 @@ module gracecg_estimation_sequential
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
     real(dp), parameter :: ALONG_THE_AIRFLOW = 0.7_dp   !! Cosine of the angle to an axis that drag acts along
-    character(1), parameter :: AXES(3) = ['x', 'y', 'z']
 
     !> The disturbances found in one axis.
     type :: found_t
@@ -95,16 +96,17 @@ module gracecg_estimation_sequential
 
 contains
 
-    !> Estimates the CG offset.
+    !> Estimates the CG offset. The covariance comes with it and is always given; without options%covariance
+    !> the turn is not compared with the rods' torque.
     !>
     !> Fails when the observations are refused, when the setup gives no noise levels, when the samples
     !> do not determine the offset, and, with the checks, when the satellite did not turn as the torque
     !> rods should have made it.
-    subroutine estimate_sequential(observations, solution, error, with_checks, record)
+    subroutine estimate_sequential(observations, options, solution, error, record)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
-        logical, intent(in) :: with_checks      !! Compare the turn with the rods' torque, too
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
 
         type(work_t) :: work
@@ -112,40 +114,42 @@ contains
         logical :: changed
 
         solution%algorithm = 'sequential'
-        call prepare(observations, work, error)
+        call prepare(observations, options, work, error)
         if (allocated(error)) return
         call fit_attitude(work, error)
         if (allocated(error)) return
         call screen_accelerations(work)
         solution%iterations = 0
         do round = 1, MOST_EDITING_ROUNDS
-            call fit(observations%knowledge, work, iterations, solution%converged, error)
+            call fit(observations%knowledge, options%sequential, work, iterations, solution%converged, error)
             if (allocated(error)) return
             solution%iterations = solution%iterations + iterations
-            call edit(observations%knowledge, work, changed)
+            call edit(options%sequential%edit_sigma, work, changed)
             if (.not. changed) exit
         end do
         solution%converged = solution%converged .and. .not. changed
         solution%warnings = work%data%warnings
         call store_solution(observations%knowledge, work, solution, error, record)
         if (allocated(error)) return
-        if (with_checks) call check_rotation(observations%knowledge, work, solution, error, record)
+        if (options%covariance .or. present(record)) &
+            call check_rotation(observations%knowledge, work, solution, error, record)
     end subroutine estimate_sequential
 
     !> Preprocesses, and lays the problem out. Spikes of the star camera are left out of it.
-    subroutine prepare(observations, work, error)
+    subroutine prepare(observations, options, work, error)
         type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
         type(work_t), intent(inout) :: work
         type(error_t), allocatable, intent(out) :: error
 
         integer :: n, stars
 
-        call preprocess(observations, work%data, error)
+        call preprocess(observations, options, work%data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(work%data, error)
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
         if (allocated(error)) return
         call prepare_model(observations%knowledge, work%data, ESTIMATED, work%model)
-        work%state = initial_state(observations%knowledge)
+        work%state = initial_state(work%data, options)
         work%guess = work%state
         work%guess%value(OFFSET) = 0            ! so that the guess has no weight at all
         n = size(work%data%accelerometer_epoch)
@@ -165,12 +169,12 @@ contains
             problem%kept = .true.
             problem%star_kept = .true.
         end associate
-        call set_noise(observations%knowledge, work, error)
+        call set_noise(observations%knowledge, options%sequential, work, error)
         if (allocated(error)) return
         call integrate_trajectory(work%model, work%state, work%trajectory)
         work%star_sigma = observations%knowledge%star_camera_sigma
-        work%shared_sigma = observations%knowledge%sequential%shared_part
-        if (observations%knowledge%sequential%acceleration == STRAIGHT_LINE) &
+        work%shared_sigma = options%sequential%shared_part
+        if (options%sequential%acceleration == STRAIGHT_LINE) &
             where (ESTIMATED == DRAG_CURVATURE) work%prior_sigma = NO_CURVATURE
         call linearise_stars(work)
         call screen_stars(work%problem)
@@ -198,8 +202,9 @@ contains
     end subroutine check_noise
 
     !> White noise and flicker processes of the accelerometer.
-    subroutine set_noise(knowledge, work, error)
+    subroutine set_noise(knowledge, sequential, work, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(sequential_options_t), intent(in) :: sequential
         type(work_t), intent(inout) :: work
         type(error_t), allocatable, intent(out) :: error
 
@@ -214,13 +219,11 @@ contains
             work%white_sigma(axis) = sqrt(white_variance)
             work%problem%process(axis) = flicker_process(noise, work%problem%steps)
             work%noise_states(axis) = work%problem%process(axis)%n
-            associate (sequential => knowledge%sequential)
-                if (sequential%acceleration == GIVEN .and. sequential%process_sigma(axis) > 0) &
-                    work%problem%process(axis) = with_disturbance( &
-                    work%problem%process(axis), disturbance_t(sequential%process_sigma(axis)/work%white_sigma(axis), &
-                                                              1/sequential%process_period, &
-                                                              sequential%process_damping), work%problem%interval)
-            end associate
+            if (sequential%acceleration == GIVEN .and. sequential%process_sigma(axis) > 0) &
+                work%problem%process(axis) = with_disturbance( &
+                work%problem%process(axis), disturbance_t(sequential%process_sigma(axis)/work%white_sigma(axis), &
+                                                          1/sequential%process_period, &
+                                                          sequential%process_damping), work%problem%interval)
         end do
     end subroutine set_noise
 
@@ -353,8 +356,9 @@ contains
 
     !> Corrects the nominal trajectory until nothing changes, then filters about it. The disturbances of
     !> the axes are searched for in the first iteration, if they are to be found from the data.
-    subroutine fit(knowledge, work, iterations, converged, error)
+    subroutine fit(knowledge, sequential, work, iterations, converged, error)
         type(operator_knowledge_t), intent(in) :: knowledge
+        type(sequential_options_t), intent(in) :: sequential
         type(work_t), intent(inout) :: work
         integer, intent(out) :: iterations
         logical, intent(out) :: converged
@@ -363,14 +367,14 @@ contains
         real(dp) :: y(M)
         logical :: searching
 
-        call set_noise(knowledge, work, error)
+        call set_noise(knowledge, sequential, work, error)
         if (allocated(error)) return
-        searching = knowledge%sequential%acceleration == ADAPTIVE
+        searching = sequential%acceleration == ADAPTIVE
         converged = .false.
         do iterations = 1, MOST_ITERATIONS
             call whiten(work)
             if (searching) then
-                call search(knowledge%sequential%likelihood_gain, work, error)
+                call search(sequential%likelihood_gain, work, error)
                 if (allocated(error)) return
                 searching = .false.
             end if
@@ -488,8 +492,8 @@ contains
 
     !> Decides anew which samples are kept: those whose chi-square against all others is below the limit
     !> of as many standard deviations, in units of what is usual if that is more than noise.
-    subroutine edit(knowledge, work, changed)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    subroutine edit(edit_sigma, work, changed)
+        real(dp), intent(in) :: edit_sigma      !! The limit, standard deviations
         type(work_t), intent(inout) :: work
         logical, intent(out) :: changed         !! Another set of samples than before
 
@@ -500,7 +504,7 @@ contains
 
         n = size(work%problem%epoch)
         changed = .false.
-        limit = knowledge%sequential%edit_sigma**2
+        limit = edit_sigma**2
         allocate (flicker(n), residual(n), chi_square(n), kept(n))
         do axis = 1, 3
             signal = work%problem%process(axis)%output
@@ -516,7 +520,7 @@ contains
         end do
         allocate (star_chi_square(size(work%problem%star_time)))
         call smooth_star_camera(work%problem, work%constants, star_chi_square)
-        limit = chi_square_of_three(knowledge%sequential%edit_sigma)
+        limit = chi_square_of_three(edit_sigma)
         kept = star_chi_square <= limit*max(1.0_dp, median_of(star_chi_square)/MEDIAN_3)
         changed = changed .or. any(kept .neqv. work%problem%star_kept)
         work%problem%star_kept = kept

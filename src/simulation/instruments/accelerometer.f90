@@ -6,6 +6,7 @@
 module gracecg_simulation_accelerometer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_vectors, only: cross
     use gracecg_base_random, only: random_stream_t
@@ -14,7 +15,6 @@ module gracecg_simulation_accelerometer
     private
     public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
 
-    character(1), parameter :: AXIS(3) = ['x', 'y', 'z']
     integer, parameter :: WARNING_LENGTH = 100  !! Characters of a warning
 
     ! Limits of section 3.2.1; those of scale2, scale3 and bias as corrected in their exponents.
@@ -115,7 +115,7 @@ contains
         type(coloured_noise_t) :: noise
 
         noise = coloured_noise(self%noise(i), self%sampling_interval, error)
-        call add_context(error, 'accelerometer, '//AXIS(i)//' axis')
+        call add_context(error, 'accelerometer, '//AXES(i)//' axis')
     end function noise_of_axis
 
     !> The output without noise: the polynomial of the true acceleration, and the bias.
@@ -155,7 +155,7 @@ contains
 
             if (abs(value) <= limit) return
             n = n + 1
-            found(n) = 'accelerometer '//name//', '//AXIS(i)//' axis: '//number_text(value)// &
+            found(n) = 'accelerometer '//name//', '//AXES(i)//' axis: '//number_text(value)// &
                 unit//' exceeds the limit '//number_text(limit)//unit
         end subroutine compare
     end function exceeded_limits

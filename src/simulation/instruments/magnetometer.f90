@@ -20,6 +20,7 @@ module gracecg_simulation_magnetometer
         real(dp) :: range = 50e-6_dp            !! Greatest value of an axis, T
         logical :: quantised = .false.          !! Whether samples are rounded
         real(dp) :: resolution = 25e-9_dp       !! Step of rounded samples, T
+        real(dp) :: sampling_interval = 1.0_dp  !! Between samples, s
     contains
         procedure :: measure    !! Noisy samples of a true field
         procedure, private :: check_settings

@@ -16,18 +16,16 @@ module gracecg_simulation_star_camera
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_random, only: random_stream_t
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_quest, only: quest
     implicit none
     private
-    public :: star_camera_t, star_frame_t, N_HEADS
-
-    !> Number of the heads
-    integer, parameter :: N_HEADS = 2
+    public :: star_camera_t, star_frame_t
 
     !> Performance of the star camera. The values here are those of CSR-TM-00-01 section 5.2.
     type :: star_camera_t
-        real(dp) :: elevation(N_HEADS) = [45*DEGREE, 135*DEGREE]
+        real(dp) :: elevation(HEADS) = [45*DEGREE, 135*DEGREE]
         !! Of the boresights, from +y over -z in the body's y-z plane, rad
         real(dp) :: field_of_view(2) = [22*DEGREE, 16*DEGREE]
         !! Full angles along camera x and y, rad
@@ -35,6 +33,7 @@ module gracecg_simulation_star_camera
         !! Greatest number of stars in a frame: the first in the catalogue's order are taken
         integer :: minimum_stars = 2
         !! Fewest stars that make an attitude
+        real(dp) :: sampling_interval = 0.5_dp      !! Between frames, s
         real(dp) :: catalogue_noise = 1*ARCSECOND
         !! Error of the catalogue's directions, standard deviation along each axis across, rad
         real(dp) :: measurement_noise = 3*ARCSECOND
@@ -204,8 +203,8 @@ contains
 
         real(dp), parameter :: NORM_TOLERANCE = 1e-6_dp
 
-        if (head < 1 .or. head > N_HEADS) then
-            call fail_out_of_range(error, 'head', real(head, dp), 1.0_dp, real(N_HEADS, dp))
+        if (head < 1 .or. head > HEADS) then
+            call fail_out_of_range(error, 'head', real(head, dp), 1.0_dp, real(HEADS, dp))
         else if (.not. abs(norm2(attitude) - 1) <= NORM_TOLERANCE) then
             call fail_out_of_range(error, 'norm of the attitude quaternion', norm2(attitude), &
                                    1 - NORM_TOLERANCE, 1 + NORM_TOLERANCE)

@@ -6,7 +6,7 @@ module gracecg_simulation_star_catalogue
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail
-    use gracecg_files_numeric_table, only: field_file_t, read_field_file
+    use gracecg_files_table, only: table_file_t, read_table
     use gracecg_base_text, only: string_t
     use gracecg_environment_table_bright_stars, only: RIGHT_ASCENSION, DECLINATION, VISUAL_MAGNITUDE
     implicit none
@@ -24,6 +24,7 @@ module gracecg_simulation_star_catalogue
     ! Columns of a catalogue file, counted from 1
     integer, parameter :: RA_COLUMN = 3, DEC_COLUMN = 4, MAGNITUDE_COLUMN = 7, PASS_COLUMN = 11
     integer, parameter :: N_COLUMNS = 12
+    integer, parameter :: UNUSED(7) = [1, 2, 5, 6, 9, 10, 12]   !! Numbers, or - where there is none
 
 contains
 
@@ -90,12 +91,12 @@ contains
         type(star_catalogue_t), intent(out) :: catalogue
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         real(dp), allocatable :: stars(:, :)    ! Right ascension, declination (deg), magnitude
         logical, allocatable :: taken(:)
         integer :: i, k
 
-        call read_field_file(path, file, error)
+        call read_table(path, file, error)
         if (allocated(error)) return
         allocate (stars(3, file%row_count()), taken(file%row_count()))
         do i = 1, file%row_count()
@@ -118,13 +119,14 @@ contains
 
     !> Right ascension, declination and magnitude of one row, and whether the star is taken.
     subroutine read_star(file, row, star, taken, error)
-        type(field_file_t), intent(in) :: file
+        type(table_file_t), intent(in) :: file
         integer, intent(in) :: row
         real(dp), intent(out) :: star(3)    !! deg, deg, mag
         logical, intent(out) :: taken
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
+        integer :: i
 
         star = 0
         taken = .false.
@@ -142,7 +144,13 @@ contains
                            -30.0_dp, 30.0_dp)
         if (allocated(error)) return
         taken = fields(PASS_COLUMN)%text == '1'
-        if (.not. taken .and. fields(PASS_COLUMN)%text /= '0') &
+        if (.not. taken .and. fields(PASS_COLUMN)%text /= '0') then
             call file%fail_at(row, 'passA (column 11) must be 0 or 1', error)
+            return
+        end if
+        do i = 1, size(UNUSED)
+            call file%check_numbers(row, fields(UNUSED(i):UNUSED(i)), UNUSED(i), error, or_nothing=.true.)
+            if (allocated(error)) return
+        end do
     end subroutine read_star
 end module gracecg_simulation_star_catalogue

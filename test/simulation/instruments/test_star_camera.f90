@@ -8,8 +8,9 @@ module test_star_camera
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, &
         normalised, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue
-    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, N_HEADS
+    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
     use statistics, only: Z_999, chi_square_limits, ljung_box
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -80,7 +81,7 @@ contains
         stream = new_stream(71, 0, 0, 0, 0)
         do i = 1, 100
             q = random_attitude(stream)
-            head = 1 + mod(i, N_HEADS)
+            head = 1 + mod(i, HEADS)
             call camera%see(catalogue, q, head, frame, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
@@ -111,7 +112,7 @@ contains
         stream = new_stream(72, 0, 0, 0, 0)
         do i = 1, 50
             q = random_attitude(stream)
-            head = 1 + mod(i, N_HEADS)
+            head = 1 + mod(i, HEADS)
             call camera%observe(catalogue, q, head, stream, q_observed, covariance, n_stars, &
                                 failure)
             call check(error, rotation_angle_between( &

@@ -150,15 +150,17 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         call expect_failure('no-such-file', 'no such file')
-        call expect_failure('corrupted-column-missing', 'missing.txt:2: has 11 fields')
-        call expect_failure('corrupted-column-extra', 'extra.txt:2: has 13 fields')
-        call expect_failure('corrupted-truncated', 'truncated.txt:3: has 4 fields')
+        call expect_failure('corrupted-column-missing', 'missing.txt:2: has 11 columns')
+        call expect_failure('corrupted-column-extra', 'extra.txt:2: has 13 columns')
+        call expect_failure('corrupted-truncated', 'truncated.txt:3: has 4 columns')
         call expect_failure('corrupted-right-ascension', ':3: right ascension')
         call expect_failure('corrupted-right-ascension-range', ':3: right ascension')
         call expect_failure('corrupted-declination', ':3: declination')
         call expect_failure('corrupted-declination-range', ':3: declination')
         call expect_failure('corrupted-magnitude', ':3: magnitude')
         call expect_failure('corrupted-pass', ':3: passA')
+        call expect_failure('corrupted-proper-motion', ':4: column 6: "1.2.3" is not a finite number')
+        call expect_failure('corrupted-number', ':3: column 2: "4-4" is not a finite number')
         call expect_failure('corrupted-no-star', 'no star with passA = 1')
 
     contains

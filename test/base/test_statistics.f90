@@ -1,22 +1,22 @@
 !> The median.
-module test_median
+module test_statistics
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: median_of
     use gracecg_base_random, only: random_stream_t, new_stream
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_median
+    public :: collect_statistics
 
 contains
 
-    subroutine collect_median(testsuite)
+    subroutine collect_statistics(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
                     new_unittest('few-numbers', test_few), &
                     new_unittest('halves-many-numbers', test_many)]
-    end subroutine collect_median
+    end subroutine collect_statistics
 
     subroutine test_few(error)
         type(error_type), allocatable, intent(out) :: error
@@ -40,4 +40,4 @@ contains
         median = median_of(values)
         call check(error, count(values < median) == 500 .and. count(values > median) == 500, 'not the middle')
     end subroutine test_many
-end module test_median
+end module test_statistics

@@ -1,10 +1,10 @@
 !> What the user says of the estimator `optimal`.
-module gracecg_observations_optimal_options
+module gracecg_estimation_optimal_options
     use gracecg_base_kinds, only: dp
     use gracecg_files_settings, only: settings_t
     implicit none
     private
-    public :: optimal_settings_t, describe_optimal, NOISE_GIVEN, NOISE_ESTIMATED
+    public :: optimal_options_t, describe_optimal, NOISE_GIVEN, NOISE_ESTIMATED
     public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED
 
     character(*), parameter :: NOISE_GIVEN = 'given', NOISE_ESTIMATED = 'estimate'
@@ -13,7 +13,7 @@ module gracecg_observations_optimal_options
     !! Values of `density_wave`
 
     !> The settings of group `optimal`.
-    type :: optimal_settings_t
+    type :: optimal_options_t
         character(16) :: noise = NOISE_GIVEN
         !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
         !! the setup gives as 0 is estimated in either case
@@ -24,14 +24,14 @@ module gracecg_observations_optimal_options
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one
         real(dp) :: density_wave_period = 12    !! If given, s
-    end type optimal_settings_t
+    end type optimal_options_t
 
 contains
 
     !> The group `optimal` of a case file and of setup.nml.
     subroutine describe_optimal(settings, optimal)
         class(settings_t), intent(inout) :: settings
-        type(optimal_settings_t), intent(inout) :: optimal
+        type(optimal_options_t), intent(inout) :: optimal
 
         call settings%group('optimal', 'The estimator optimal')
         call settings%text_value('noise', optimal%noise, 'levels of the noise: of the setup, or from the data', &
@@ -48,4 +48,4 @@ contains
                                  's, if given', unit='s')
         call settings%end_group()
     end subroutine describe_optimal
-end module gracecg_observations_optimal_options
+end module gracecg_estimation_optimal_options

@@ -1,45 +1,46 @@
 !> Text tables of fields: what counts as a row, and messages with the line of the file.
-module test_field_file
+module test_table
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_files_numeric_table
+    use gracecg_files_table
     use gracecg_base_text, only: string_t
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_field_file
+    public :: collect_table
 
     character(*), parameter :: LF = achar(10), TAB = achar(9)
     integer, parameter :: W = 60    !! Length of the parts of a message
 
 contains
 
-    subroutine collect_field_file(testsuite)
+    subroutine collect_table(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
                     new_unittest('rows-and-fields', test_rows), &
                     new_unittest('wrong-rows', test_wrong_rows), &
+                    new_unittest('unused-fields-are-numbers', test_unused), &
                     new_unittest('no-rows', test_no_rows)]
-    end subroutine collect_field_file
+    end subroutine collect_table
 
     !> A file with two rows, in its lines 3 and 5.
     subroutine read_sample(error, file)
         type(error_type), allocatable, intent(out) :: error
-        type(field_file_t), intent(out) :: file
+        type(table_file_t), intent(out) :: file
         type(error_t), allocatable :: failure
 
         call make_file(error, 'fields.txt', '# head'//LF//'  '//LF//' 1'//TAB//'-2.5e3 # note'// &
                        LF//TAB//'#'//LF//'three 4 5#6')
         if (allocated(error)) return
-        call read_field_file(FOLDER//'fields.txt', file, failure)
+        call read_table(FOLDER//'fields.txt', file, failure)
         call check_passes(error, message_of(failure))
     end subroutine read_sample
 
     subroutine test_rows(error)
         type(error_type), allocatable, intent(out) :: error
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         type(string_t), allocatable :: fields(:)
         type(error_t), allocatable :: failure
         real(dp) :: value
@@ -66,7 +67,7 @@ contains
 
     subroutine test_wrong_rows(error)
         type(error_type), allocatable, intent(out) :: error
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         type(string_t), allocatable :: fields(:)
         type(error_t), allocatable :: failure
         real(dp) :: value
@@ -75,7 +76,7 @@ contains
         if (allocated(error)) return
         call file%get_fields(1, 3, 'a, b, c', fields, failure)
         call check_fails(error, message_of(failure), &
-                         [character(W) :: 'fields.txt:3:', '2 fields instead of 3: a, b, c', &
+                         [character(W) :: 'fields.txt:3:', 'has 2 columns, expected 3: a, b, c', &
                           '|  1'])
         if (allocated(error)) return
         fields = file%fields(2)
@@ -93,17 +94,43 @@ contains
                          [character(W) :: 'fields.txt:6: a row is missing'])
     end subroutine test_wrong_rows
 
+    !> What nobody uses must be a number, or the sign of none where that is allowed.
+    subroutine test_unused(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(6), parameter :: BAD(*) = [character(6) :: 'inf', 'nan', '--1', '12abc', '1.2.3', '1e', 'T', &
+                                             '-', '1e999']
+        type(table_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(W) :: parts(2)
+        integer :: i
+
+        call read_sample(error, file)
+        if (allocated(error)) return
+        call file%check_numbers(1, [string_t('1'), string_t('-2.5d3'), string_t('+.5')], 2, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call file%check_numbers(1, [string_t('-'), string_t('1')], 2, failure, or_nothing=.true.)
+        call check_passes(error, message_of(failure))
+        do i = 1, size(BAD)
+            if (allocated(error)) return
+            call file%check_numbers(1, [string_t('1'), string_t(trim(BAD(i)))], 2, failure)
+            parts(1) = 'fields.txt:3: column 3: "'//trim(BAD(i))//'" is not a finite number'
+            parts(2) = '|  1'
+            call check_fails(error, message_of(failure), parts)
+        end do
+    end subroutine test_unused
+
     subroutine test_no_rows(error)
         type(error_type), allocatable, intent(out) :: error
-        type(field_file_t) :: file
+        type(table_file_t) :: file
         type(error_t), allocatable :: failure
 
-        call read_field_file(FOLDER//'missing.txt', file, failure)
+        call read_table(FOLDER//'missing.txt', file, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'missing.txt: no such file'])
         if (allocated(error)) return
         call make_file(error, 'fields.txt', '# only'//LF//LF)
         if (allocated(error)) return
-        call read_field_file(FOLDER//'fields.txt', file, failure)
+        call read_table(FOLDER//'fields.txt', file, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'fields.txt: holds no data'])
     end subroutine test_no_rows
-end module test_field_file
+end module test_table

@@ -1,17 +1,17 @@
 !> What the user says of the estimator `sequential`: how the non-gravitational acceleration may depart
 !> from a straight line, and when a sample is edited.
-module gracecg_observations_sequential_options
+module gracecg_estimation_sequential_options
     use gracecg_base_kinds, only: dp
     use gracecg_files_settings, only: settings_t
     implicit none
     private
-    public :: sequential_settings_t, describe_sequential, ADAPTIVE, STRAIGHT_LINE, GIVEN
+    public :: sequential_options_t, describe_sequential, ADAPTIVE, STRAIGHT_LINE, GIVEN
 
     character(*), parameter :: ADAPTIVE = 'adaptive', STRAIGHT_LINE = 'straight-line', GIVEN = 'given'
     !! Values of `acceleration`
 
     !> The settings of group `sequential`.
-    type :: sequential_settings_t
+    type :: sequential_options_t
         character(16) :: acceleration = ADAPTIVE
         !! Beside bias and drift: a parabola along the airflow, and second-order Gauss-Markov processes whose
         !! size, period and damping the likelihood of the innovations tells (adaptive) or the one below
@@ -25,14 +25,14 @@ module gracecg_observations_sequential_options
         !! standard deviation about that of the air that turns with the Earth: 0.013 for the eastward wind of
         !! HWM93 along polar orbits, 100 m/s RMS (data/wind_hwm93_1989-01-02.txt)
         real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
-    end type sequential_settings_t
+    end type sequential_options_t
 
 contains
 
     !> The group `sequential` of a case file and of setup.nml.
     subroutine describe_sequential(settings, sequential)
         class(settings_t), intent(inout) :: settings
-        type(sequential_settings_t), intent(inout) :: sequential
+        type(sequential_options_t), intent(inout) :: sequential
 
         real(dp), parameter :: SMALLEST = 1e-3_dp
 
@@ -56,4 +56,4 @@ contains
                                  'samples farther off than so many standard deviations are edited')
         call settings%end_group()
     end subroutine describe_sequential
-end module gracecg_observations_sequential_options
+end module gracecg_estimation_sequential_options

@@ -1,6 +1,6 @@
 !> The physical calibration model: partials of every parameter against differences, torques against the
 !> dynamics of the simulation, conservation of angular momentum.
-module test_calibration_model
+module test_physical_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, message_of
@@ -8,6 +8,7 @@ module test_calibration_model
     use gracecg_base_quaternion, only: normalised, rotation_matrix, rotation_angle_between
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
@@ -19,7 +20,7 @@ module test_calibration_model
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_calibration_model, add_orbit
+    public :: collect_physical_model, add_orbit
 
     real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
     !> What a change of a parameter to measure its effect may be
@@ -33,7 +34,7 @@ module test_calibration_model
 
 contains
 
-    subroutine collect_calibration_model(testsuite)
+    subroutine collect_physical_model(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
@@ -42,7 +43,7 @@ contains
                     new_unittest('angular-momentum-is-conserved', test_momentum), &
                     new_unittest('turns-and-rotation-vectors-are-inverse', test_turns), &
                     new_unittest('no-orbit-no-gravity-gradient', test_no_orbit)]
-    end subroutine collect_calibration_model
+    end subroutine collect_physical_model
 
     !> A circular orbit that the satellite of the example follows, every 5 s.
     subroutine add_orbit(observations)
@@ -73,12 +74,11 @@ contains
         call example(observations, error, interval=0.2_dp)
         if (allocated(error)) return
         if (with_orbit) call add_orbit(observations)
-        observations%knowledge%optimal%density_wave = 'given'
-        observations%knowledge%optimal%density_wave_period = 13
-        call preprocess(observations, data, failure)
+        call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
+        model%wave_frequency = 1/13.0_dp
     end subroutine prepare
 
     !> A state in which no parameter is zero.
@@ -248,4 +248,4 @@ contains
         if (allocated(error)) return
         call check(error, index(data%warnings(size(data%warnings))%text, 'no orbit') > 0)
     end subroutine test_no_orbit
-end module test_calibration_model
+end module test_physical_model

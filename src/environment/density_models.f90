@@ -1,0 +1,52 @@
+!> The models of the thermosphere's density by name. A new one: its own file, a type that extends
+!> `density_model_t`, and here its name in the list with its case below.
+module gracecg_environment_density_models
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail_unknown_name
+    use gracecg_environment_time, only: utc_t
+    use gracecg_environment_space_weather, only: space_weather_source_t
+    use gracecg_environment_thermosphere, only: density_model_t
+    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
+    implicit none
+    private
+    public :: DENSITY_MODELS, new_density_model, density_settings_t
+
+    character(16), parameter :: DENSITY_MODELS(2) = [character(16) :: 'dtm77', 'exponential']
+
+    !> What the models are made of; each takes its own.
+    type :: density_settings_t
+        type(space_weather_source_t) :: space_weather   !! Solar flux and geomagnetic activity
+        real(dp) :: reference_density = 4e-12_dp        !! Exponential model, kg/m^3
+        real(dp) :: reference_height = 466e3_dp         !! m
+        real(dp) :: scale_height = 65e3_dp              !! m
+    end type density_settings_t
+
+contains
+
+    !> The model of a name at a time. Fails for a name that is not known, and as the model does.
+    subroutine new_density_model(name, utc, settings, model, error)
+        character(*), intent(in) :: name        !! One of DENSITY_MODELS
+        type(utc_t), intent(in) :: utc          !! Of the solar and geomagnetic activity
+        type(density_settings_t), intent(in) :: settings
+        class(density_model_t), allocatable, intent(out) :: model
+        type(error_t), allocatable, intent(out) :: error
+
+        type(dtm77_t) :: dtm77
+        type(exponential_density_t) :: exponential
+        real(dp) :: f107, f107_mean, kp
+
+        select case (name)
+        case ('dtm77')
+            call settings%space_weather%indices_at(utc, f107, f107_mean, kp, error)
+            if (.not. allocated(error)) call new_dtm77(f107, f107_mean, kp, dtm77, error)
+            if (.not. allocated(error)) allocate (model, source=dtm77)
+        case ('exponential')
+            call new_exponential_density(settings%reference_density, settings%reference_height, &
+                                         settings%scale_height, exponential, error)
+            if (.not. allocated(error)) allocate (model, source=exponential)
+        case default
+            call fail_unknown_name(error, 'density model', name, DENSITY_MODELS)
+        end select
+    end subroutine new_density_model
+end module gracecg_environment_density_models

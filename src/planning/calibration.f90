@@ -1,0 +1,62 @@
+!> A calibration: a case, which is simulated, and how it is estimated. One file has both, each in groups of its
+!> own: the simulation reads the case, the estimators read their options.
+module gracecg_planning_calibration
+    use gracecg_base_error, only: error_t
+    use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
+    use gracecg_simulation_case_library, only: find_case, is_built_in
+    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, OF_CASE
+    use gracecg_estimation_report_options, only: report_options
+    implicit none
+    private
+    public :: calibration_t, find_calibration, calibration_from_text, calibration_text
+
+    !> A case and how it is estimated.
+    type :: calibration_t
+        type(case_t) :: case                        !! What is simulated
+        type(estimation_options_t) :: options       !! How it is estimated
+        character(:), allocatable :: warning
+        !! What its file has at the place of version 0.1; not allocated: nothing
+    end type calibration_t
+
+contains
+
+    !> The calibration of a name: a built-in case with the report's options, else the namelist file of that
+    !> path. Fails when it is neither, and as `read_case` and `read_options` do.
+    subroutine find_calibration(name_or_path, calibration, error)
+        character(*), intent(in) :: name_or_path    !! 'front-1' ... 'back-3', or a path
+        type(calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        call find_case(name_or_path, calibration%case, error)
+        if (allocated(error)) return
+        if (is_built_in(name_or_path)) then
+            calibration%options = report_options(trim(calibration%case%name))
+        else
+            call read_options(name_or_path, calibration%options, error, OF_CASE, calibration%warning)
+        end if
+    end subroutine find_calibration
+
+    !> The calibration of the text of a case file; `name` stands for the file in messages.
+    subroutine calibration_from_text(text, name, calibration, error)
+        character(*), intent(in) :: text, name      !! Content; what stands for the file in messages
+        type(calibration_t), intent(out) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        call case_from_text(text, name, calibration%case, error)
+        if (.not. allocated(error)) &
+            call options_from_text(text, name, calibration%options, error, OF_CASE, calibration%warning)
+    end subroutine calibration_from_text
+
+    !> The text of a case file with both: what `find_calibration` reads. Fails when a number is not finite.
+    subroutine calibration_text(calibration, text, error)
+        type(calibration_t), intent(in) :: calibration
+        character(:), allocatable, intent(out) :: text  !! Lines separated by line feeds
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: options
+
+        call case_text(calibration%case, text, error)
+        if (.not. allocated(error)) call options_text(calibration%options, options, error)
+        if (.not. allocated(error)) text = text//new_line('a')//new_line('a')//options
+    end subroutine calibration_text
+end module gracecg_planning_calibration

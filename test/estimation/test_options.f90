@@ -1,0 +1,332 @@
+!> How to estimate: what needs no telling, files of options, and what files of version 0.1 have elsewhere.
+module test_options
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_files, only: setup_text, setup_from_text
+    use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, &
+        OF_SETUP
+    use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+    implicit none
+    private
+    public :: collect_options
+
+    character(*), parameter :: LF = new_line('a')
+    integer, parameter :: W = 40
+
+contains
+
+    subroutine collect_options(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('guess-of-the-samples', test_guess), &
+                    new_unittest('guess-despite-wrong-samples', test_wrong_samples), &
+                    new_unittest('estimates-without-telling', test_no_telling), &
+                    new_unittest('observations-stay', test_observations_stay), &
+                    new_unittest('written-and-read', test_round_trip), &
+                    new_unittest('mistakes', test_mistakes), &
+                    new_unittest('old-setup', test_old_setup), &
+                    new_unittest('old-case-file', test_old_case)]
+    end subroutine collect_options
+
+    subroutine simulate(name, observations, simulator, error)
+        character(*), intent(in) :: name            !! Of a built-in case
+        type(observation_set_t), intent(out) :: observations
+        type(simulator_t), intent(out) :: simulator
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+
+        call find_calibration(name, calibration, failure)
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 3, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine simulate
+
+    !> Within the noise of the samples; what the options give is taken as it is.
+    subroutine test_guess(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
+            if (allocated(error)) return
+            call preprocess(observations, estimation_options_t(), data, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            associate (case => simulator%case)
+                call check(error, rotation_angle_between(data%guess_quaternion, case%quaternion) < 1e-3_dp, 'attitude')
+                if (allocated(error)) return
+                call check(error, norm2(data%guess_angular_velocity - case%angular_velocity) < 3e-4_dp, 'rate')
+                if (allocated(error)) return
+            end associate
+        end do
+        options%guess_quaternion = [0.0_dp, 0.0_dp, 3.0_dp, 4.0_dp]
+        options%guess_angular_velocity = [0.0_dp, 0.0_dp, 1e-3_dp]
+        call preprocess(observations, options, data, failure)
+        call check(error, maxval(abs(data%guess_quaternion - [0.0_dp, 0.0_dp, 0.6_dp, 0.8_dp])), 0.0_dp, thr=1e-15_dp)
+        if (allocated(error)) return
+        call check(error, norm2(data%guess_angular_velocity - options%guess_angular_velocity), 0.0_dp)
+    end subroutine test_guess
+
+    !> The first samples of the star camera are wrong by tens of degrees, and some have the other sign.
+    subroutine test_wrong_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(simulator_t) :: simulator
+        type(fitting_data_t) :: data
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call simulate('front-2', observations, simulator, error)
+        if (allocated(error)) return
+        do i = 1, 6             ! of both heads
+            observations%quaternion(:, i) = quaternion_product( &
+                                            quaternion_from_axis_angle([0.6_dp, 0.0_dp, 0.8_dp], 20*i*DEGREE), &
+                                            observations%quaternion(:, i))
+        end do
+        observations%quaternion(:, 5::3) = -observations%quaternion(:, 5::3)
+        call preprocess(observations, estimation_options_t(), data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, rotation_angle_between(data%guess_quaternion, simulator%case%quaternion) < 2e-3_dp, 'attitude')
+        if (allocated(error)) return
+        call check(error, norm2(data%guess_angular_velocity - simulator%case%angular_velocity) < 3e-4_dp, 'rate')
+    end subroutine test_wrong_samples
+
+    !> The report's first guesses and those of the samples lead to one estimate.
+    subroutine test_no_telling(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(solution_t) :: told, untold
+        type(error_t), allocatable :: failure
+        integer :: i, a
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call simulate(REPORT_CASE_NAMES(i), observations, simulator, error)
+            if (allocated(error)) return
+            options = report_options(REPORT_CASE_NAMES(i))
+            do a = 1, merge(size(ESTIMATOR_NAMES), size(REPORT_ESTIMATORS), i == 1)
+                call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, options, told, failure)
+                if (.not. allocated(failure)) &
+                    call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), untold, &
+                                         failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call check(error, told%converged .and. untold%converged)
+                if (allocated(error)) return
+                if (a <= size(REPORT_ESTIMATORS)) then
+                    call check(error, maxval(abs(untold%offset/told%offset - 1)) < 1e-9_dp, &
+                               REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
+                else        ! sequential ends when corrections are below 1e-3 sigma
+                    call check(error, norm2(untold%offset - told%offset) < &
+                               merge(1e-6_dp, 1e-4_dp, ESTIMATOR_NAMES(a) == 'optimal')*sqrt(told%covariance(1, 1)), &
+                               REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
+                end if
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_no_telling
+
+    subroutine test_observations_stay(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations, before
+        type(simulator_t) :: simulator
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, text_before
+        integer :: a
+
+        call simulate('back-3', observations, simulator, error)
+        if (allocated(error)) return
+        before = observations
+        do a = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(a)), observations, estimation_options_t(), solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+        end do
+        call setup_text(observations%knowledge, text, failure)
+        call setup_text(before%knowledge, text_before, failure)
+        call check(error, text == text_before .and. all(observations%quaternion == before%quaternion) .and. &
+                   all(observations%acceleration == before%acceleration) .and. all(observations%field == before%field))
+    end subroutine test_observations_stay
+
+    subroutine test_round_trip(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(estimation_options_t) :: options, again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, text_again
+
+        call make_file(error, 'options.nml', '! nothing')
+        if (allocated(error)) return
+        call read_options(FOLDER//'options.nml', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call options_text(options, text, failure)
+        call options_text(again, text_again, failure)
+        call check(error, text == text_again, 'a file without groups')
+        if (allocated(error)) return
+        options = report_options('back-2')
+        options%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
+        options%accelerometer_weight = [1/3.0_dp, 2.0_dp, 1e9_dp]
+        options%combined_star_camera_weight = 7.5_dp
+        options%optimal%noise = 'estimate'
+        options%sequential%edit_sigma = 6
+        call options_text(options, text, failure)
+        if (.not. allocated(failure)) call options_from_text(text, 'memory', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(again%guess_offset - options%guess_offset) <= 0) .and. &
+                   all(abs(again%accelerometer_weight - options%accelerometer_weight) <= 0) .and. &
+                   abs(again%combined_star_camera_weight - 7.5_dp) <= 0 .and. again%optimal%noise == 'estimate' .and. &
+                   abs(again%sequential%edit_sigma - 6) <= 0)
+        if (allocated(error)) return
+        call options_text(again, text_again, failure)
+        call check(error, text == text_again)
+    end subroutine test_round_trip
+
+    !> File, line, key, and what to do.
+    subroutine test_mistakes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call refused('&estimation'//LF//'    star_camera_weigth = 2'//LF//'/', &
+                     [character(W) :: 'options.nml:2', 'star_camera_weigth', 'star_camera_weight'])
+        call refused('&estimation star_camera_weight = -1 /', [character(W) :: 'options.nml:1', 'star_camera_weight'])
+        call refused('&estimation guess_quaternion = 0.1, 0, 0, 0.1 /', [character(W) :: 'guess_quaternion', 'unit'])
+        call refused(LF//'&optimall /', [character(W) :: 'options.nml:2', '&optimall', 'optimal'])
+        call refused('&optimal noise = ''guess'' /', [character(W) :: 'noise', 'estimate'])
+        call refused('&optimal sigma_rod_gain = 0.1 /', [character(W) :: 'options.nml:1', 'sigma_rod_gain', '&a_priori'])
+        call refused('&mass_properties mass = 3 /', [character(W) :: '&mass_properties', 'not known'])
+
+    contains
+
+        subroutine refused(content, parts)
+            character(*), intent(in) :: content, parts(:)
+
+            type(estimation_options_t) :: options
+            type(error_t), allocatable :: failure
+
+            if (allocated(error)) return
+            call make_file(error, 'options.nml', content)
+            if (allocated(error)) return
+            call read_options(FOLDER//'options.nml', options, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine refused
+    end subroutine test_mistakes
+
+    !> A setup.nml of version 0.1: its options and its standard deviations count, and a warning says where
+    !> they belong. What is misspelt there is refused.
+    subroutine test_old_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: OLD = LF//'&estimation guess_quaternion = 1, 0, 0, 0, accelerometer_weight = 3*2 /'// &
+                                         LF//'&optimal noise = ''estimate'', sigma_rod_gain = 0.03 /'//LF
+        type(observation_set_t) :: observations
+        type(simulator_t) :: simulator
+        type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, warning
+
+        call simulate('front-3', observations, simulator, error)
+        if (allocated(error)) return
+        call setup_text(observations%knowledge, text, failure)
+        call check(error, index(text, '&a_priori') > 0 .and. index(text, '&estimation') == 0 .and. &
+                   index(text, '&optimal') == 0 .and. index(text, '&sequential') == 0, 'knowledge only')
+        if (allocated(error)) return
+        call options_from_text(text, 'setup.nml', options, failure, OF_SETUP, warning)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error,.not. allocated(warning), 'nothing to warn of')
+        if (allocated(error)) return
+        text = text(:index(text, '&a_priori') - 1)//OLD
+        call setup_from_text(text, 'setup.nml', knowledge, failure)
+        if (.not. allocated(failure)) &
+            call options_from_text(text, 'setup.nml', options, failure, OF_SETUP, warning)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, knowledge%a_priori%sigma_rod_gain, 0.03_dp)
+        if (allocated(error)) return
+        call check(error, options%optimal%noise == 'estimate' .and. all(abs(options%accelerometer_weight - 2) <= 0) .and. &
+                   all(abs(options%guess_quaternion - [1, 0, 0, 0]) <= 0))
+        if (allocated(error)) return
+        if (.not. allocated(warning)) warning = ''
+        call check_fails(error, warning, [character(W) :: 'setup.nml:', '&estimation', '&optimal', '--options', &
+                                          'sigma_', '&a_priori'])
+        if (allocated(error)) return
+        call check(error, index(warning, 'sequential') == 0, 'a group that is not there')
+        if (allocated(error)) return
+        call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, OF_SETUP, warning)
+        call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', 'edit_sgma', 'edit_sigma'])
+        if (allocated(error)) return
+        call setup_from_text(text//'&spurious /', 'setup.nml', knowledge, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', '&spurious'])
+    end subroutine test_old_setup
+
+    !> A case file has its options beside it, which is right; its standard deviations may stand at the old
+    !> place, with a warning.
+    subroutine test_old_case(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration, again
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        integer :: at
+
+        call find_calibration('back-1', calibration, failure)
+        calibration%options%optimal%estimate_rod_gain = .true.
+        calibration%options%star_camera_weight = 3
+        if (.not. allocated(failure)) call calibration_text(calibration, text, failure)
+        call make_file(error, 'options.nml', text)
+        if (allocated(error)) return
+        if (.not. allocated(failure)) call find_calibration(FOLDER//'options.nml', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, again%options%optimal%estimate_rod_gain .and. &
+                   abs(again%options%star_camera_weight - 3) <= 0 .and. &
+                   all(abs(again%options%guess_quaternion - calibration%options%guess_quaternion) <= 0) .and. &
+                   .not. allocated(again%warning))
+        if (allocated(error)) return
+
+        at = index(text, '&optimal') + len('&optimal')
+        call make_file(error, 'options.nml', text(:index(text, '! How well satellite') - 1)// &
+                       text(index(text, '! First guesses'):at)//' sigma_torque = 5e-6'//LF//text(at:))
+        if (allocated(error)) return
+        call find_calibration(FOLDER//'options.nml', again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, again%case%operator%a_priori%sigma_torque, 5e-6_dp)
+        if (allocated(error)) return
+        if (.not. allocated(again%warning)) again%warning = ''
+        call check_fails(error, again%warning, [character(W) :: 'options.nml:', 'sigma_', '&optimal', '&a_priori'])
+        if (allocated(error)) return
+        call make_file(error, 'options.nml', text//LF//'&optimall /')
+        call find_calibration(FOLDER//'options.nml', again, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'options.nml:', '&optimall', '"optimal"'])
+    end subroutine test_old_case
+end module test_options
