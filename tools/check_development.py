@@ -5,15 +5,21 @@
                                             command prints something else than the document shows
     tools/check_development.py --self-test  checks the check
 
-A recipe changes the sources by blocks
+A recipe adds a file by a block
+
+    ```fortran src/environment/j2_gravity.f90
+    ...
+    ```
+
+changes one by a block
 
     ```diff
-    --- a/src/base/text.f90
-    +++ b/src/base/text.f90
+    --- a/src/environment/gravity_models.f90
+    +++ b/src/environment/gravity_models.f90
     @@ ...
     ```
 
-(a new file stands against /dev/null) and shows what comes of it by blocks
+and shows what comes of it by blocks
 
     ```console
     $ gracecg model sun --date 2000-01-01T12:00:00
@@ -33,12 +39,12 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENT = ROOT / "docs" / "development.md"
-BLOCK = re.compile(r"^```(diff|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(diff|console|fortran (?=\S))(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def blocks(text):
-    """The (kind, content) of the blocks of a document, in turn."""
-    return [(match.group(1), match.group(2)) for match in BLOCK.finditer(text)]
+    """The (kind, path, content) of the blocks of a document, in turn; only a new file has a path."""
+    return [(match.group(1).strip(), match.group(2), match.group(3)) for match in BLOCK.finditer(text)]
 
 
 def commands(content):
@@ -85,7 +91,10 @@ def run(command, folder, fpm, program):
 def follow(text, folder, fpm):
     """What goes wrong when a document's recipes are followed in a folder."""
     number = 0
-    for kind, content in blocks(text):
+    for kind, path, content in blocks(text):
+        if kind == "fortran":
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(content, encoding="utf-8")
         if kind != "diff":
             continue
         number += 1
@@ -99,7 +108,7 @@ def follow(text, folder, fpm):
     if built.returncode:
         yield f"the changed project does not build:\n{built.stdout[-3000:]}{built.stderr[-3000:]}"
         return
-    for kind, content in blocks(text):
+    for kind, _, content in blocks(text):
         for command, shown in commands(content) if kind == "console" else ():
             status, printed = run(command, folder, fpm, folder / "stage" / "bin" / "gracecg")
             if status or not agree(shown, printed):
@@ -108,10 +117,12 @@ def follow(text, folder, fpm):
 
 def self_test():
     """What the check itself gets wrong."""
-    text = "```diff\n--- a/x\n```\n```console\n$ one two\n1\n$ three\n```\n```fortran\n$ no\n```\n"
-    if [kind for kind, _ in blocks(text)] != ["diff", "console"]:
+    text = "```diff\n--- a/x\n```\n```console\n$ one two\n1\n$ three\n```\n```fortran\n$ no\n```\n" \
+           "```fortran src/a.f90\nend\n```\n"
+    if [(kind, path) for kind, path, _ in blocks(text)] != [("diff", ""), ("console", ""),
+                                                             ("fortran", "src/a.f90")]:
         yield "blocks are not found"
-    if commands(blocks(text)[1][1]) != [("one two", ["1"]), ("three", [])]:
+    if commands(blocks(text)[1][2]) != [("one two", ["1"]), ("three", [])]:
         yield "commands are not found"
     for shown, printed, same in ((["a", "..."], ["a", "b"], True), (["a"], ["a", "b"], False),
                                  (["...", "c"], ["a", "c "], True), (["a.c"], ["abc"], False)):
