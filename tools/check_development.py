@@ -28,7 +28,8 @@ and shows what comes of it by blocks
 
 The changes of all recipes are applied in turn by patch(1), the program is built once, then every line
 that begins with `$ ` is run: `gracecg` is the program so built, `fpm` the fpm of this check. What it prints
-has to be what stands below it; a line `...` stands for any number of lines.
+has to be what stands below it; a line `...` stands for any number of lines, and at the end of a line for
+the rest of it.
 """
 import pathlib
 import re
@@ -59,9 +60,15 @@ def commands(content):
 
 
 def agree(shown, printed):
-    """Whether lines are those shown, where `...` stands for any lines."""
-    pattern = "".join(r"(?:.*\n)*" if line.strip() == "..." else re.escape(line.rstrip()) + r"\s*\n"
-                      for line in shown)
+    """Whether lines are those shown, where `...` stands for any lines, or for the rest of one."""
+    pattern = ""
+    for line in map(str.rstrip, shown):
+        if line == "...":
+            pattern += r"(?:.*\n)*"
+        elif line.endswith("..."):
+            pattern += re.escape(line[:-3]) + r".*\n"
+        else:
+            pattern += re.escape(line) + r"\n"
     return re.fullmatch(pattern, "".join(line.rstrip() + "\n" for line in printed)) is not None
 
 
@@ -125,7 +132,8 @@ def self_test():
     if commands(blocks(text)[1][2]) != [("one two", ["1"]), ("three", [])]:
         yield "commands are not found"
     for shown, printed, same in ((["a", "..."], ["a", "b"], True), (["a"], ["a", "b"], False),
-                                 (["...", "c"], ["a", "c "], True), (["a.c"], ["abc"], False)):
+                                 (["...", "c"], ["a", "c "], True), (["a.c"], ["abc"], False), (["a..."], ["abc"], True),
+                                 (["a..."], ["b"], False)):
         if agree(shown, printed) != same:
             yield f"{shown} and {printed} are taken to be {'different' if same else 'alike'}"
     with tempfile.TemporaryDirectory() as name:
