@@ -31,6 +31,7 @@ program tester
     use test_observation_files, only: collect_observation_files
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
+    use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
     use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
@@ -63,6 +64,7 @@ program tester
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
+    use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
@@ -118,6 +120,7 @@ program tester
              new_testsuite('observation-files', collect_observation_files), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
+             new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
              new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &
@@ -151,6 +154,7 @@ program tester
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
+             new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &

@@ -1,11 +1,18 @@
-!> The median of numbers.
+!> The median of numbers, and how an RMS scatters.
 module gracecg_base_statistics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: median_of
+    public :: median_of, sampling_error
 
 contains
+
+    !> Relative standard deviation of the RMS of so many normal numbers of mean 0.
+    elemental real(dp) function sampling_error(count)
+        integer, intent(in) :: count            !! At least one
+
+        sampling_error = 1/sqrt(2.0_dp*count)
+    end function sampling_error
 
     !> The median: the mean of the middle two of an even number.
     pure real(dp) function median_of(values) result(median)

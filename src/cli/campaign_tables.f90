@@ -4,13 +4,15 @@ module gracecg_cli_campaign_tables
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
-    use gracecg_studies_campaign, only: campaign_t, verdict_t, campaign_verdict
+    use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_number_text, only: percent_text
     implicit none
     private
-    public :: show_campaign, read_campaign_files, wide, percent, REPORT_RUNS
+    public :: show_campaign, read_campaign_files, wide, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: NAME_WIDTH = 10           !! Of the column of the cases, for short names
@@ -29,7 +31,7 @@ contains
                        'options --out and --runs-out name the same file, '//table_file, misuse)
     end subroutine read_campaign_files
 
-    !> RMS by case and axis; a row of ours, one of the report and one of theory; then the verdict.
+    !> RMS by case and axis; a row of ours, one of the report and one of theory; then how they agree.
     subroutine show_campaign(campaign, console)
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
@@ -64,7 +66,7 @@ contains
             end associate
         end do
         call show_honesty(campaign, width, console)
-        call show_verdict(campaign_verdict(campaign), runs, console)
+        call show_agreement(agreement_of(campaign), runs, console)
     end subroutine show_campaign
 
     !> A number, or a dash for 0.
@@ -99,26 +101,26 @@ contains
     end subroutine show_honesty
 
     !> How ours, the report's and theory agree.
-    subroutine show_verdict(verdict, runs, console)
-        type(verdict_t), intent(in) :: verdict
+    subroutine show_agreement(found, runs, console)
+        type(campaign_agreement_t), intent(in) :: found
         integer, intent(in) :: runs
         type(console_t), intent(inout) :: console
 
         call console%line('')
-        if (verdict%published > 0) then
+        if (found%published > 0) then
             call console%line('published values that 15 runs allow if theory is right (95 %): '// &
-                              integer_text(verdict%allowed)//' of '//integer_text(verdict%published))
+                              integer_text(found%allowed)//' of '//integer_text(found%published))
         end if
-        if (verdict%misprint) then
+        if (found%misprint) then
             call console%line('front-1, ascrest, z is printed 0.01112 in the report: taken as 0.1112')
         end if
         call console%line('largest difference of an RMS here from theory: '// &
-                          percent(verdict%worst_difference)//'; one sigma of '//integer_text(runs)// &
-                          ' runs: '//percent(1/sqrt(2.0_dp*runs)))
-        if (verdict%not_converged > 0) then
-            call console%message('warning: '//integer_text(verdict%not_converged)//' runs did not converge')
+                          percent_text(found%worst_difference)//'; one sigma of '//integer_text(runs)// &
+                          ' runs: '//percent_text(sampling_error(runs)))
+        if (found%not_converged > 0) then
+            call console%message('warning: '//integer_text(found%not_converged)//' runs did not converge')
         end if
-    end subroutine show_verdict
+    end subroutine show_agreement
 
     !> A text with blanks behind it to a width; a longer one as it is.
     pure function wide(text, width) result(padded)
@@ -128,15 +130,4 @@ contains
 
         padded = text//repeat(' ', max(0, width - len(text)))
     end function wide
-
-    !> A relative number in per cent with one decimal: '3.7 %'.
-    function percent(part) result(text)
-        real(dp), intent(in) :: part    !! Relative: 0.037
-        character(:), allocatable :: text
-
-        character(12) :: digits
-
-        write (digits, '(f10.1)') 100*part
-        text = trim(adjustl(digits))//' %'
-    end function percent
 end module gracecg_cli_campaign_tables

@@ -5,12 +5,13 @@ module gracecg_cli_console
     use, intrinsic :: iso_fortran_env, only: error_unit
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_text, only: string_t, join, padded, real_text, split
     implicit none
     private
     public :: console_t, number_fields
 
-    type :: console_t
+    type, extends(progress_t) :: console_t
         !! Where the texts of a command go: the standard units, or, captured, into two texts
         logical :: captured = .false.           !! Set it before use: nothing is printed
         character(:), allocatable :: output     !! Captured lines of standard output

@@ -3,27 +3,19 @@
 module gracecg_cli_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, check_rod_sampling, MAX_DIPOLE, &
-        WAVEFORM_NAMES
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
-    use gracecg_planning_planner, only: moved_case, options_there, take_design, PLANNING_STEP, &
-        SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
-    use gracecg_simulation_limits, only: check_motion
-    use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
-        new_manoeuvre_site, manoeuvre_quality_t, evaluate_manoeuvre
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
-        design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
+    use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
+        times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -33,26 +25,15 @@ module gracecg_cli_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
-    real(dp), parameter :: PLACE_STEP = 100             !! Between the places of --anywhere, s
-    real(dp), parameter :: EVERYWHERE_STEP = 240        !! Between the places of --everywhere, s
-    real(dp), parameter :: DURATION_STEP = 6            !! Of the shortest arc, s
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
 
     !> What is asked for.
     type :: request_t
-        logical :: built_in = .false.       !! The orbit is that of a built-in case
-        logical :: anywhere = .false.       !! Choose the place
-        logical :: everywhere = .false.     !! One manoeuvre for all places
-        logical :: given = .false.          !! Judge a given manoeuvre, do not search
-        real(dp) :: time = 0                !! Of the start, s from the epoch of the orbit
-        real(dp) :: target = 0              !! Wanted worst axis, m; 0: none
-        integer :: revolutions = 1
+        type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
         character(:), allocatable :: out, map, output_format
-        type(design_settings_t) :: settings
-        type(estimation_options_t) :: options   !! Of the case
     end type request_t
 
 contains
@@ -111,49 +92,33 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(request_t) :: request
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
-        type(manoeuvre_site_t), allocatable :: sites(:)
-        type(manoeuvre_design_t) :: design
+        type(calibration_t) :: calibration
+        type(plan_t) :: plan
         type(map_point_t), allocatable :: points(:)
 
         call read_request(arguments, request, misuse)
-        if (.not. allocated(misuse)) call take_cases(arguments, request, case, console, misuse, error)
+        if (.not. allocated(misuse)) call take_cases(arguments, request, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
-        if (.not. allocated(error)) &
-            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
-        if (allocated(error)) then
-            call add_context(error, 'case '//trim(case%name))
-            return
-        end if
+        if (allocated(error)) return
 
         call console%progress('design: orbit')
-        call new_accelerometer_view(case, view, error)
-        if (.not. allocated(error) .and. .not. request%given) &
-            call check_design_settings(view, request%settings, error)
-        if (.not. allocated(error)) &
-            call new_nominal_orbit(case, orbit, error, request%revolutions, PLANNING_STEP)
-        if (.not. allocated(error)) call take_places(request, view, orbit, sites, error)
+        call prepare_plan(calibration, request%plan, plan, error)
         if (allocated(error)) return
         call console%progress('design: search')
-        call find_design(request, case, orbit, sites, view, design, error)
+        call find_manoeuvre(request%plan, plan, error)
         if (allocated(error)) return
-
-        call take_manoeuvre(design%rods, case%satellite%rods)
-        case%duration = view%knowledge%duration
         call console%progress('design: map')
-        call map_places(request, view, orbit, design%rods, points, error)
+        call map_places(request, plan, points, error)
         if (allocated(error)) return
         if (request%output_format == 'csv') then
-            call print_row(case, points(1), console, error)
+            call print_row(plan%calibration%case, points(1), console, error)
         else
-            call show(request, case, orbit, view, sites, design, points, console, error)
+            call show(request, plan, points, console)
         end if
-        if (.not. allocated(error) .and. request%map /= '') call write_map(request, case, points(2:), error)
-        if (.not. allocated(error) .and. request%out /= '') call write_case(request, case, orbit, design, error)
+        if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
+        if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
 
     subroutine read_request(arguments, request, misuse)
@@ -167,11 +132,11 @@ contains
         type(string_t), allocatable :: waveforms(:)
         integer :: i
 
-        request%anywhere = arguments%has('--anywhere')
-        request%everywhere = arguments%has('--everywhere')
-        request%given = arguments%has('--manoeuvre')
-        call arguments%get('--at', request%time, misuse, default=0.0_dp, low=0.0_dp, unit='s')
-        associate (settings => request%settings)
+        request%plan%search = .not. arguments%has('--manoeuvre')
+        if (arguments%has('--anywhere')) request%plan%place = ANYWHERE
+        if (arguments%has('--everywhere')) request%plan%place = EVERYWHERE
+        call arguments%get('--at', request%plan%time, misuse, default=0.0_dp, low=0.0_dp, unit='s')
+        associate (settings => request%plan%settings)
             call arguments%get('--amplitude', settings%amplitude, misuse, default=DEFAULT%amplitude, &
                                low=0.0_dp, high=MAX_DIPOLE, unit='A m^2')
             call arguments%get('--frequencies', frequencies, misuse, default=[DEFAULT%lowest_frequency, &
@@ -195,50 +160,50 @@ contains
             call refuse_if(verify(rods, 'xyz,') > 0 .or. .not. any(settings%rod_used), &
                            'option --rods: "'//rods//'" has to be one or several of x, y, z', misuse)
         end associate
-        call arguments%get('--target-mm', request%target, misuse, default=0.0_dp, low=1e-9_dp, high=1e3_dp, &
-                           unit='mm')
-        request%target = request%target*MILLIMETRE
-        call arguments%get('--revolutions', request%revolutions, misuse, default=1, low=1, &
+        call arguments%get('--target-mm', request%plan%target, misuse, default=0.0_dp, low=1e-9_dp, &
+                           high=1e3_dp, unit='mm')
+        request%plan%target = request%plan%target*MILLIMETRE
+        call arguments%get('--revolutions', request%plan%revolutions, misuse, default=1, low=1, &
                            high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, default=60, low=1, high=3600)
         call arguments%get('--out', request%out, misuse, default='')
         call arguments%get('--map', request%map, misuse, default='')
         call arguments%get('--format', request%output_format, misuse, default='text', choices=FORMATS)
-        call check_combination(arguments, request, misuse)
+        call check_combination(arguments, misuse)
     end subroutine read_request
 
     !> Options that contradict each other.
-    subroutine check_combination(arguments, request, misuse)
+    subroutine check_combination(arguments, misuse)
         type(arguments_t), intent(in) :: arguments
-        type(request_t), intent(in) :: request
         type(error_t), allocatable, intent(inout) :: misuse
 
-        character(12), parameter :: OF_THE_SEARCH(8) = [character(12) :: '--anywhere', '--everywhere', &
+        character(13), parameter :: OF_THE_SEARCH(9) = [character(13) :: '--anywhere', '--everywhere', &
                                                         '--target-mm', '--rods', '--amplitude', &
-                                                        '--frequencies', '--waveforms', '--taper']
+                                                        '--frequencies', '--waveforms', '--taper', '--rise-time']
         integer :: i
 
         call refuse_if(arguments%has('--satellite') .and. arguments%positional_count() > 0, &
                        'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
-        call refuse_if(request%anywhere .and. (arguments%has('--at') .or. request%everywhere), &
+        call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
                        'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
-        call refuse_if(arguments%has('--target-mm') .and. (request%anywhere .or. request%everywhere), &
+        call refuse_if(arguments%has('--target-mm') .and. (arguments%has('--anywhere') .or. &
+                                                           arguments%has('--everywhere')), &
                        'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
         do i = 1, size(OF_THE_SEARCH)
-            call refuse_if(request%given .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
+            call refuse_if(arguments%has('--manoeuvre') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
                            trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)
         end do
     end subroutine check_combination
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
-    subroutine take_cases(arguments, request, case, console, misuse, error)
+    subroutine take_cases(arguments, request, calibration, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
-        type(request_t), intent(inout) :: request
-        type(case_t), intent(out) :: case
+        type(request_t), intent(in) :: request
+        type(calibration_t), intent(out) :: calibration
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(calibration_t) :: calibration, of_manoeuvre
+        type(calibration_t) :: of_manoeuvre
         character(:), allocatable :: satellite, name, manoeuvre
         real(dp) :: duration, rate, pointing
 
@@ -246,158 +211,87 @@ contains
         call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
         if (allocated(misuse)) return
         name = satellite//'-1'
-        if (request%given .and. .not. arguments%has('--satellite')) name = manoeuvre
+        if (.not. (request%plan%search .or. arguments%has('--satellite'))) name = manoeuvre
         if (arguments%positional_count() > 0) name = arguments%positional(1)
         call take_calibration(arguments, name, console, calibration, error)
         if (allocated(error)) return
-        case = calibration%case
-        request%options = calibration%options
-        request%built_in = any(REPORT_CASE_NAMES == name)
-        if (request%given) then
+        if (.not. request%plan%search) then
             call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
-            call take_manoeuvre(of_manoeuvre%case%satellite%rods, case%satellite%rods)
-            case%duration = of_manoeuvre%case%duration
+            call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
+            calibration%case%duration = of_manoeuvre%case%duration
         end if
-        call arguments%get('--duration', duration, misuse, default=case%duration, low=SHORTEST_ARC, &
+        call arguments%get('--duration', duration, misuse, default=calibration%case%duration, low=SHORTEST_ARC, &
                            high=LONGEST_ARC, unit='s')
-        call arguments%get('--rate-limit', rate, misuse, default=case%limits%rate/DEGREE, low=1e-6_dp, &
+        call arguments%get('--rate-limit', rate, misuse, default=calibration%case%limits%rate/DEGREE, low=1e-6_dp, &
                            high=1e3_dp, unit='deg/s')
-        call arguments%get('--pointing-limit', pointing, misuse, default=case%limits%pointing/DEGREE, &
+        call arguments%get('--pointing-limit', pointing, misuse, default=calibration%case%limits%pointing/DEGREE, &
                            low=1e-6_dp, high=180.0_dp, unit='deg')
-        case%duration = duration
-        if (arguments%has('--rate-limit')) case%limits%rate = rate*DEGREE
-        if (arguments%has('--pointing-limit')) case%limits%pointing = pointing*DEGREE
+        calibration%case%duration = duration
+        if (arguments%has('--rate-limit')) calibration%case%limits%rate = rate*DEGREE
+        if (arguments%has('--pointing-limit')) calibration%case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
 
-    !> Where the manoeuvre is to be good. Chooses the place when asked to.
-    subroutine take_places(request, view, orbit, sites, error)
-        type(request_t), intent(inout) :: request
-        type(accelerometer_view_t), intent(in) :: view
-        type(nominal_orbit_t), intent(in) :: orbit
-        type(manoeuvre_site_t), allocatable, intent(out) :: sites(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(manoeuvre_site_t), allocatable :: all_sites(:)
-        integer :: best
-
-        if (request%everywhere) then
-            call new_manoeuvre_sites(view, orbit, times_every(orbit, EVERYWHERE_STEP), &
-                                     request%settings%threads, sites, error)
-        else if (request%anywhere) then
-            call new_manoeuvre_sites(view, orbit, times_every(orbit, PLACE_STEP), request%settings%threads, &
-                                     all_sites, error)
-            if (.not. allocated(error)) call choose_place(view, all_sites, request%settings, best, error)
-            if (allocated(error)) return
-            sites = all_sites(best:best)
-            request%time = sites(1)%time
-        else
-            allocate (sites(1))
-            call new_manoeuvre_site(view, orbit, request%time, sites(1), error)
-        end if
-    end subroutine take_places
-
-    !> From 0 to the end of the orbit.
-    pure function times_every(orbit, step) result(times)
-        type(nominal_orbit_t), intent(in) :: orbit
-        real(dp), intent(in) :: step            !! s
-        real(dp), allocatable :: times(:)
-
-        integer :: i
-
-        times = [(i*step, i=0, int(last_time(orbit)/step))]
-    end function times_every
-
-    !> Searches the manoeuvre, or judges the given one; a given one has to keep the limits.
-    subroutine find_design(request, case, orbit, sites, view, design, error)
-        type(request_t), intent(in) :: request
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        type(manoeuvre_site_t), intent(in) :: sites(:)
-        type(accelerometer_view_t), intent(inout) :: view       !! Of the arc; shorter when that is asked for
-        type(manoeuvre_design_t), intent(out) :: design
-        type(error_t), allocatable, intent(out) :: error
-
-        type(manoeuvre_quality_t) :: quality
-
-        if (request%given) then
-            call judge_manoeuvre(view, sites, case%satellite%rods, size(sites), design)
-            call evaluate_manoeuvre(view, sites(1), case%satellite%rods, quality)
-            call check_motion(view%knowledge%limits, quality%motion, error)
-            call add_context(error, 'case '//trim(case%name))
-        else if (request%target > 0) then
-            call shortest_manoeuvre(case, orbit, request%time, request%settings, case%duration, &
-                                    DURATION_STEP, request%target, view, design, error)
-        else
-            call design_manoeuvre(view, sites, request%settings, design, error)
-        end if
-    end subroutine find_design
-
     !> The manoeuvre at its place (first) and along the orbit.
-    subroutine map_places(request, view, orbit, rods, points, error)
+    subroutine map_places(request, plan, points, error)
         type(request_t), intent(in) :: request
-        type(accelerometer_view_t), intent(in) :: view
-        type(nominal_orbit_t), intent(in) :: orbit
-        type(torque_rods_t), intent(in) :: rods
+        type(plan_t), intent(in) :: plan
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 
-        if (request%map /= '' .or. request%everywhere) then
-            call map_manoeuvre(view, orbit, [request%time, times_every(orbit, real(request%map_step, dp))], &
-                               rods, request%settings%threads, points, error)
-        else
-            call map_manoeuvre(view, orbit, [request%time], rods, 1, points, error)
-        end if
+        real(dp), allocatable :: times(:)
+
+        times = [plan%time]
+        if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
+            times = [times, times_along(plan%orbit, real(request%map_step, dp))]
+        call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
+                           error)
     end subroutine map_places
 
-    subroutine show(request, case, orbit, view, sites, design, points, console, error)
+    subroutine show(request, plan, points, console)
         type(request_t), intent(in) :: request
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        type(accelerometer_view_t), intent(in) :: view
-        type(manoeuvre_site_t), intent(in) :: sites(:)
-        type(manoeuvre_design_t), intent(in) :: design
+        type(plan_t), intent(in) :: plan
         type(map_point_t), intent(in) :: points(:)
         type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
 
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(case%satellite%name)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
+        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, ', &
+            points(1)%time, ' s after '//utc_text(plan%calibration%case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
             merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
-            merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', view%knowledge%duration, ' s'
+            merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', plan%arc%knowledge%duration, ' s'
         call console%line(trim(row))
         call console%line('')
-        call show_rods(design%rods, console)
+        call show_rods(plan%design%rods, console)
         call console%line('')
         call console%line('mm, body axes: limit of the CG offset (sigma, noise of the accelerometer); errors by '// &
                           'the density wave and')
         call console%line('by curved drag and radiation (force); all together on the worst axis')
         call console%line('                          sigma x       y       z  wave x       y       z force x'// &
                           '       y       z   worst')
-        if (request%everywhere) then
-            call show_quality('worst of '//integer_text(size(sites))//' places', design, console)
+        if (request%plan%place == EVERYWHERE) then
+            call show_quality('worst of '//integer_text(size(plan%sites))//' places', plan%design, console)
         else
-            call show_quality('this manoeuvre', design, console)
+            call show_quality('this manoeuvre', plan%design, console)
         end if
-        if (.not. request%given) then
-            call judge_manoeuvre(view, sites, pattern_567(request%settings, view%knowledge%duration), size(sites), &
-                                 other)
+        if (request%plan%search) then
+            call judge_manoeuvre(plan%arc, plan%sites, pattern_567(request%plan%settings, &
+                                                                   plan%arc%knowledge%duration), &
+                                 size(plan%sites), other)
             call show_quality('5, 6, 7 cycles', other, console)
         end if
         call console%line('')
-        write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', design%rate/DEGREE, &
-            ' deg/s (limit', view%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
-            design%excursion/DEGREE, ' deg (limit', view%knowledge%limits%pointing/DEGREE, ')'
+        write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', plan%design%rate/DEGREE, &
+            ' deg/s (limit', plan%arc%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
+            plan%design%excursion/DEGREE, ' deg (limit', plan%arc%knowledge%limits%pointing/DEGREE, ')'
         call console%line(trim(row))
-        if (.not. request%given) &
-            call console%line(integer_text(design%evaluations)//' evaluations of a manoeuvre at a place')
-        if (size(points) > 1) call show_map(points(2:), orbit, console)
+        if (request%plan%search) &
+            call console%line(integer_text(plan%design%evaluations)//' evaluations of a manoeuvre at a place')
+        if (size(points) > 1) call show_map(points(2:), plan%orbit%revolutions, console)
         if (request%out /= '') then
             call console%line('')
-            if (.not. request%given) call console%line(request%out//' has `optimal` estimate scale factors and '// &
+            if (request%plan%search) call console%line(request%out//' has `optimal` estimate scale factors and '// &
                                                        'magnetometer bias, too: else they would be the largest errors')
             call console%line('next: gracecg simulate '//request%out//' --out run1')
         end if
@@ -438,9 +332,9 @@ contains
     end subroutine show_quality
 
     !> The best and the worst place of a map.
-    subroutine show_map(points, orbit, console)
+    subroutine show_map(points, revolutions, console)
         type(map_point_t), intent(in) :: points(:)
-        type(nominal_orbit_t), intent(in) :: orbit
+        integer, intent(in) :: revolutions
         type(console_t), intent(inout) :: console
 
         character(120) :: row
@@ -449,7 +343,7 @@ contains
 
         call console%line('')
         call console%line('map: '//integer_text(size(points))//' places of '// &
-                          integer_text(orbit%revolutions)//' revolutions')
+                          integer_text(revolutions)//' revolutions')
         call console%line('                     time  latitude  longitude   sigma x        y        z  '// &
                           'greatest direction, mm')
         do i = 1, size(points)
@@ -519,22 +413,15 @@ contains
     end subroutine write_map
 
     !> The case with the manoeuvre, at its place.
-    subroutine write_case(request, case, orbit, design, error)
+    subroutine write_case(request, plan, error)
         type(request_t), intent(in) :: request
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        type(manoeuvre_design_t), intent(in) :: design
+        type(plan_t), intent(in) :: plan
         type(error_t), allocatable, intent(out) :: error
 
-        type(calibration_t) :: later
         type(output_file_t) :: file
         character(:), allocatable :: text
 
-        later%case = moved_case(case, orbit, request%time, request%built_in)
-        later%options = request%options
-        if (request%time > 0) later%options = options_there(request%options, later%case)
-        if (.not. request%given) call take_design(design, later)
-        call calibration_text(later, text, error)
+        call calibration_text(planned_calibration(request%plan, plan), text, error)
         if (.not. allocated(error)) call file%open(request%out, error)
         if (allocated(error)) return
         call file%line(text)

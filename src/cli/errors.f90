@@ -6,8 +6,7 @@ module gracecg_cli_errors
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
-    use gracecg_studies_study_files, only: write_error_sources
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, write_error_sources, STUDY_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
@@ -15,7 +14,6 @@ module gracecg_cli_errors
     implicit none
     private
     public :: declare_errors, run_errors
-
 
 contains
 
@@ -49,7 +47,7 @@ contains
         type(calibration_t) :: calibration
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
-        integer :: runs, seed, threads, i
+        integer :: runs, seed, threads
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
         call arguments%get('--case', case_name, misuse, default='front-1')
@@ -63,15 +61,10 @@ contains
         if (.not. allocated(error)) call take_firing_calibration(arguments, case_name, console, &
                                                                      calibration, error)
         if (allocated(error)) return
-        do i = 1, size(STUDY_NAMES)
-            call console%progress('errors: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
-            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, &
-                              runs, threads, studies(i), error)
-            if (allocated(error)) return
-        end do
-        case_name = trim(calibration%case%name)
-        call show(case_name//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
-        if (path /= '') call write_error_sources(path, 'errors', case_name//', '//algorithm// &
+        call study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, console)
+        if (allocated(error)) return
+        call show(trim(calibration%case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        if (path /= '') call write_error_sources(path, 'errors', trim(calibration%case%name)//', '//algorithm// &
                                                  ', seed '//integer_text(seed), studies, error)
     end subroutine run_errors
 

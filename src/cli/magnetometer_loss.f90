@@ -5,20 +5,14 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
-    use gracecg_studies_study_files, only: write_field_studies
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, write_field_studies, &
+        LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
 
-    character(1), parameter :: NUMBERS(2) = ['2', '3']                  !! Of the cases
-    character(7), parameter :: ALGORITHMS(2) = ['ascfest', 'ascrest']
     character(5), parameter :: SATELLITES(2) = ['front', 'back ']
     real(dp), parameter :: REPORT_FIELD_ERROR = anint(MODEL_FIELD_ERROR/NANOTESLA)  !! nT
     real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
@@ -58,32 +52,15 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(plan_t) :: plan
-        type(simulator_t) :: simulator
-        type(case_t) :: case
-        type(field_study_t) :: studies(size(FIELD_SOURCES)*size(ALGORITHMS)*size(NUMBERS))
-        integer :: i, a, f, n
+        type(field_study_t) :: studies(LOSS_STUDIES)
 
         call read_plan(arguments, plan, misuse)
         if (allocated(misuse)) return
         call check_writable(plan%path, error)
         if (allocated(error)) return
-        n = 0
-        do i = 1, size(NUMBERS)
-            call report_case(plan%satellite//'-'//NUMBERS(i), case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
-            if (allocated(error)) return
-            do a = 1, size(ALGORITHMS)
-                do f = 1, size(FIELD_SOURCES)
-                    call console%progress('magnetometer-loss: '//trim(case%name)//', '// &
-                                          ALGORITHMS(a)//', '//trim(FIELD_SOURCES(f))//' field')
-                    n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), report_options(plan%satellite//'-'//NUMBERS(i)), &
-                                     f == 2, plan%deviation_nt*NANOTESLA, plan%seed, plan%runs, plan%threads, &
-                                     studies(n), error)
-                    if (allocated(error)) return
-                end do
-            end do
-        end do
+        call study_magnetometer_loss(plan%satellite, plan%deviation_nt*NANOTESLA, plan%seed, plan%runs, plan%threads, &
+                                     studies, error, console)
+        if (allocated(error)) return
         call show(plan, studies, console)
         if (plan%path /= '') call write_field_studies(plan%path, 'magnetometer-loss', plan%seed, &
                                                       plan%deviation_nt*NANOTESLA, studies, error)

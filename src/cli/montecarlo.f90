@@ -14,7 +14,7 @@ module gracecg_cli_montecarlo
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
-    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
     use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
@@ -161,21 +161,13 @@ contains
 
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
-        integer :: a
 
         call take_firing_calibration(arguments, plan%cases(i)%text, console, calibration, error)
         if (.not. allocated(error)) call new_switched_simulator(calibration%case, plan%switches, simulator, error)
         if (allocated(error)) return
         calibration%case = simulator%case
-        call add_case(campaign, i, calibration, error)
+        call run_case(campaign, i, calibration, simulator, plan%threads, error, console)
         if (allocated(error)) return
-        do a = 1, size(plan%algorithms)
-            call console%progress('montecarlo: '//trim(simulator%case%name)//', '//plan%algorithms(a)%text// &
-                                  ', '//integer_text(size(shard_runs(campaign)))//' runs')
-            call run_entry(campaign, a, i, simulator, calibration%options, plan%threads, &
-                           error)
-            if (allocated(error)) return
-        end do
         if (i == 1) call show_heading(plan, console)
         call show_one_calibration(simulator, calibration%options, plan, campaign%entries(1, i)%predicted, console, error)
     end subroutine do_case

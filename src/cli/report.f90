@@ -1,41 +1,56 @@
 !> gracecg report: everything that CSR-TM-00-01 shows, as one HTML page.
 !>
-!> Each chapter is a module gracecg_report_chapter_*: it computes, writes its CSV files, adds text,
-!> tables and figures to the book, and notes what it found for the summary.
+!> The studies compute; each chapter is a module of cli/report: it writes the CSV files of a study,
+!> adds text, tables and figures to the book, and notes what was found for the summary.
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: make_directory, check_writable
-    use gracecg_cli_html, only: html_page_t, html_escaped, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_environment_time, only: utc_text
-    use gracecg_simulation_case, only: case_t
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_studies_campaign, only: campaign_t, report_campaign
+    use gracecg_studies_curves, only: verification_t, verify_case
+    use gracecg_studies_designed_manoeuvre, only: design_study_t, study_design, designed_calibration_t, &
+        calibrate_with_design
+    use gracecg_studies_error_sources, only: error_study_t, study_all_errors, STUDY_NAMES
+    use gracecg_studies_gravity_gradient, only: gradient_along_orbit
+    use gracecg_studies_limit, only: limit_study_t, study_limit
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, &
+        MODEL_FIELD_ERROR
+    use gracecg_studies_timing, only: timing_study_t, study_timing
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
+    use gracecg_cli_console, only: console_t
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_cases, only: case_place, rods_text
-    use gracecg_cli_book, only: report_book_t, open_book, COMMAND
-    use gracecg_cli_number_text, only: fixed_text, share_text
+    use gracecg_cli_html, only: html_page_t, html_escaped, table_rows_t, head_cell, text_cell, verdict_cell, &
+        VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
+    use gracecg_cli_gnuplot, only: NO_GNUPLOT
+    use gracecg_cli_number_text, only: share_text
+    use gracecg_cli_book, only: open_book
+    use gracecg_cli_report_book, only: report_book_t, COMMAND, SATELLITES
+    use gracecg_cli_chapter_simulation, only: add_simulation_chapter
     use gracecg_cli_chapter_budget, only: add_budget_chapter
     use gracecg_cli_chapter_gradient, only: add_gradient_chapter
     use gracecg_cli_chapter_curves, only: add_curves_chapter
-    use gracecg_cli_chapter_orbit, only: orbit_study_t, study_orbits, add_field_chapter, add_timing_chapter
+    use gracecg_cli_chapter_timing, only: add_field_chapter, add_timing_chapter
     use gracecg_cli_chapter_accuracy, only: add_accuracy_chapter
-    use gracecg_cli_chapter_sources, only: add_sources_chapter
+    use gracecg_cli_chapter_sources, only: add_sources_chapter, SOURCES_CASE, SOURCES_ALGORITHM
     use gracecg_cli_chapter_loss, only: add_loss_chapter
     use gracecg_cli_chapter_limit, only: add_limit_chapter
     use gracecg_cli_chapter_design, only: add_design_chapter
-    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t
     implicit none
     private
     public :: declare_report, run_report
 
     character(*), parameter :: PAGE_NAME = 'index.html'
     integer, parameter :: DEFAULT_RUNS = 200
+    integer, parameter :: MOST_LIMIT_RUNS = 60      !! Of a Monte Carlo of the chapters beyond the report
+    integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
+    real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
+    integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
 
 contains
 
@@ -84,8 +99,10 @@ contains
         if (.not. allocated(error)) call check_writable(folder//'/'//PAGE_NAME, error)
         if (allocated(error)) return
 
-        call open_book(book, folder, runs, seed, threads)
-        call add_chapters(book, console, error)
+        call open_book(book, folder)
+        book%runs = runs
+        book%seed = seed
+        call add_chapters(book, threads, console, error)
         if (allocated(error)) return
         call page%begin('GRACE CG offset determination by magnetic torquers: CSR-TM-00-01 recomputed', &
                         'The centre-of-gravity calibration of the GRACE satellites, as F. Wang''s '// &
@@ -101,173 +118,131 @@ contains
         call show(book, console, error)
     end subroutine run_report
 
-    !> The chapters between summary and settings, in the order of the report.
-    subroutine add_chapters(book, console, error)
+    !> Computes the studies and adds their chapters, in the order of the report.
+    subroutine add_chapters(book, threads, console, error)
         type(report_book_t), intent(inout) :: book
+        integer, intent(in) :: threads
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        type(orbit_study_t) :: orbits(2)
+        type(timing_study_t) :: revolutions(2)
+        type(verification_t) :: curves(2)
+        type(campaign_t) :: campaign
+        type(error_study_t) :: sources(size(STUDY_NAMES))
+        type(field_study_t) :: losses(LOSS_STUDIES)
+        type(calibration_t) :: calibration
+        integer :: i
 
-        call add_simulation(book, error)
+        call add_simulation_chapter(book, error)
         if (allocated(error)) return
         call add_budget_chapter(book)
-        call study_orbits(book, console, orbits, error)
-        if (.not. allocated(error)) call add_gradient_chapter(book, orbits(1)%orbit, error)
-        if (.not. allocated(error)) call add_curves_chapter(book, console, error)
-        if (.not. allocated(error)) call add_field_chapter(book, orbits, error)
-        if (.not. allocated(error)) call add_accuracy_chapter(book, console, error)
-        if (.not. allocated(error)) call add_timing_chapter(book, orbits, error)
-        if (.not. allocated(error)) call add_sources_chapter(book, console, error)
-        if (.not. allocated(error)) call add_loss_chapter(book, console, error)
-        if (.not. allocated(error)) call add_limit_chapter(book, console, error)
-        if (.not. allocated(error)) call add_design_chapter(book, console, error)
+        do i = 1, size(SATELLITES)
+            call console%progress('one revolution, '//trim(SATELLITES(i)))
+            call study_timing(trim(SATELLITES(i)), ORBIT_STEP, threads, revolutions(i), error)
+            if (.not. allocated(error)) call verify_case(revolutions(i)%case, curves(i), error)
+            if (allocated(error)) return
+        end do
+        call add_gradient_chapter(book, gradient_along_orbit(revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP), &
+                                  error)
+        if (.not. allocated(error)) call add_curves_chapter(book, curves, error)
+        if (.not. allocated(error)) call add_field_chapter(book, revolutions, error)
+        if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
+        if (.not. allocated(error)) call add_accuracy_chapter(book, campaign, error)
+        if (.not. allocated(error)) call add_timing_chapter(book, revolutions, error)
+        if (.not. allocated(error)) call find_calibration(SOURCES_CASE, calibration, error)
+        if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
+                                                          sources, error, console)
+        if (.not. allocated(error)) call add_sources_chapter(book, sources, error)
+        if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, book%seed, book%runs, &
+                                                                 threads, losses, error, console)
+        if (.not. allocated(error)) call add_loss_chapter(book, losses, error)
+        if (.not. allocated(error)) call add_chapters_beyond(book, threads, console, error)
     end subroutine add_chapters
+
+    !> What the report does not have: every estimator against the limit, and a designed manoeuvre.
+    subroutine add_chapters_beyond(book, threads, console, error)
+        type(report_book_t), intent(inout) :: book
+        integer, intent(in) :: threads
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(limit_study_t) :: limits(size(REPORT_CASE_NAMES))
+        type(design_study_t) :: designs(size(SATELLITES))
+        type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
+        type(calibration_t) :: calibration
+        integer :: i, runs
+
+        runs = min(book%runs, MOST_LIMIT_RUNS)
+        do i = 1, size(REPORT_CASE_NAMES)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call study_limit(calibration, book%seed, runs, threads, limits(i), error, console)
+            if (allocated(error)) return
+        end do
+        call add_limit_chapter(book, limits, error)
+        do i = 1, size(SATELLITES)
+            if (allocated(error)) return
+            call console%progress('designed manoeuvre, '//trim(SATELLITES(i)))
+            call study_design(trim(SATELLITES(i)), threads, designs(i), error)
+        end do
+        do i = 1, size(REPORT_CASE_NAMES)
+            if (allocated(error)) return
+            call console%progress('designed manoeuvre, '//trim(REPORT_CASE_NAMES(i))//', '//integer_text(runs)//' runs')
+            call calibrate_with_design(REPORT_CASE_NAMES(i), &
+                                       designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
+                                       book%seed, runs, REPORT_RUNS, threads, reached(i), error)
+        end do
+        if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)
+    end subroutine add_chapters_beyond
 
     !> What was found, a line for each figure and table.
     subroutine add_summary(page, book)
         type(html_page_t), intent(inout) :: page
         type(report_book_t), intent(in) :: book
 
+        type(table_rows_t) :: rows
         integer :: i
 
-        call page%chapter('summary', 'Summary')
-        call page%paragraph('Each line leads to its table or figure. Verdicts: '//share_text( &
-                            count(book%findings%kind == VERDICT_MET), size(book%findings))//' agree '// &
-                            'without a remark, '// &
-                            integer_text(count(book%findings%kind == VERDICT_PARTLY))//' with one, '// &
-                            integer_text(count(book%findings%kind == VERDICT_MISSED))//' differ.')
-        if (book%not_drawn > 0) then
-            call page%verdict(VERDICT_PARTLY, integer_text(book%not_drawn)//' figures are '// &
-                              'missing.', book%reason)
-        end if
-        call page%begin_table('What the report shows, and what is found here', 'findings', stacks=.true.)
-        call page%begin_row()
-        call page%column_head('report')
-        call page%column_head('verdict')
-        call page%column_head('the report shows')
-        call page%column_head('found here')
-        call page%end_row()
-        call page%head_end()
-        do i = 1, size(book%findings)
-            associate (found => book%findings(i))
-                call page%begin_row()
-                call page%row_head(trim(found%source), anchor=trim(found%anchor))
-                call page%verdict_cell(found%kind, trim(found%verdict))
-                call page%text_cell(trim(found%claim), wraps=.true.)
-                call page%text_cell(trim(found%result), wraps=.true.)
-                call page%end_row()
+        associate (kinds => book%claims%kind)
+            call page%chapter('summary', 'Summary')
+            call page%paragraph('Each line leads to its table or figure. Verdicts: '// &
+                                share_text(count(kinds == VERDICT_MET), size(kinds))//' agree without a remark, '// &
+                                integer_text(count(kinds == VERDICT_PARTLY))//' with one, '// &
+                                integer_text(count(kinds == VERDICT_MISSED))//' differ.')
+        end associate
+        if (book%not_drawn > 0) call page%verdict(VERDICT_PARTLY, integer_text(book%not_drawn)//' figures are missing.', &
+                                                  book%reasons(1)%text)
+        do i = 1, size(book%claims)
+            associate (claim => book%claims(i))
+                call rows%add(head_cell(trim(claim%source), anchor=trim(claim%anchor))// &
+                              verdict_cell(claim%kind, trim(claim%verdict))// &
+                              text_cell(trim(claim%claim), wraps=.true.)//text_cell(trim(claim%result), wraps=.true.))
             end associate
         end do
-        call page%end_table()
+        call page%table('What the report shows, and what is found here', [character(16) :: 'report', 'verdict', &
+                        'the report shows', 'found here'], rows, 'findings', stacks=.true.)
     end subroutine add_summary
-
-    !> What was simulated: the idea, the six cases and their settings.
-    subroutine add_simulation(book, error)
-        type(report_book_t), intent(inout) :: book
-        type(error_t), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(case_t) :: case
-        character(:), allocatable :: text
-        real(dp) :: latitude, longitude, height
-        integer :: i, axis
-
-        associate (page => book%page)
-            call page%chapter('simulation', 'What is simulated')
-            call page%paragraph('Two satellites fly behind each other at 460 km in a polar orbit, the '// &
-                                'back one turned to face the front one. For a calibration the torque '// &
-                                'rods of one satellite swing for 60 s at 0.1 Hz with 30 A m^{2} on two '// &
-                                'axes and shake it against the geomagnetic field. Where the proof mass '// &
-                                'of the accelerometer is off the centre of mass by d, the accelerometer '// &
-                                'feels the angular acceleration times d; from its samples, from two '// &
-                                'star cameras and from the magnetometer, d is estimated.')
-            call page%paragraph('Truth: orbit and attitude by an RKF7(8) integration with EGM96 to '// &
-                                'degree and order 20, IGRF-95, DTM-77 with a short-period density wave, '// &
-                                'radiation of Sun and Earth, and all torques. Accelerometer at 10 Hz '// &
-                                'with the coloured noise of (3-2), scale factors and bias; star cameras '// &
-                                'at 2 Hz, attitude by QUEST from catalogued stars; magnetometer at 1 Hz '// &
-                                'with noise and bias. The estimators see the samples and what an '// &
-                                'operator knows, never the truth.')
-            call page%begin_table('The six cases', 'cases')
-            call page%begin_row()
-            call page%column_head('case')
-            call page%column_head('epoch (UTC)')
-            call page%column_head('orbit, s', numeric=.true.)
-            call page%column_head('latitude', numeric=.true.)
-            call page%column_head('longitude', numeric=.true.)
-            call page%column_head('height, km', numeric=.true.)
-            call page%column_head('rods x, y, z, A m^{2}')
-            call page%column_head('true offset x, y, z, mm', columns=3)
-            call page%end_row()
-            call page%head_end()
-            do i = 1, size(REPORT_CASE_NAMES)
-                call report_case(REPORT_CASE_NAMES(i), case, error)
-                if (.not. allocated(error)) call case_place(case, latitude, longitude, height, error)
-                if (allocated(error)) return
-                call page%begin_row()
-                call page%row_head(trim(case%name))
-                call page%text_cell(trim(utc_text(case%epoch)))
-                call page%number_cell(fixed_text(TIME_OF_CASE(case%number), 0))
-                call page%number_cell(fixed_text(abs(latitude)/DEGREE, 1)//merge(' N', ' S', latitude >= 0))
-                call page%number_cell(fixed_text(abs(longitude)/DEGREE, 1)//merge(' E', ' W', longitude >= 0))
-                call page%number_cell(fixed_text(height/1000, 0))
-                call page%text_cell(without_unit(rods_text(case%satellite%rods)))
-                do axis = 1, 3
-                    call page%number_cell(fixed_text(case%satellite%offset(axis)/MILLIMETRE, 1))
-                end do
-                call page%end_row()
-            end do
-            call page%end_table()
-            call page%paragraph('Every setting of a case, with unit and meaning, as `gracecg cases show '// &
-                                'CASE` prints it:')
-            do i = 1, size(REPORT_CASE_NAMES)
-                call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
-                if (.not. allocated(error)) call calibration_text(calibration, text, error)
-                if (allocated(error)) return
-                call page%details(trim(REPORT_CASE_NAMES(i)), text)
-            end do
-        end associate
-    end subroutine add_simulation
-
-    !> The rods' amplitudes without the unit, which stands in the head.
-    pure function without_unit(text) result(numbers)
-        character(*), intent(in) :: text
-        character(:), allocatable :: numbers
-
-        integer :: last
-
-        last = index(text, ' A m^2')
-        if (last == 0) last = len(text) + 1
-        numbers = text(:last - 1)
-    end function without_unit
 
     !> Settings, versions, files.
     subroutine add_making(page, book)
         type(html_page_t), intent(inout) :: page
         type(report_book_t), intent(in) :: book
 
+        type(table_rows_t) :: rows
         integer :: i
 
         call page%chapter('making', 'How this page was made')
-        call page%begin_table('Settings and versions', 'settings')
-        call page%begin_row()
-        call page%column_head('setting')
-        call page%column_head('value')
-        call page%end_row()
-        call page%head_end()
-        call add_setting(page, 'command', 'gracecg report --runs '//integer_text(book%runs)//' --seed '// &
+        call add_setting('command', 'gracecg report --runs '//integer_text(book%runs)//' --seed '// &
                          integer_text(book%seed))
-        call add_setting(page, 'runs of every Monte Carlo', integer_text(book%runs))
-        call add_setting(page, 'seed of the random numbers', integer_text(book%seed))
-        call add_setting(page, 'gracecg', VERSION)
-        call add_setting(page, 'compiler', compiler_version())
+        call add_setting('runs of every Monte Carlo', integer_text(book%runs))
+        call add_setting('seed of the random numbers', integer_text(book%seed))
+        call add_setting('gracecg', VERSION)
+        call add_setting('compiler', compiler_version())
         if (book%renderer /= '') then
-            call add_setting(page, 'figures', book%renderer)
+            call add_setting('figures', book%renderer)
         else
-            call add_setting(page, 'figures', 'none drawn: '//book%reason)
+            call add_setting('figures', 'none drawn: '//book%reasons(1)%text)
         end if
-        call page%end_table()
+        call page%table('Settings and versions', [character(8) :: 'setting', 'value'], rows, 'settings')
         call page%paragraph('The same command gives the same numbers on every machine and with any '// &
                             'number of threads. The numbers of the figures stand beside this page as '// &
                             'CSV, and with each figure the script that drew it: change it and run '// &
@@ -280,17 +255,15 @@ contains
             call add_link(page, book%figures(i)%text//'.gp')
         end do
         call page%markup('</ul>')
+
+    contains
+
+        subroutine add_setting(name, value)
+            character(*), intent(in) :: name, value
+
+            call rows%add(head_cell(name)//text_cell(value, wraps=.true.))
+        end subroutine add_setting
     end subroutine add_making
-
-    subroutine add_setting(page, name, value)
-        type(html_page_t), intent(inout) :: page
-        character(*), intent(in) :: name, value
-
-        call page%begin_row()
-        call page%row_head(name)
-        call page%text_cell(value, wraps=.true.)
-        call page%end_row()
-    end subroutine add_setting
 
     subroutine add_link(page, name)
         type(html_page_t), intent(inout) :: page
@@ -308,9 +281,9 @@ contains
 
         integer :: i
 
-        do i = 1, size(book%findings)
-            associate (found => book%findings(i))
-                call console%line(found%source//trim(found%verdict)//': '//trim(without_marks(trim(found%result))))
+        do i = 1, size(book%claims)
+            associate (claim => book%claims(i))
+                call console%line(claim%source//trim(claim%verdict)//': '//trim(without_marks(trim(claim%result))))
             end associate
         end do
         call console%line('')
@@ -319,11 +292,11 @@ contains
                           ' data files, '//integer_text(size(book%figures))//' figure scripts, '// &
                           integer_text(size(book%figures) - book%not_drawn)//' figures')
         if (book%not_drawn == 0) return
-        if (book%gnuplot_missing) then
-            call console%message('warning: no figures are drawn: '//book%reason)
+        if (book%reasons(1)%text == NO_GNUPLOT) then
+            call console%message('warning: no figures are drawn: '//NO_GNUPLOT)
         else
             call fail(error, integer_text(book%not_drawn)//' figures could not be drawn; the page says '// &
-                      'so in their places. '//book%reason)
+                      'so in their places. '//book%reasons(1)%text)
         end if
     end subroutine show
 

@@ -7,12 +7,8 @@ module gracecg_cli_timing
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_text
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
-    use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
-    use gracecg_studies_study_files, only: write_places
+    use gracecg_planning_scan, only: orbit_place_t, x_is_weakest
+    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, write_places
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
@@ -45,11 +41,9 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t) :: case
-        type(nominal_orbit_t) :: orbit
-        type(orbit_place_t), allocatable :: of_cases(:), places(:)
+        type(timing_study_t) :: study
         character(:), allocatable :: satellite, path
-        integer :: step, i
+        integer :: step
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
         call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
@@ -59,32 +53,25 @@ contains
         if (allocated(error)) return
 
         call console%progress('timing: '//satellite)
-        call report_case(satellite//'-1', case, error)
-        if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error)
+        call study_timing(satellite, step, omp_get_num_procs(), study, error)
         if (allocated(error)) return
-        call scan_orbit(case, report_options(satellite//'-1'), orbit, nint(TIME_OF_CASE), omp_get_num_procs(), &
-                        of_cases, error)
-        if (allocated(error)) return
-        call scan_orbit(case, report_options(satellite//'-1'), orbit, [(i*step, i=0, int(orbit%revolution)/step)], &
-                        omp_get_num_procs(), places, error)
-        if (allocated(error)) return
-        call show_heading(case, orbit, step, console)
-        call show_table(of_cases, places, console)
-        call show_weakest_x(places, step, console)
-        if (path /= '') call write_places(path, 'timing', satellite, places, error)
+        call show_heading(study, console)
+        call show_table(study%of_cases, study%places, console)
+        call show_weakest_x(study%places, step, console)
+        if (path /= '') call write_places(path, 'timing', satellite, study%places, error)
     end subroutine run_timing
 
-    subroutine show_heading(case, orbit, step, console)
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        integer, intent(in) :: step
+    subroutine show_heading(study, console)
+        type(timing_study_t), intent(in) :: study
         type(console_t), intent(inout) :: console
 
-        call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
-                          integer_text(nint(orbit%revolution))//' s from '// &
-                          utc_text(case%epoch)//', a calibration of '// &
-                          integer_text(nint(case%duration))//' s at every '// &
-                          integer_text(step)//' s')
+        associate (case => study%case)
+            call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
+                              integer_text(nint(study%orbit%revolution))//' s from '// &
+                              utc_text(case%epoch)//', a calibration of '// &
+                              integer_text(nint(case%duration))//' s at every '// &
+                              integer_text(study%step)//' s')
+        end associate
         call console%line('field in body axes; amplitude of the angular acceleration; predicted '// &
                           'standard deviation of the CG offset')
         call console%line('')
@@ -95,8 +82,7 @@ contains
         type(orbit_place_t), intent(in) :: of_cases(:), places(:)
         type(console_t), intent(inout) :: console
 
-        real(dp) :: sigma(3, size(places))
-        integer :: i
+        integer :: best(4), i
 
         call console%line('                 time  latitude  longitude           field, nT        '// &
                           '   acceleration, 1e-6 rad/s^2          sigma, mm')
@@ -105,13 +91,11 @@ contains
         do i = 1, size(of_cases)
             call show_place('case '//integer_text(i), of_cases(i), console)
         end do
-        do i = 1, size(places)
-            sigma(:, i) = places(i)%sigma
-        end do
+        best = best_places(places)
         do i = 1, size(AXES)
-            call show_place('best for '//AXES(i), places(minloc(sigma(i, :), 1)), console)
+            call show_place('best for '//AXES(i), places(best(i)), console)
         end do
-        call show_place('best for all', places(minloc(maxval(sigma, 1), 1)), console)
+        call show_place('best for all', places(best(4)), console)
         call console%line('(best for all: the largest of the three standard deviations is least)')
     end subroutine show_table
 

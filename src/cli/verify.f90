@@ -3,15 +3,15 @@ module gracecg_cli_verify
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_text, only: string_t, append
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_library, only: find_case
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
-        check_windows, CURVE_NAMES
-    use gracecg_studies_study_files, only: write_curves, curves_file_name
+        check_windows, window_counts_t, count_windows, write_curves, curves_file_name, CURVE_NAMES
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_number_text, only: percent_text, share_text
     implicit none
     private
     public :: declare_verify, run_verify, window_verdict
@@ -116,6 +116,7 @@ contains
         type(window_check_t), intent(in) :: checks(:)
         type(console_t), intent(inout) :: console
 
+        type(window_counts_t) :: counts
         character(130) :: line
         integer :: i
 
@@ -129,15 +130,11 @@ contains
                 call console%line(line(:94)//window_verdict(c))
             end associate
         end do
-        associate (attitude => checks%attitude_only, inside => checks%inside)
-            call console%line('inside, attitude dynamics only: '// &
-                              share(count(attitude .and. inside), count(attitude)))
-            call console%line('inside, surface forces and torques: '// &
-                              share(count(.not. attitude .and. inside), count(.not. attitude)))
-            call console%line('mean within 15 % of the window''s centre, surface forces and '// &
-                              'torques: '//share(count(.not. attitude .and. checks%near_centre), &
-                              count(.not. attitude)))
-        end associate
+        counts = count_windows(checks)
+        call console%line('inside, attitude dynamics only: '//share_text(counts%attitude_inside, counts%attitude))
+        call console%line('inside, surface forces and torques: '//share_text(counts%surface_inside, counts%surface))
+        call console%line('mean within 15 % of the window''s centre, surface forces and torques: '// &
+                          share_text(counts%surface_near, counts%surface))
     end subroutine show_windows
 
     !> A check in words.
@@ -148,34 +145,17 @@ contains
         if (check%excess <= 0) then
             text = 'inside'
         else if (check%inside) then
-            text = 'inside, leaves by '//percent(check%excess)
+            text = 'inside, leaves by '//percent_text(check%excess)
         else
-            text = 'outside, leaves by '//percent(check%excess)
+            text = 'outside, leaves by '//percent_text(check%excess)
         end if
         if (check%attitude_only) return
         if (check%near_centre) then
             text = text//'; mean within 15 %'
         else
-            text = text//'; mean off by '//percent(check%centre_difference)
+            text = text//'; mean off by '//percent_text(check%centre_difference)
         end if
     end function window_verdict
-
-    function percent(part) result(text)
-        real(dp), intent(in) :: part
-        character(:), allocatable :: text
-
-        character(16) :: digits
-
-        write (digits, '(f16.1)') min(100*part, 1e6_dp)
-        text = trim(adjustl(digits))//' %'
-    end function percent
-
-    function share(part, all) result(text)
-        integer, intent(in) :: part, all
-        character(:), allocatable :: text
-
-        text = integer_text(part)//' of '//integer_text(all)
-    end function share
 
     !> A line for each curve: its range and mean.
     subroutine show_ranges(name, verification, console)

@@ -9,7 +9,7 @@ module gracecg_interface_c_dynamics
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_VALUE, LONGEST_NAME, &
         LONGEST_TEXT, start, raise, pass_on, need, check_count, check_finite, check_result, &
-        check_distance, fortran_text, give_text, keep, refuse_handle, free_object
+        check_distance, fortran_text, give_text, keep_copy, refuse_handle, free_object
     use gracecg_interface_c_surface, only: check_attitude
     implicit none
     private
@@ -76,21 +76,14 @@ contains
     !> Stores a case and gives its handle out.
     subroutine keep_case(calibration, handle, status, error)
         type(calibration_t), intent(in) :: calibration
-        integer(c_intptr_t), intent(out) :: handle  !! Of the case; 0 without room
+        integer(c_intptr_t), intent(inout) :: handle    !! Of the case; 0 without room
         integer(c_int), intent(inout) :: status     !! Of the call so far
         type(c_error_t), intent(inout), optional :: error
 
-        class(object_t), pointer :: object
-        type(case_object_t), pointer :: made
-        integer :: memory
+        type(case_object_t) :: made
 
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%calibration = calibration
-        end if
-        call keep(object, handle, status, error)
+        made%calibration = calibration
+        call keep_copy(made, handle, status, error)
     end subroutine keep_case
 
     !> gracecg_case_free
@@ -169,30 +162,24 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object, model
-        type(force_object_t), pointer :: made
+        class(object_t), pointer :: object
+        type(force_object_t) :: made
         type(error_t), allocatable :: failure
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'model', status, error)
         if (present(handle)) handle = 0
         if (status /= STATUS_OK) return
-        model => null()
         call acquire(int(case_handle, i8), object)
         select type (object)
         type is (case_object_t)
-            allocate (made, stat=memory)
-            if (memory == 0) then
-                model => made
-                call build_dynamics(object%calibration%case, made%dynamics, failure)
-                call pass_on(failure, status, error)
-            end if
+            call build_dynamics(object%calibration%case, made%dynamics, failure)
+            call pass_on(failure, status, error)
         class default
             call refuse_handle(CASE_NAME, status, error)
         end select
         call release(int(case_handle, i8), object)
-        call keep(model, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_force_model_open
 
     !> gracecg_force_model_free

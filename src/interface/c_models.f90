@@ -17,7 +17,7 @@ module gracecg_interface_c_models
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
         LONGEST_NAME, start, raise, pass_on, need, check_count, check_finite, check_result, &
-        check_distance, fortran_text, time_of, later_time, keep, refuse_handle, free_object
+        check_distance, fortran_text, time_of, later_time, keep_copy, refuse_handle, free_object
     implicit none
     private
     public :: c_gravity_open, c_gravity_free, c_gravity_evaluate
@@ -63,12 +63,9 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(gravity_object_t), pointer :: made
-        class(gravity_model_t), allocatable :: model
+        type(gravity_object_t) :: made
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'gravity', status, error)
@@ -79,20 +76,14 @@ contains
             call fail(failure, 'a point mass has degree and order 0, not '//integer_text(degree)// &
                       ' and '//integer_text(order))
         else if (any(GRAVITY_MODELS == name)) then
-            call new_gravity_model(name, degree, order, '', model, failure)
+            call new_gravity_model(name, degree, order, '', made%model, failure)
         else
             call check_file(name, GRAVITY_MODELS, 'gravity model', failure)
-            if (.not. allocated(failure)) call new_gravity_model('file', degree, order, name, model, failure)
+            if (.not. allocated(failure)) call new_gravity_model('file', degree, order, name, made%model, failure)
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            call move_alloc(model, made%model)
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_gravity_open
 
     !> Fails when a name is neither one of the known ones nor that of a file.
@@ -181,13 +172,10 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(field_object_t), pointer :: made
-        class(geomagnetic_model_t), allocatable :: model
+        type(field_object_t) :: made
         type(utc_t) :: time
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'field', status, error)
@@ -196,21 +184,15 @@ contains
         call time_of(date, 'date', time, status, error)
         if (status /= STATUS_OK) return
         if (any(GEOMAGNETIC_MODELS == name)) then
-            call new_geomagnetic_model(name, decimal_year(time), '', model, failure)
+            call new_geomagnetic_model(name, decimal_year(time), '', made%model, failure)
         else
             call check_file(name, GEOMAGNETIC_MODELS, 'geomagnetic field', failure)
             if (.not. allocated(failure)) &
-                call new_geomagnetic_model('file', decimal_year(time), name, model, failure)
+                call new_geomagnetic_model('file', decimal_year(time), name, made%model, failure)
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            call move_alloc(model, made%model)
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_field_open
 
     !> gracecg_field_free
@@ -288,26 +270,17 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(density_object_t), pointer :: made
-        type(dtm77_t) :: model
+        type(density_object_t) :: made
         type(error_t), allocatable :: failure
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'density', status, error)
         if (present(handle)) handle = 0
         if (status /= STATUS_OK) return
-        call new_dtm77(f107, f107_mean, kp, model, failure)
+        call new_dtm77(f107, f107_mean, kp, made%model, failure)
         call pass_on(failure, status, error, STATUS_BAD_VALUE)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_density_open_indices
 
     !> gracecg_density_free
@@ -403,12 +376,9 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(wind_object_t), pointer :: made
-        type(tabulated_wind_t) :: model
+        type(wind_object_t) :: made
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'wind', status, error)
@@ -416,20 +386,14 @@ contains
         call fortran_text(name_or_file, LONGEST_NAME, 'name_or_file', name, status, error)
         if (status /= STATUS_OK) return
         if (name == 'hwm93') then
-            model = embedded_wind()
+            made%model = embedded_wind()
         else
             call check_file(name, WIND_NAMES, 'wind', failure)
-            if (.not. allocated(failure)) call read_wind(name, model, failure)
+            if (.not. allocated(failure)) call read_wind(name, made%model, failure)
         end if
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_wind_open
 
     !> gracecg_wind_free
@@ -541,12 +505,9 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        class(object_t), pointer :: object
-        type(earth_radiation_object_t), pointer :: made
-        type(earth_radiation_t) :: model
+        type(earth_radiation_object_t) :: made
         type(error_t), allocatable :: failure
         character(:), allocatable :: name
-        integer :: memory
 
         call start(status, error)
         call need(present(handle), 'model', status, error)
@@ -558,16 +519,10 @@ contains
                        integer_text(MOST_RINGS), status, error)
             return
         end if
-        call new_earth_radiation(model, name, standard_rings(rings), solar_irradiance, failure)
+        call new_earth_radiation(made%model, name, standard_rings(rings), solar_irradiance, failure)
         call pass_on(failure, status, error)
         if (status /= STATUS_OK) return
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%model = model
-        end if
-        call keep(object, handle, status, error)
+        call keep_copy(made, handle, status, error)
     end function c_earth_radiation_open
 
     !> gracecg_earth_radiation_free

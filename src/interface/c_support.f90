@@ -17,7 +17,7 @@ module gracecg_interface_c_support
     public :: MESSAGE_SIZE, LONGEST_NAME, LONGEST_TEXT, c_error_t, c_utc_t
     public :: start, raise, pass_on, need, check_count, check_finite, check_result, check_distance
     public :: fortran_text, give_text, time_of, later_time
-    public :: keep, refuse_handle, free_object
+    public :: keep, keep_copy, refuse_handle, free_object
 
     integer(c_int), parameter :: STATUS_OK = 0              !! All went well
     integer(c_int), parameter :: STATUS_NULL_POINTER = 1    !! A needed argument is NULL
@@ -310,6 +310,22 @@ contains
         if (number == 0) deallocate (object)
         handle = number
     end subroutine keep
+
+    !> Stores a copy of an object that is not large, and gives its handle out; nothing after a failure.
+    subroutine keep_copy(object, handle, status, error)
+        class(object_t), intent(in) :: object
+        integer(c_intptr_t), intent(inout) :: handle    !! Of the copy; 0 without room
+        integer(c_int), intent(inout) :: status         !! Of the call so far: nothing is done after a failure
+        type(c_error_t), intent(inout), optional :: error
+
+        class(object_t), pointer :: copy
+        integer :: memory
+
+        if (status /= STATUS_OK) return
+        allocate (copy, source=object, stat=memory)
+        if (memory /= 0) copy => null()
+        call keep(copy, handle, status, error)
+    end subroutine keep_copy
 
     !> The handle is not what it should be.
     subroutine refuse_handle(name, status, error)

@@ -10,7 +10,7 @@ module gracecg_interface_c_surface
     use gracecg_spacecraft_plates, only: MAX_PLATES
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_VALUE, start, raise, pass_on, need, &
-        check_count, check_finite, check_result, check_distance, keep, refuse_handle, free_object
+        check_count, check_finite, check_result, check_distance, keep_copy, refuse_handle, free_object
     implicit none
     private
     public :: c_surface_trapezoid, c_surface_create, c_surface_free, c_surface_area, c_surface_drag
@@ -83,21 +83,14 @@ contains
 
     subroutine keep_surface(surface, handle, status, error)
         type(satellite_surface_t), intent(in) :: surface
-        integer(c_intptr_t), intent(out) :: handle
+        integer(c_intptr_t), intent(inout) :: handle
         integer(c_int), intent(inout) :: status
         type(c_error_t), intent(inout), optional :: error
 
-        class(object_t), pointer :: object
-        type(surface_object_t), pointer :: made
-        integer :: memory
+        type(surface_object_t) :: made
 
-        allocate (made, stat=memory)
-        object => null()
-        if (memory == 0) then
-            object => made
-            made%surface = surface
-        end if
-        call keep(object, handle, status, error)
+        made%surface = surface
+        call keep_copy(made, handle, status, error)
     end subroutine keep_surface
 
     !> gracecg_surface_free

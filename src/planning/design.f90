@@ -16,14 +16,11 @@ module gracecg_planning_design
         SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_dynamics, only: RATE => OMEGA
     use gracecg_simulation_limits, only: exceeds_limits, check_motion
-    use gracecg_planning_site, only: accelerometer_view_t, manoeuvre_site_t, manoeuvre_quality_t, &
-        evaluate_manoeuvre, new_accelerometer_view, new_manoeuvre_site
-    use gracecg_simulation_case, only: case_t
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
+    use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre
     implicit none
     private
     public :: design_settings_t, manoeuvre_design_t, check_design_settings
-    public :: design_manoeuvre, shortest_manoeuvre, judge_manoeuvre, choose_place, pattern_567
+    public :: design_manoeuvre, judge_manoeuvre, choose_place, pattern_567
 
     !> What the search may do.
     type :: design_settings_t
@@ -63,7 +60,7 @@ module gracecg_planning_design
 
     !> Candidates to be judged, as pieces of work.
     type, extends(parallel_work_t) :: judging_t
-        type(accelerometer_view_t), pointer :: view => null()
+        type(planned_arc_t), pointer :: arc => null()
         type(manoeuvre_site_t), pointer :: sites(:) => null()
         type(design_settings_t) :: settings
         type(candidate_t), allocatable :: candidates(:)
@@ -84,8 +81,8 @@ module gracecg_planning_design
 contains
 
     !> Fails for settings that allow no manoeuvre.
-    subroutine check_design_settings(view, settings, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine check_design_settings(arc, settings, error)
+        type(planned_arc_t), intent(in) :: arc
         type(design_settings_t), intent(in) :: settings
         type(error_t), allocatable, intent(out) :: error
 
@@ -94,7 +91,7 @@ contains
         real(dp) :: duration
         integer :: waveform
 
-        duration = view%samples*view%interval
+        duration = arc%samples*arc%interval
         if (.not. any(settings%rod_used)) then
             call fail(error, 'all torque rods are off: at least one has to be used')
         else if (.not. settings%amplitude > 0) then
@@ -120,7 +117,7 @@ contains
                                    taper=merge(settings%taper, 0.0_dp, waveform == TAPERED), &
                                    rise_time=settings%rise_time)
             call new_torque_rods(rods, [rod], error)
-            if (.not. allocated(error)) call check_rod_sampling(rods, view%interval, error)
+            if (.not. allocated(error)) call check_rod_sampling(rods, arc%interval, error)
         end do
     end subroutine check_design_settings
 
@@ -143,8 +140,8 @@ contains
     !> by drag and radiation, when that is allowed.
     !>
     !> Fails as check_design_settings does, and when no manoeuvre stays within the limits.
-    subroutine design_manoeuvre(view, sites, settings, design, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine design_manoeuvre(arc, sites, settings, design, error)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(manoeuvre_design_t), intent(out) :: design
@@ -156,23 +153,23 @@ contains
         integer, allocatable :: order(:)
         integer :: i, spent
 
-        call check_design_settings(view, settings, error)
+        call check_design_settings(arc, settings, error)
         if (allocated(error)) return
-        candidates = structured_candidates(view, settings)
-        call judge_all(view, sites, settings, candidates, SEARCH_PLACES, judged, error)
+        candidates = structured_candidates(arc, settings)
+        call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error)
         if (allocated(error)) return
         spent = sum(judged%evaluations)
         order = best_first(judged, FINAL_COUNT)
         finalists = candidates(order)
-        call judge_all(view, sites, settings, finalists, size(sites), judged, error)
+        call judge_all(arc, sites, settings, finalists, size(sites), judged, error)
         if (allocated(error)) return
         spent = spent + sum(judged%evaluations)
         order = best_first(judged, REFINED_COUNT)
         finalists = finalists(order)
         design = judged(order(1))
-        call judge_all(view, sites, settings, finalists, size(sites), refined, error, refine_first=.true.)
+        call judge_all(arc, sites, settings, finalists, size(sites), refined, error, refine_first=.true.)
         if (allocated(error)) return
-        call judge_pattern_567(view, sites, settings, pattern)
+        call judge_pattern_567(arc, sites, settings, pattern)
         spent = spent + sum(refined%evaluations) + pattern%evaluations
         do i = 1, size(finalists)
             if (better(refined(i), design)) design = refined(i)
@@ -191,75 +188,12 @@ contains
         end if
         design%evaluations = spent
         if (design%allowed) return
-        call refuse(view, sites, design, error)
+        call refuse(arc, sites, design, error)
     end subroutine design_manoeuvre
 
-    !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst
-    !> axis to a target. Sigma falls with the square root of the duration, so that the longest arc tells where to
-    !> begin; from there on upwards, step by step, since the density wave favours some durations.
-    !>
-    !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
-    subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, view, design, error)
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit
-        real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
-        type(design_settings_t), intent(in) :: settings
-        real(dp), intent(in) :: longest, step       !! s
-        real(dp), intent(in) :: target              !! m
-        type(accelerometer_view_t), intent(out) :: view     !! Of the shortest arc
-        type(manoeuvre_design_t), intent(out) :: design
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
-        type(accelerometer_view_t) :: trial_view
-        type(manoeuvre_design_t) :: trial
-        type(error_t), allocatable :: failure
-        real(dp) :: least
-        integer :: most, steps, spent
-
-        most = floor(longest/step + 1e-9_dp)
-        call try(most, view, design, error)
-        if (allocated(error)) return
-        spent = design%evaluations
-        least = design%worst
-        do steps = max(1, floor(CAUTION*most*min(1.0_dp, maxval(design%sigma)/target)**2)), most - 1
-            call try(steps, trial_view, trial, failure)
-            if (allocated(failure)) cycle
-            spent = spent + trial%evaluations
-            least = min(least, trial%worst)
-            if (trial%worst > target) cycle
-            view = trial_view
-            design = trial
-            exit
-        end do
-        design%evaluations = spent
-        if (design%worst <= target) return
-        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
-                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
-                  ' mm on its worst axis')
-
-    contains
-
-        subroutine try(steps, view, design, failure)
-            integer, intent(in) :: steps
-            type(accelerometer_view_t), intent(out) :: view
-            type(manoeuvre_design_t), intent(out) :: design
-            type(error_t), allocatable, intent(out) :: failure
-
-            type(case_t) :: shorter
-            type(manoeuvre_site_t) :: site(1)
-
-            shorter = case
-            shorter%duration = steps*step
-            call new_accelerometer_view(shorter, view, failure)
-            if (.not. allocated(failure)) call new_manoeuvre_site(view, orbit, time, site(1), failure)
-            if (.not. allocated(failure)) call design_manoeuvre(view, site, settings, design, failure)
-        end subroutine try
-    end subroutine shortest_manoeuvre
-
     !> Says which limit no manoeuvre keeps.
-    subroutine refuse(view, sites, design, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine refuse(arc, sites, design, error)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(manoeuvre_design_t), intent(in) :: design
         type(error_t), allocatable, intent(out) :: error
@@ -268,8 +202,8 @@ contains
         integer :: i
 
         do i = 1, size(sites)
-            call evaluate_manoeuvre(view, sites(i), design%rods, quality)
-            call check_motion(view%knowledge%limits, quality%motion, error)
+            call evaluate_manoeuvre(arc, sites(i), design%rods, quality)
+            call check_motion(arc%knowledge%limits, quality%motion, error)
             if (.not. allocated(error)) cycle
             error%message = 'no manoeuvre stays within the limits, not even a weaker one. The best: '// &
                 error%message
@@ -314,16 +248,16 @@ contains
 
     !> All whole numbers of cycles that differ by at most WIDEST, in every waveform, all rods starting
     !> as a sine or all as a cosine; where rods share a frequency, in all quarters of the period.
-    function structured_candidates(view, settings) result(candidates)
-        type(accelerometer_view_t), intent(in) :: view
+    function structured_candidates(arc, settings) result(candidates)
+        type(planned_arc_t), intent(in) :: arc
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), allocatable :: candidates(:)
 
         type(candidate_t) :: candidate
         integer :: pass, n, waveform, x, y, z, start, y_later, z_later, low, high
 
-        low = fewest_cycles(settings, view%samples*view%interval)
-        high = most_cycles(settings, view%samples*view%interval)
+        low = fewest_cycles(settings, arc%samples*arc%interval)
+        high = most_cycles(settings, arc%samples*arc%interval)
         do pass = 1, 2      ! count, then store
             n = 0
             do waveform = 1, size(settings%waveform_used)
@@ -397,8 +331,8 @@ contains
         end do
     end function rods_of
 
-    subroutine judge_all(view, sites, settings, candidates, most_places, judged, error, refine_first)
-        type(accelerometer_view_t), intent(in), target :: view
+    subroutine judge_all(arc, sites, settings, candidates, most_places, judged, error, refine_first)
+        type(planned_arc_t), intent(in), target :: arc
         type(manoeuvre_site_t), intent(in), target :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), intent(in) :: candidates(:)
@@ -409,7 +343,7 @@ contains
 
         type(judging_t) :: work
 
-        work%view => view
+        work%arc => arc
         work%sites => sites
         work%settings = settings
         work%candidates = candidates
@@ -430,15 +364,15 @@ contains
 
         candidate = self%candidates(i)
         spent = 0
-        if (self%refined) call refine(self%view, self%sites, self%settings, candidate, spent)
-        call judge(self%view, self%sites, self%settings, candidate, self%most_places, self%judged(i))
+        if (self%refined) call refine(self%arc, self%sites, self%settings, candidate, spent)
+        call judge(self%arc, self%sites, self%settings, candidate, self%most_places, self%judged(i))
         self%judged(i)%evaluations = self%judged(i)%evaluations + spent
     end subroutine judge_one
 
     !> Judges a candidate at no more than `most_places` places, spread over all. Where it goes beyond
     !> the limits, its amplitude is lowered.
-    pure subroutine judge(view, sites, settings, candidate, most_places, design)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine judge(arc, sites, settings, candidate, most_places, design)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), intent(inout) :: candidate
@@ -450,27 +384,27 @@ contains
 
         spent = 0
         do attempt = 0, SCALINGS
-            call judge_manoeuvre(view, sites, rods_of(settings, view%samples*view%interval, candidate), &
+            call judge_manoeuvre(arc, sites, rods_of(settings, arc%samples*arc%interval, candidate), &
                                  most_places, design)
             spent = spent + design%evaluations
             if (design%allowed) exit
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude
             nominal = maxval([(norm2(sites(i)%state(RATE)), i=1, size(sites))])
             factor = 1
-            if (design%rate > view%knowledge%limits%rate) then
-                if (nominal >= view%knowledge%limits%rate) exit
-                factor = (view%knowledge%limits%rate - nominal)/(design%rate - nominal)
+            if (design%rate > arc%knowledge%limits%rate) then
+                if (nominal >= arc%knowledge%limits%rate) exit
+                factor = (arc%knowledge%limits%rate - nominal)/(design%rate - nominal)
             end if
-            if (design%excursion > view%knowledge%limits%pointing) &
-                factor = min(factor, view%knowledge%limits%pointing/design%excursion)
+            if (design%excursion > arc%knowledge%limits%pointing) &
+                factor = min(factor, arc%knowledge%limits%pointing/design%excursion)
             candidate%amplitude = 0.98_dp*factor*candidate%amplitude
         end do
         design%evaluations = spent
     end subroutine judge
 
     !> Judges a manoeuvre at no more than `most_places` places, spread over all: the worst of them.
-    pure subroutine judge_manoeuvre(view, sites, rods, most_places, design)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine judge_manoeuvre(arc, sites, rods, most_places, design)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(torque_rods_t), intent(in) :: rods
         integer, intent(in) :: most_places    !! At most so many of the places are tried
@@ -487,7 +421,7 @@ contains
         design%evaluations = places
         do k = 1, places
             i = 1 + ((k - 1)*size(sites))/places
-            call evaluate_manoeuvre(view, sites(i), rods, quality)
+            call evaluate_manoeuvre(arc, sites(i), rods, quality)
             design%sigma = max(design%sigma, quality%sigma)
             design%wave = max(design%wave, quality%wave)
             design%force = max(design%force, quality%force)
@@ -500,7 +434,7 @@ contains
                 design%worst = huge(1.0_dp)
                 design%allowed = .false.
             end if
-            if (exceeds_limits(view%knowledge%limits, quality%motion)) design%allowed = .false.
+            if (exceeds_limits(arc%knowledge%limits, quality%motion)) design%allowed = .false.
         end do
     end subroutine judge_manoeuvre
 
@@ -523,8 +457,8 @@ contains
     end function candidate_567
 
     !> The pattern of 5, 6 and 7 cycles; not allowed when its frequencies or rods are not.
-    subroutine judge_pattern_567(view, sites, settings, design)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine judge_pattern_567(arc, sites, settings, design)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(manoeuvre_design_t), intent(out) :: design
@@ -532,8 +466,8 @@ contains
         type(candidate_t) :: candidate
 
         candidate = candidate_567(settings)
-        call judge(view, sites, settings, candidate, size(sites), design)
-        associate (duration => view%samples*view%interval)
+        call judge(arc, sites, settings, candidate, size(sites), design)
+        associate (duration => arc%samples*arc%interval)
             design%allowed = design%allowed .and. all(settings%rod_used) .and. &
                              5 >= fewest_cycles(settings, duration) .and. 7 <= most_cycles(settings, duration)
         end associate
@@ -541,8 +475,8 @@ contains
 
     !> The simplex method over cycles and phases of the rods in use, from a candidate. The phase of the
     !> first rod is changed too: what a rod does at the start and the end of the arc depends on it.
-    subroutine refine(view, sites, settings, candidate, evaluations)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine refine(arc, sites, settings, candidate, evaluations)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(candidate_t), intent(inout) :: candidate
@@ -629,10 +563,10 @@ contains
             real(dp) :: frequency(3)
 
             objective = huge(1.0_dp)
-            frequency = x(1:3)/(view%samples*view%interval)
+            frequency = x(1:3)/(arc%samples*arc%interval)
             if (any(settings%rod_used .and. (frequency < settings%lowest_frequency .or. &
                                              frequency > settings%highest_frequency))) return
-            call judge_manoeuvre(view, sites, rods_of(settings, view%samples*view%interval, candidate_at(x)), &
+            call judge_manoeuvre(arc, sites, rods_of(settings, arc%samples*arc%interval, candidate_at(x)), &
                                  REFINE_PLACES, design)
             evaluations = evaluations + design%evaluations
             if (design%allowed) objective = design%worst
@@ -641,8 +575,8 @@ contains
 
     !> The place where a calibration can be best: that with the least worst axis under the best of the
     !> few manoeuvres whose rods have different cycles or share them in all combinations of signs.
-    subroutine choose_place(view, sites, settings, best, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine choose_place(arc, sites, settings, best, error)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         integer, intent(out) :: best                !! In sites
@@ -655,20 +589,20 @@ contains
         integer :: i, k
 
         best = 1
-        call check_design_settings(view, settings, error)
+        call check_design_settings(arc, settings, error)
         if (allocated(error)) return
         ! what is good at a few places one by one is good at others too
-        candidates = structured_candidates(view, settings)
+        candidates = structured_candidates(arc, settings)
         allocate (chosen(0))
         do k = 1, SEARCH_PLACES
             i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
-            call judge_all(view, sites(i:i), settings, candidates, 1, judged, error)
+            call judge_all(arc, sites(i:i), settings, candidates, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 3)
             chosen = [chosen, candidates(order)]
         end do
         do i = 1, size(sites)
-            call judge_all(view, sites(i:i), settings, chosen, 1, judged, error)
+            call judge_all(arc, sites(i:i), settings, chosen, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 1)
             at_place(i) = judged(order(1))

@@ -5,7 +5,7 @@ module gracecg_planning_map
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
-    use gracecg_planning_site, only: accelerometer_view_t, manoeuvre_site_t, new_manoeuvre_site, &
+    use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, new_manoeuvre_site, &
         manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
     implicit none
     private
@@ -23,7 +23,7 @@ module gracecg_planning_map
 
     !> Places of the orbit as pieces of work.
     type, abstract, extends(parallel_work_t) :: places_t
-        type(accelerometer_view_t), pointer :: view => null()
+        type(planned_arc_t), pointer :: arc => null()
         type(nominal_orbit_t), pointer :: orbit => null()
         real(dp), allocatable :: times(:)               !! s
     end type places_t
@@ -44,8 +44,8 @@ module gracecg_planning_map
 contains
 
     !> The places of the orbit at some times. Fails when one lies outside of the orbit.
-    subroutine new_manoeuvre_sites(view, orbit, times, threads, sites, error)
-        type(accelerometer_view_t), intent(in), target :: view
+    subroutine new_manoeuvre_sites(arc, orbit, times, threads, sites, error)
+        type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
         integer, intent(in) :: threads                  !! 1 and more
@@ -54,7 +54,7 @@ contains
 
         type(sites_t) :: work
 
-        work%view => view
+        work%arc => arc
         work%orbit => orbit
         work%times = times
         allocate (work%sites(size(times)))
@@ -67,13 +67,13 @@ contains
         integer, intent(in) :: i
         type(error_t), allocatable, intent(out) :: error
 
-        call new_manoeuvre_site(self%view, self%orbit, self%times(i), self%sites(i), error)
+        call new_manoeuvre_site(self%arc, self%orbit, self%times(i), self%sites(i), error)
     end subroutine tabulate_site
 
     !> Evaluates a manoeuvre at places at some times, on `threads` threads. Where it leaves a direction
     !> unseen, the sigmas are huge(1.0). Fails when a time lies outside of the orbit.
-    subroutine map_manoeuvre(view, orbit, times, rods, threads, points, error)
-        type(accelerometer_view_t), intent(in), target :: view
+    subroutine map_manoeuvre(arc, orbit, times, rods, threads, points, error)
+        type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
         type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
@@ -83,7 +83,7 @@ contains
 
         type(map_t) :: work
 
-        work%view => view
+        work%arc => arc
         work%orbit => orbit
         work%times = times
         work%rods = rods
@@ -99,13 +99,13 @@ contains
 
         type(manoeuvre_site_t) :: site
 
-        call new_manoeuvre_site(self%view, self%orbit, self%times(i), site, error)
+        call new_manoeuvre_site(self%arc, self%orbit, self%times(i), site, error)
         if (.not. allocated(error)) then
             associate (point => self%points(i))
                 point%time = site%time
                 point%latitude = site%latitude
                 point%longitude = site%longitude
-                call evaluate_manoeuvre(self%view, site, self%rods, point%quality)
+                call evaluate_manoeuvre(self%arc, site, self%rods, point%quality)
                 call worst_direction(point%quality, point%worst_sigma, point%worst_direction, error)
             end associate
         end if

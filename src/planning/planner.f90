@@ -1,66 +1,171 @@
-!> The planner for one place of a case's orbit: what the command `design` does with --at and --map, in two
-!> calls on cases.
+!> The plan of a calibration, the one recipe of the command `design`, the report's page and the interfaces to
+!> C and Fortran 77: arc and nominal orbit of a case, the places where the manoeuvre is to be good, the
+!> manoeuvre, and the calibration that flies it.
 module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_constants, only: TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context, number_text
-    use gracecg_base_quaternion, only: normalised
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_limits, only: check_motion
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_planning_moved_case, only: later_case
-    use gracecg_planning_site, only: accelerometer_view_t, new_accelerometer_view, manoeuvre_site_t, &
-        new_manoeuvre_site
-    use gracecg_planning_map, only: map_point_t, map_manoeuvre
-    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, design_manoeuvre
+    use gracecg_planning_moved_case, only: moved_calibration
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
+        manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre, new_manoeuvre_sites
+    use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, check_design_settings, &
+        design_manoeuvre, judge_manoeuvre, choose_place
     implicit none
     private
-    public :: plan_manoeuvre, take_design, map_case, moved_case, options_there
-    public :: PLANNING_STEP, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+    public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE
+    public :: plan_t, prepare_plan, find_manoeuvre, times_along, planned_calibration, take_design
+    public :: plan_manoeuvre, map_case, shortest_manoeuvre
+    public :: SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
 
-    real(dp), parameter :: PLANNING_STEP = 10       !! Between the orbit's samples, s
+    real(dp), parameter :: ORBIT_STEP = 10          !! Between the orbit's samples, s
+    real(dp), parameter :: ANYWHERE_STEP = 100      !! Between the places to choose from, s
+    real(dp), parameter :: EVERYWHERE_STEP = 240    !! Between the places of a manoeuvre for all, s
+    real(dp), parameter :: DURATION_STEP = 6        !! Of the shortest arc, s
     real(dp), parameter :: SHORTEST_ARC = 10        !! s
     real(dp), parameter :: LONGEST_ARC = 600        !! s
     integer, parameter :: MOST_REVOLUTIONS = 150    !! Of a map
-    real(dp), parameter :: GUESS_DIGIT = 1e-3_dp
-    !! To which an operator's guess of the attitude is rounded: the built-in cases have as many digits
+
+    integer, parameter :: AT_TIME = 1, ANYWHERE = 2, EVERYWHERE = 3
+    !! Where a manoeuvre is to be good: at a given time; at the place of the orbit that is best; at all places
+
+    !> What a plan is asked for.
+    type :: plan_request_t
+        integer :: place = AT_TIME          !! Or ANYWHERE, EVERYWHERE
+        real(dp) :: time = 0                !! Of the start unless ANYWHERE, s from the case's epoch
+        integer :: revolutions = 1          !! Of the orbit, for ANYWHERE, EVERYWHERE and maps
+        logical :: search = .true.          !! Else the case's own manoeuvre is judged, AT_TIME
+        real(dp) :: target = 0
+        !! Wanted of the worst axis, m: AT_TIME the shortest arc is taken that reaches it. 0: all of the duration
+        type(design_settings_t) :: settings !! Of the search
+    end type plan_request_t
+
+    !> A plan, as far as it has come.
+    type :: plan_t
+        type(calibration_t) :: calibration  !! At its epoch; in the end with the arc and manoeuvre planned
+        type(planned_arc_t) :: arc          !! Its samples, noise and limits
+        type(nominal_orbit_t) :: orbit
+        type(manoeuvre_site_t), allocatable :: sites(:)     !! Where the manoeuvre is to be good
+        real(dp) :: time = 0                !! Of the start, s from the case's epoch
+        type(manoeuvre_design_t) :: design  !! The manoeuvre, judged at all sites
+    end type plan_t
 
 contains
 
-    !> The best manoeuvre for a case's satellite on an arc of the case's duration, within the limits of its
-    !> setup; and the calibration that flies it, `time` seconds later on the orbit.
+    !> The first half of a plan: arc, orbit and places, all but the search for the manoeuvre.
     !>
-    !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a time outside of one
-    !> revolution, as design_manoeuvre does, and when a limit is not positive.
-    subroutine plan_manoeuvre(calibration, time, settings, planned, design, error)
-        type(calibration_t), intent(in) :: calibration      !! Its manoeuvre does not matter
-        real(dp), intent(in) :: time                        !! Of the start, s from the case's epoch
-        type(design_settings_t), intent(in) :: settings
-        type(calibration_t), intent(out) :: planned         !! Its name ends with -design
-        type(manoeuvre_design_t), intent(out) :: design
+    !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a time outside of the
+    !> orbit, when a limit is not positive, and for settings that allow no manoeuvre.
+    subroutine prepare_plan(calibration, request, plan, error)
+        type(calibration_t), intent(in) :: calibration
+        type(plan_request_t), intent(in) :: request
+        type(plan_t), intent(out) :: plan
         type(error_t), allocatable, intent(out) :: error
 
-        type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
-        type(manoeuvre_site_t) :: site(1)
+        call prepare_orbit(calibration%case, request, plan, error)
+        plan%calibration = calibration
+        if (.not. allocated(error)) call take_sites(request, plan, error)
+        call add_context(error, 'case '//trim(calibration%case%name))
+    end subroutine prepare_plan
 
-        associate (case => calibration%case)
-            call check_limits(case, error)
-            if (.not. allocated(error)) call new_accelerometer_view(case, view, error)
-            if (.not. allocated(error)) call new_nominal_orbit(case, orbit, error, interval=PLANNING_STEP)
-            if (.not. allocated(error)) call new_manoeuvre_site(view, orbit, time, site(1), error)
-            if (.not. allocated(error)) call design_manoeuvre(view, site, settings, design, error)
-            call add_context(error, 'case '//trim(case%name))
-            if (allocated(error)) return
-            planned%case = moved_case(case, orbit, time, any(REPORT_CASE_NAMES == case%name))
-            planned%options = calibration%options
-            if (time > 0) planned%options = options_there(calibration%options, planned%case)
+    subroutine prepare_orbit(case, request, plan, error)
+        type(case_t), intent(in) :: case
+        type(plan_request_t), intent(in) :: request
+        type(plan_t), intent(out) :: plan
+        type(error_t), allocatable, intent(out) :: error
+
+        plan%time = request%time
+        call check_limits(case, error)
+        if (.not. allocated(error)) call new_planned_arc(case, plan%arc, error)
+        if (allocated(error)) return
+        if (request%search) then
+            call check_design_settings(plan%arc, request%settings, error)
+        else
+            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
+        end if
+        if (.not. allocated(error)) &
+            call new_nominal_orbit(case, plan%orbit, error, request%revolutions, ORBIT_STEP)
+    end subroutine prepare_orbit
+
+    subroutine take_sites(request, plan, error)
+        type(plan_request_t), intent(in) :: request
+        type(plan_t), intent(inout) :: plan
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: times(:)
+        integer :: best
+
+        select case (request%place)
+        case (EVERYWHERE)
+            times = times_along(plan%orbit, EVERYWHERE_STEP)
+        case (ANYWHERE)
+            times = times_along(plan%orbit, ANYWHERE_STEP)
+        case default
+            times = [request%time]
+        end select
+        call new_manoeuvre_sites(plan%arc, plan%orbit, times, request%settings%threads, plan%sites, error)
+        if (request%place /= ANYWHERE .or. allocated(error)) return
+        call choose_place(plan%arc, plan%sites, request%settings, best, error)
+        plan%sites = [plan%sites(best)]
+        plan%time = plan%sites(1)%time
+    end subroutine take_sites
+
+    !> Times from 0 to the end of the orbit.
+    pure function times_along(orbit, step) result(times)
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: step            !! From one to the next, s
+        real(dp), allocatable :: times(:)       !! s
+
+        integer :: i
+
+        times = [(i*step, i=0, int(last_time(orbit)/step))]
+    end function times_along
+
+    !> The second half of a plan: searches the manoeuvre, or judges the case's own.
+    !>
+    !> Fails when no manoeuvre keeps the limits or reaches the target, or the case's own does not keep them.
+    subroutine find_manoeuvre(request, plan, error)
+        type(plan_request_t), intent(in) :: request
+        type(plan_t), intent(inout) :: plan             !! As prepare_plan gives it
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_quality_t) :: quality
+
+        associate (arc => plan%arc, sites => plan%sites, case => plan%calibration%case)
+            if (.not. request%search) then
+                call judge_manoeuvre(arc, sites, case%satellite%rods, size(sites), plan%design)
+                call evaluate_manoeuvre(arc, sites(1), case%satellite%rods, quality)
+                call check_motion(arc%knowledge%limits, quality%motion, error)
+            else if (request%target > 0) then
+                call shortest_manoeuvre(case, plan%orbit, plan%time, request%settings, case%duration, &
+                                        DURATION_STEP, request%target, arc, plan%design, error)
+            else
+                call design_manoeuvre(arc, sites, request%settings, plan%design, error)
+            end if
+            if (.not. allocated(error)) then
+                call take_manoeuvre(plan%design%rods, case%satellite%rods)
+                case%duration = arc%knowledge%duration
+            end if
         end associate
-        call take_design(design, planned)
-    end subroutine plan_manoeuvre
+        ! a shorter arc weighs the forces at its place in its own way
+        if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error)
+        call add_context(error, 'case '//trim(plan%calibration%case%name))
+    end subroutine find_manoeuvre
+
+    !> The calibration that flies the manoeuvre of a plan at its time.
+    function planned_calibration(request, plan) result(planned)
+        type(plan_request_t), intent(in) :: request
+        type(plan_t), intent(in) :: plan
+        type(calibration_t) :: planned          !! Its name ends with -design when the manoeuvre was searched
+
+        planned = moved_calibration(plan%calibration, plan%orbit, plan%time)
+        if (request%search) call take_design(plan%design, planned)
+    end function planned_calibration
 
     !> Makes a calibration fly a designed manoeuvre; its name then ends with -design. `optimal` is asked to
     !> estimate scale factors and magnetometer bias, too: the noise of such a calibration is so small that they,
@@ -74,6 +179,94 @@ contains
         calibration%options%optimal%estimate_scale_factors = .true.
         calibration%options%optimal%estimate_magnetometer_bias = .true.
     end subroutine take_design
+
+    !> The best manoeuvre for a case's satellite on an arc of the case's duration, within the limits of its
+    !> setup; and the calibration that flies it, `time` seconds later on the orbit: a plan in one call.
+    !>
+    !> Fails as prepare_plan and find_manoeuvre do.
+    subroutine plan_manoeuvre(calibration, time, settings, planned, design, error)
+        type(calibration_t), intent(in) :: calibration  !! Its manoeuvre does not matter
+        real(dp), intent(in) :: time                    !! Of the start, s from the case's epoch
+        type(design_settings_t), intent(in) :: settings
+        type(calibration_t), intent(out) :: planned     !! Its name ends with -design
+        type(manoeuvre_design_t), intent(out) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+
+        request%time = time
+        request%settings = settings
+        call prepare_plan(calibration, request, plan, error)
+        if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
+        if (allocated(error)) return
+        planned = planned_calibration(request, plan)
+        design = plan%design
+    end subroutine plan_manoeuvre
+
+    !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst
+    !> axis to a target. Sigma falls with the square root of the duration, so that the longest arc tells where to
+    !> begin; from there on upwards, step by step, since the density wave favours some durations.
+    !>
+    !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
+    subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, arc, &
+                                  design, error)
+        type(case_t), intent(in) :: case
+        type(nominal_orbit_t), intent(in) :: orbit
+        real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: longest, step       !! s
+        real(dp), intent(in) :: target              !! m
+        type(planned_arc_t), intent(out) :: arc     !! Of the shortest arc
+        type(manoeuvre_design_t), intent(out) :: design
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
+        type(planned_arc_t) :: trial_arc
+        type(manoeuvre_design_t) :: trial
+        type(error_t), allocatable :: failure
+        real(dp) :: least
+        integer :: most, steps, spent
+
+        most = floor(longest/step + 1e-9_dp)
+        call try(most, arc, design, error)
+        if (allocated(error)) return
+        spent = design%evaluations
+        least = design%worst
+        do steps = max(1, floor(CAUTION*most*min(1.0_dp, maxval(design%sigma)/target)**2)), most - 1
+            call try(steps, trial_arc, trial, failure)
+            if (allocated(failure)) cycle
+            spent = spent + trial%evaluations
+            least = min(least, trial%worst)
+            if (trial%worst > target) cycle
+            arc = trial_arc
+            design = trial
+            exit
+        end do
+        design%evaluations = spent
+        if (design%worst <= target) return
+        call fail(error, 'the target of '//number_text(target/MILLIMETRE)//' mm is out of reach: the best '// &
+                  'manoeuvre up to '//number_text(most*step)//' s leaves '//number_text(least/MILLIMETRE)// &
+                  ' mm on its worst axis')
+
+    contains
+
+        subroutine try(steps, arc, design, failure)
+            integer, intent(in) :: steps
+            type(planned_arc_t), intent(out) :: arc
+            type(manoeuvre_design_t), intent(out) :: design
+            type(error_t), allocatable, intent(out) :: failure
+
+            type(case_t) :: shorter
+            type(manoeuvre_site_t) :: site(1)
+
+            shorter = case
+            shorter%duration = steps*step
+            call new_planned_arc(shorter, arc, failure)
+            if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, time, site(1), failure)
+            if (.not. allocated(failure)) call design_manoeuvre(arc, site, settings, design, failure)
+        end subroutine try
+    end subroutine shortest_manoeuvre
 
     subroutine check_limits(case, error)
         type(case_t), intent(in) :: case
@@ -99,8 +292,8 @@ contains
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
         real(dp) :: revolutions
 
         if (size(times) == 0) then
@@ -108,43 +301,16 @@ contains
             return
         end if
         revolutions = maxval(abs(times))*norm2(case%angular_velocity)/TWO_PI
-        if (.not. revolutions <= MOST_REVOLUTIONS) then
+        if (revolutions <= MOST_REVOLUTIONS) then
+            request%revolutions = max(1, ceiling(revolutions))
+            request%search = .false.
+            call prepare_orbit(case, request, plan, error)
+        else
             call fail(error, 'the latest time of the map, '//number_text(maxval(abs(times)))//' s, is more '// &
                       'than '//number_text(real(MOST_REVOLUTIONS, dp))//' revolutions after the epoch')
-        else
-            call check_limits(case, error)
         end if
         if (.not. allocated(error)) &
-            call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
-        if (.not. allocated(error)) call new_accelerometer_view(case, view, error)
-        if (.not. allocated(error)) &
-            call new_nominal_orbit(case, orbit, error, max(1, ceiling(revolutions)), PLANNING_STEP)
-        if (.not. allocated(error)) &
-            call map_manoeuvre(view, orbit, times, case%satellite%rods, threads, points, error)
+            call map_manoeuvre(plan%arc, plan%orbit, times, case%satellite%rods, threads, points, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine map_case
-
-    !> The case `time` seconds later on its orbit. A built-in case away from its own place takes the
-    !> wind of the table, as the built-in cases 2 and 3 do: the constant one was fitted to case 1.
-    function moved_case(case, orbit, time, built_in) result(moved)
-        type(case_t), intent(in) :: case
-        type(nominal_orbit_t), intent(in) :: orbit      !! Of this case
-        real(dp), intent(in) :: time                    !! s, within the orbit
-        logical, intent(in) :: built_in                 !! The orbit is that of a built-in case
-        type(case_t) :: moved
-
-        moved = later_case(case, orbit, time)
-        if (built_in .and. time > 0) moved%wind_model = 'hwm93'
-    end function moved_case
-
-    !> The options for a moved case: a first guess of the attitude that is given is turned along.
-    pure function options_there(options, moved) result(there)
-        type(estimation_options_t), intent(in) :: options
-        type(case_t), intent(in) :: moved
-        type(estimation_options_t) :: there
-
-        there = options
-        if (all(abs(options%guess_quaternion) <= 0)) return
-        there%guess_quaternion = normalised(GUESS_DIGIT*anint(moved%quaternion/GUESS_DIGIT))
-    end function options_there
 end module gracecg_planning_planner

@@ -16,6 +16,7 @@ module gracecg_planning_site
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_simulation_dynamics, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information
@@ -25,15 +26,15 @@ module gracecg_planning_site
     use gracecg_simulation_limits, only: attitude_motion_t
     implicit none
     private
-    public :: accelerometer_view_t, new_accelerometer_view
+    public :: planned_arc_t, new_planned_arc
     public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
     public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
 
-    !> What the accelerometer makes of an arc: its noise, and the disturbance by the density wave.
-    type :: accelerometer_view_t
+    !> An arc to be planned, wherever it starts: its samples, the accelerometer's noise and the density wave.
+    type :: planned_arc_t
         type(operator_knowledge_t) :: knowledge          !! What the operator knows
         integer :: samples = 0                      !! n, at k h for k = 1..n
         real(dp) :: interval = 0                    !! h, s
@@ -42,7 +43,7 @@ module gracecg_planning_site
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
         !! drift: (2, n, axis), s^4/m^2
-    end type accelerometer_view_t
+    end type planned_arc_t
 
     !> One place of the nominal orbit.
     type :: manoeuvre_site_t
@@ -61,6 +62,18 @@ module gracecg_planning_site
         !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
 
+    !> The equations of a flight with a manoeuvre. State: omega, theta.
+    type, extends(rotation_t) :: flight_t
+        type(rigid_body_t) :: body
+        type(manoeuvre_site_t), pointer :: site => null()
+        real(dp), allocatable :: dipole(:, :)       !! Of the rods at half steps, (3, 0:2n), A m^2
+        real(dp), pointer :: omega(:, :) => null(), omega_dot(:, :) => null(), theta(:, :) => null()
+        type(attitude_motion_t) :: motion
+    contains
+        procedure :: rate => rate_of_flight
+        procedure :: keep => keep_flight
+    end type flight_t
+
     !> How good a manoeuvre is at a place.
     type :: manoeuvre_quality_t
         real(dp) :: covariance(3, 3) = 0            !! The limit: inverse of the information, m^2
@@ -74,41 +87,42 @@ module gracecg_planning_site
 
 contains
 
-    !> The view of a case's accelerometer on an arc of its duration. Fails when the noise cannot be
-    !> whitened (level 0), or when the arc has too few samples.
-    subroutine new_accelerometer_view(case, view, error)
+    !> An arc of a case's duration. Fails when the noise cannot be whitened (level 0), or when the arc has too
+    !> few samples.
+    subroutine new_planned_arc(case, arc, error)
         type(case_t), intent(in) :: case
-        type(accelerometer_view_t), intent(out) :: view
+        type(planned_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: angle
         integer :: k, axis
 
-        view%knowledge = operator_knowledge(case)
-        view%interval = view%knowledge%accelerometer_interval
-        view%samples = nint(view%knowledge%duration/view%interval)
-        call accelerometer_whiteners(view%knowledge, [(k, k=1, view%samples)], view%whiteners, error)
+        arc%knowledge = operator_knowledge(case)
+        arc%interval = arc%knowledge%accelerometer_interval
+        arc%samples = nint(arc%knowledge%duration/arc%interval)
+        call accelerometer_whiteners(arc%knowledge%accelerometer_noise, arc%interval, [(k, k=1, arc%samples)], &
+                                     arc%whiteners, error)
         if (allocated(error)) return
-        allocate (view%weighed_wave(2, view%samples, 3))
-        view%weighed_wave = 0
+        allocate (arc%weighed_wave(2, arc%samples, 3))
+        arc%weighed_wave = 0
         if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
         if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
             .not. case%density_wave%period > 0) return
-        view%wave_amplitude = case%density_wave%amplitude/case%density_scale
-        if (.not. view%wave_amplitude > 0) return
+        arc%wave_amplitude = case%density_wave%amplitude/case%density_scale
+        if (.not. arc%wave_amplitude > 0) return
         do axis = 1, 3
-            do k = 1, view%samples
-                angle = TWO_PI*k*view%interval/case%density_wave%period
-                view%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
+            do k = 1, arc%samples
+                angle = TWO_PI*k*arc%interval/case%density_wave%period
+                arc%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
             end do
-            call weigh_series(view%whiteners(axis), view%weighed_wave(1, :, axis))
-            call weigh_series(view%whiteners(axis), view%weighed_wave(2, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(1, :, axis))
+            call weigh_series(arc%whiteners(axis), arc%weighed_wave(2, :, axis))
         end do
-    end subroutine new_accelerometer_view
+    end subroutine new_planned_arc
 
     !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
-    subroutine new_manoeuvre_site(view, orbit, time, site, error)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine new_manoeuvre_site(arc, orbit, time, site, error)
+        type(planned_arc_t), intent(in) :: arc
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
         type(manoeuvre_site_t), intent(out) :: site
@@ -125,7 +139,7 @@ contains
             return
         end if
         site%time = time
-        associate (duration => view%samples*view%interval)
+        associate (duration => arc%samples*arc%interval)
             steps = max(1, ceiling(duration/ORBIT_STEP))
             step = duration/steps
         end associate
@@ -146,12 +160,12 @@ contains
             if (j > 0) cycle
             site%drag = acting%drag
             site%torque = gravity_gradient_torque(EARTH_GM, norm2(site%state(POSITION)), acting%vertical, &
-                                                  view%knowledge%inertia)
+                                                  arc%knowledge%inertia)
         end do
         call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
-        allocate (site%field(3, 0:2*view%samples), site%weighed_force(3, view%samples), series(view%samples))
-        do j = 0, 2*view%samples
-            place = j*view%interval/(2*fine_step)
+        allocate (site%field(3, 0:2*arc%samples), site%weighed_force(3, arc%samples), series(arc%samples))
+        do j = 0, 2*arc%samples
+            place = j*arc%interval/(2*fine_step)
             i = min(int(place), fine_steps - 1)
             fraction = place - i
             site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
@@ -160,7 +174,7 @@ contains
         end do
         do axis = 1, 3
             series = site%weighed_force(axis, :)
-            call weigh_series(view%whiteners(axis), series)
+            call weigh_series(arc%whiteners(axis), series)
             site%weighed_force(axis, :) = series
         end do
     end subroutine new_manoeuvre_site
@@ -213,86 +227,86 @@ contains
     !> The rotation under a manoeuvre: rigid body with magnetic and gravity-gradient torque, (2-16), and
     !> small angles theta from the nominal to the true body axes,
     !>
-    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal,
+    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal.
     !>
-    !> by the classical Runge-Kutta method with one step a sampling interval. The rods' time counts
-    !> from the start of the calibration.
-    pure subroutine fly_manoeuvre(view, site, rods, omega, omega_dot, theta, motion)
-        type(accelerometer_view_t), intent(in) :: view
-        type(manoeuvre_site_t), intent(in) :: site
+    !> The rods' time counts from the start of the calibration.
+    subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
+        type(planned_arc_t), intent(in) :: arc
+        type(manoeuvre_site_t), intent(in), target :: site
         type(torque_rods_t), intent(in) :: rods
-        real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
-        real(dp), intent(out) :: omega_dot(:, :)    !! (3, n), rad/s^2
-        real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
+        real(dp), intent(out), target :: omega(:, :)        !! At the samples, (3, n), rad/s
+        real(dp), intent(out), target :: omega_dot(:, :)    !! (3, n), rad/s^2
+        real(dp), intent(out), target :: theta(:, :)        !! (3, n), rad
         type(attitude_motion_t), intent(out) :: motion
 
-        real(dp) :: inertia(3, 3), inverse(3, 3), nominal(3), y(6), slope(6, 4)
-        real(dp) :: moment(3), middle_moment(3), next_moment(3)
-        integer :: k
+        type(flight_t) :: flight
+        integer :: j
 
-        inertia = view%knowledge%inertia
-        inverse = inverse_3x3(inertia)
-        nominal = site%state(RATE)
-        y = [nominal, 0.0_dp, 0.0_dp, 0.0_dp]
-        motion%rate = norm2(nominal)
-        moment = dipole_moment(rods, 0.0_dp)
-        associate (h => view%interval)
-            slope(:, 1) = derivative(moment, 0, y)
-            do k = 1, view%samples
-                middle_moment = dipole_moment(rods, (k - 0.5_dp)*h)
-                next_moment = dipole_moment(rods, k*h)
-                slope(:, 2) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 1))
-                slope(:, 3) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 2))
-                slope(:, 4) = derivative(next_moment, 2*k, y + h*slope(:, 3))
-                y = y + h/6*(slope(:, 1) + 2*slope(:, 2) + 2*slope(:, 3) + slope(:, 4))
-                slope(:, 1) = derivative(next_moment, 2*k, y)
-                omega(:, k) = y(1:3)
-                omega_dot(:, k) = slope(1:3, 1)
-                theta(:, k) = y(4:6)
-                if (.not. norm2(y(1:3)) <= motion%rate) then
-                    motion%rate = norm2(y(1:3))
-                    motion%rate_time = k*h
-                end if
-                if (.not. norm2(y(4:6)) <= motion%excursion) then
-                    motion%excursion = norm2(y(4:6))
-                    motion%excursion_time = k*h
-                end if
-            end do
-        end associate
-
-    contains
-
-        pure function derivative(m, half, at) result(change)
-            real(dp), intent(in) :: m(3)            ! A m^2
-            integer, intent(in) :: half             ! time in half intervals
-            real(dp), intent(in) :: at(6)
-            real(dp) :: change(6)
-
-            real(dp) :: b(3)
-
-            b = site%field(:, half)
-            b = b - cross(at(4:6), b)
-            change(1:3) = matmul(inverse, cross(m, b) + site%torque - cross(at(1:3), matmul(inertia, at(1:3))))
-            change(4:6) = at(1:3) - nominal - cross(nominal, at(4:6))
-        end function derivative
+        flight%steps = arc%samples
+        flight%interval = arc%interval
+        flight%body = new_rigid_body(arc%knowledge%inertia)
+        flight%site => site
+        allocate (flight%dipole(3, 0:2*arc%samples))
+        do j = 0, 2*arc%samples
+            flight%dipole(:, j) = dipole_moment(rods, j*arc%interval/2)
+        end do
+        flight%omega => omega
+        flight%omega_dot => omega_dot
+        flight%theta => theta
+        call flight%integrate([site%state(RATE), 0.0_dp, 0.0_dp, 0.0_dp])
+        motion = flight%motion
     end subroutine fly_manoeuvre
+
+    pure subroutine rate_of_flight(self, half, n, y, dydt)
+        class(flight_t), intent(in) :: self
+        integer, intent(in) :: half, n
+        real(dp), intent(in) :: y(n)
+        real(dp), intent(out) :: dydt(n)
+
+        real(dp) :: b(3), nominal(3)
+
+        nominal = self%site%state(RATE)
+        b = self%site%field(:, half)
+        b = b - cross(y(4:6), b)
+        dydt(1:3) = self%body%angular_acceleration(cross(self%dipole(:, half), b) + self%site%torque, y(1:3))
+        dydt(4:6) = y(1:3) - nominal - cross(nominal, y(4:6))
+    end subroutine rate_of_flight
+
+    subroutine keep_flight(self, k, n, y, dydt)
+        class(flight_t), intent(inout) :: self
+        integer, intent(in) :: k, n
+        real(dp), intent(in) :: y(n), dydt(n)
+
+        if (.not. norm2(y(1:3)) <= self%motion%rate) then
+            self%motion%rate = norm2(y(1:3))
+            self%motion%rate_time = k*self%interval
+        end if
+        if (k == 0) return
+        if (.not. norm2(y(4:6)) <= self%motion%excursion) then
+            self%motion%excursion = norm2(y(4:6))
+            self%motion%excursion_time = k*self%interval
+        end if
+        self%omega(:, k) = y(1:3)
+        self%omega_dot(:, k) = dydt(1:3)
+        self%theta(:, k) = y(4:6)
+    end subroutine keep_flight
 
     !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
     !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
-    pure subroutine evaluate_manoeuvre(view, site, rods, quality)
-        type(accelerometer_view_t), intent(in) :: view
+    subroutine evaluate_manoeuvre(arc, site, rods, quality)
+        type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
         type(manoeuvre_quality_t), intent(out) :: quality
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
-        real(dp) :: omega(3, view%samples), omega_dot(3, view%samples), theta(3, view%samples)
-        real(dp) :: turned(view%samples, 3)
+        real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
+        real(dp) :: turned(arc%samples, 3)
         real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
-        call fly_manoeuvre(view, site, rods, omega, omega_dot, theta, quality%motion)
-        information = offset_information(omega, omega_dot, view%whiteners)
+        call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, quality%motion)
+        information = offset_information(omega, omega_dot, arc%whiteners)
         product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         quality%sigma = huge(1.0_dp)
         quality%wave = huge(1.0_dp)
@@ -300,26 +314,26 @@ contains
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
-        do i = 1, view%samples
+        do i = 1, arc%samples
             turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
                            matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
         end do
         do axis = 1, 3
-            call weigh_series(view%whiteners(axis), turned(:, axis))
+            call weigh_series(arc%whiteners(axis), turned(:, axis))
         end do
         on_wave = 0
         on_force = 0
-        do i = 1, view%samples
+        do i = 1, arc%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
             on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
             do axis = 1, 3
-                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*view%weighed_wave(1, i, axis)*site%drag(axis)
-                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*view%weighed_wave(2, i, axis)*site%drag(axis)
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*arc%weighed_wave(1, i, axis)*site%drag(axis)
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*arc%weighed_wave(2, i, axis)*site%drag(axis)
             end do
         end do
         quality%force = abs(matmul(quality%covariance, on_force))
         ! a wave of random phase: the mean of the squares of sine and cosine
-        quality%wave = view%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
+        quality%wave = arc%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
     end subroutine evaluate_manoeuvre
 
     !> The direction in which the offset is least known, and its standard deviation.

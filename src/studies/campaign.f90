@@ -7,16 +7,21 @@ module gracecg_studies_campaign
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: integer_text
+    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_planning_calibration, only: calibration_t, calibration_text
-    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
         prediction_t, predict_errors
     use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
     implicit none
     private
-    public :: campaign_t, campaign_case_t, campaign_entry_t, verdict_t
-    public :: new_campaign, add_case, run_entry, summarise, campaign_verdict, shard_runs
+    public :: campaign_t, campaign_case_t, campaign_entry_t, campaign_agreement_t
+    public :: new_campaign, add_case, run_case, run_entry, summarise, report_campaign, first_runs, agreement_of, &
+        shard_runs
 
     !> A case of a campaign.
     type :: campaign_case_t
@@ -48,13 +53,13 @@ module gracecg_studies_campaign
     end type campaign_t
 
     !> How a campaign, theory and the published values agree.
-    type :: verdict_t
+    type :: campaign_agreement_t
         integer :: published = 0            !! Values of the report that there are
         integer :: allowed = 0              !! That 15 runs allow if theory is right, 95 %
         logical :: misprint = .false.       !! The misprinted value is among them
         integer :: not_converged = 0        !! Estimates
         real(dp) :: worst_difference = 0    !! Of an RMS from theory, relative
-    end type verdict_t
+    end type campaign_agreement_t
 
 contains
 
@@ -122,6 +127,69 @@ contains
         checksum = int(total)
     end function checksum
 
+    !> Tables 6.1 and 6.2: the six cases of the report with its four algorithms.
+    subroutine report_campaign(seed, runs, threads, campaign, error, progress)
+        integer, intent(in) :: seed, runs, threads      !! First seed; runs of each case; in parallel
+        type(campaign_t), intent(out) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        integer :: i
+
+        campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), seed, runs, 1, 1)
+        do i = 1, size(REPORT_CASE_NAMES)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
+            if (.not. allocated(error)) call run_case(campaign, i, calibration, simulator, threads, error, progress)
+            if (allocated(error)) return
+        end do
+    end subroutine report_campaign
+
+    !> Makes a case number i of the campaign and runs it with all algorithms.
+    subroutine run_case(campaign, i, calibration, simulator, threads, error, progress)
+        type(campaign_t), intent(inout) :: campaign
+        integer, intent(in) :: i                        !! Number of the case
+        type(calibration_t), intent(in) :: calibration  !! The case, and how it is estimated
+        type(simulator_t), intent(in) :: simulator      !! Of the case
+        integer, intent(in) :: threads                  !! How many to use
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        integer :: a
+
+        call add_case(campaign, i, calibration, error)
+        do a = 1, size(campaign%algorithms)
+            if (allocated(error)) return
+            call tell(progress, 'campaign: '//trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a))//', '// &
+                      integer_text(size(shard_runs(campaign)))//' runs')
+            call run_entry(campaign, a, i, simulator, calibration%options, threads, error)
+        end do
+    end subroutine run_case
+
+    !> The campaign of the first n runs: a run's numbers do not depend on the others.
+    function first_runs(campaign, n) result(first)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: n                        !! At most the runs there are
+        type(campaign_t) :: first
+
+        integer :: a, i
+
+        first = campaign
+        first%runs = n
+        do i = 1, size(first%cases)
+            do a = 1, size(first%algorithms)
+                associate (entry => first%entries(a, i))
+                    entry%run = entry%run(:n)
+                    entry%offset = entry%offset(:, :n)
+                    entry%converged = entry%converged(:n)
+                end associate
+                call summarise(first, a, i)
+            end do
+        end do
+    end function first_runs
+
     !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
     subroutine run_entry(campaign, a, i, simulator, options, threads, error)
         type(campaign_t), intent(inout) :: campaign
@@ -163,25 +231,25 @@ contains
     end subroutine summarise
 
     !> The agreement of all entries: counts over cases, algorithms and axes.
-    pure function campaign_verdict(campaign) result(verdict)
+    pure function agreement_of(campaign) result(agreement)
         type(campaign_t), intent(in) :: campaign
-        type(verdict_t) :: verdict
+        type(campaign_agreement_t) :: agreement
 
         integer :: a, i
 
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
-                    verdict%published = verdict%published + count(entry%published > 0)
-                    verdict%allowed = verdict%allowed + &
+                    agreement%published = agreement%published + count(entry%published > 0)
+                    agreement%allowed = agreement%allowed + &
                                       count(entry%published > 0 .and. &
                                             allowed_by_fifteen_runs(entry%published, entry%predicted))
-                    verdict%misprint = verdict%misprint .or. any(is_misprint(entry%published))
-                    verdict%not_converged = verdict%not_converged + count(.not. entry%converged)
-                    verdict%worst_difference = &
-                        max(verdict%worst_difference, maxval(abs(entry%statistics%rms/entry%predicted - 1)))
+                    agreement%misprint = agreement%misprint .or. any(is_misprint(entry%published))
+                    agreement%not_converged = agreement%not_converged + count(.not. entry%converged)
+                    agreement%worst_difference = &
+                        max(agreement%worst_difference, maxval(abs(entry%statistics%rms/entry%predicted - 1)))
                 end associate
             end do
         end do
-    end function campaign_verdict
+    end function agreement_of
 end module gracecg_studies_campaign

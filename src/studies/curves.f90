@@ -4,6 +4,8 @@ module gracecg_studies_curves
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
     use gracecg_environment_time, only: time_tag
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA
@@ -15,7 +17,8 @@ module gracecg_studies_curves
         WINDOW_LOW, WINDOW_HIGH
     implicit none
     private
-    public :: verification_t, verify_case, window_check_t, check_windows
+    public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
+    public :: write_curves, curves_file_name
     public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
@@ -48,6 +51,17 @@ module gracecg_studies_curves
         logical :: near_centre              !! centre_difference <= CENTRE_TOLERANCE
         logical :: attitude_only            !! Depends on the attitude dynamics alone
     end type window_check_t
+
+    !> How many curves meet their windows.
+    type :: window_counts_t
+        integer :: attitude = 0         !! Curves that depend on the attitude dynamics alone
+        integer :: attitude_inside = 0  !! Of these, within their windows
+        integer :: surface = 0          !! The others: surface forces and torques
+        integer :: surface_inside = 0   !! Of these, within their windows
+        integer :: surface_near = 0     !! Of these, with the mean near the window's centre
+    end type window_counts_t
+
+    character(*), parameter :: PREFIX = 'verify_', SUFFIX = '.csv'  !! Of the files of curves
 
 contains
 
@@ -151,4 +165,62 @@ contains
             check%attitude_only = .true.
         end select
     end function checked
+
+    !> Counts the curves that meet their windows.
+    pure function count_windows(checks) result(counts)
+        type(window_check_t), intent(in) :: checks(:)
+        type(window_counts_t) :: counts
+
+        associate (attitude => checks%attitude_only)
+            counts%attitude = count(attitude)
+            counts%attitude_inside = count(attitude .and. checks%inside)
+            counts%surface = count(.not. attitude)
+            counts%surface_inside = count(.not. attitude .and. checks%inside)
+            counts%surface_near = count(.not. attitude .and. checks%near_centre)
+        end associate
+    end function count_windows
+
+    !> verify_CASE.csv, an underscore for everything unusual in the case's name.
+    pure function curves_file_name(case_name) result(name)
+        character(*), intent(in) :: case_name    !! Any
+        character(len(PREFIX) + len_trim(case_name) + len(SUFFIX)) :: name
+
+        integer :: i
+
+        name = PREFIX//trim(case_name)//SUFFIX
+        do i = 1, len(name)
+            select case (name(i:i))
+            case ('a':'z', 'A':'Z', '0':'9', '-', '.', '_')
+            case default
+                name(i:i) = '_'
+            end select
+        end do
+    end function curves_file_name
+
+    !> The curves of Figures 5.2-5.8 of a case.
+    subroutine write_curves(path, command, case_name, verification, error)
+        character(*), intent(in) :: path    !! The file
+        character(*), intent(in) :: command         !! That computed them, for the comments
+        character(*), intent(in) :: case_name    !! For the comments
+        type(verification_t), intent(in) :: verification
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(:), allocatable :: header
+        integer :: curve, axis, k
+
+        header = 'time_s'
+        do curve = 1, size(CURVE_NAMES)
+            do axis = 1, size(AXES)
+                header = header//','//trim(CURVE_NAMES(curve))//'_'//AXES(axis)
+            end do
+        end do
+        call file%open(path, header, file_comments(command, 'case '//trim(case_name)// &
+                                                 '; m/s^2, N m, rad/s, rad/s^2, body axes'), error)
+        if (allocated(error)) return
+        do k = lbound(verification%time, 1), ubound(verification%time, 1)
+            call file%row([verification%time(k), verification%curve(:, :, k)])
+        end do
+        call file%commit(error)
+    end subroutine write_curves
 end module gracecg_studies_curves

@@ -2,17 +2,22 @@
 !> them switched off.
 module gracecg_studies_error_sources
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
         error_statistics_t, statistics_of
     implicit none
     private
-    public :: error_study_t, study_errors, study_switches, STUDY_NAMES
+    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, write_error_sources
 
     !> RMS errors of the offset in one simulation.
     type :: error_study_t
@@ -66,4 +71,44 @@ contains
         study%rms = statistics%rms*MILLIMETRE
         study%predicted = prediction%rms
     end subroutine study_errors
+
+    !> All simulations of STUDY_NAMES, one after the other.
+    subroutine study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, progress)
+        type(calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
+        type(error_study_t), intent(out) :: studies(:)  !! In the order of STUDY_NAMES
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        integer :: i
+
+        do i = 1, size(STUDY_NAMES)
+            call tell(progress, 'error sources: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
+            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, &
+                              threads, studies(i), error)
+            if (allocated(error)) return
+        end do
+    end subroutine study_all_errors
+
+    !> Figure 6.5: RMS errors with one error source off at a time.
+    subroutine write_error_sources(path, command, settings, studies, error)
+        character(*), intent(in) :: path, command, settings
+        !! The file; the command that computed it, and its settings, for the comments
+        type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i, axis
+
+        call file%open(path, 'source,axis,runs,rms_mm', file_comments(command, settings), error)
+        if (allocated(error)) return
+        do i = 1, size(studies)
+            do axis = 1, 3
+                call file%row([real(studies(i)%runs, dp), studies(i)%rms(axis)/MILLIMETRE], &
+                              [character(12) :: STUDY_NAMES(i), AXES(axis)])
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_error_sources
 end module gracecg_studies_error_sources

@@ -5,26 +5,38 @@
 !> constant over the arc in body axes, normal, drawn for every run.
 module gracecg_studies_magnetometer_loss
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
     use gracecg_studies_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, &
         run_monte_carlo, &
         error_statistics_t, statistics_of
     implicit none
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
+    public :: study_magnetometer_loss, LOSS_ALGORITHMS, LOSS_STUDIES, write_field_studies, write_field_runs
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
     character(8), parameter :: FIELD_SOURCES(2) = [character(8) :: 'measured', 'model']
     !! Where the field comes from: without and with the field model
+
+    integer, parameter :: LOSS_CASES(2) = [2, 3]            !! Of Figure 6.6
+    character(7), parameter :: LOSS_ALGORITHMS(2) = [character(7) :: 'ascfest', 'ascrest']  !! Likewise
+    integer, parameter :: LOSS_STUDIES = size(LOSS_CASES)*size(LOSS_ALGORITHMS)*size(FIELD_SOURCES)
 
     !> Many calibrations of one case with one source of the field.
     type :: field_study_t
@@ -33,6 +45,7 @@ module gracecg_studies_magnetometer_loss
         logical :: with_model = .false.             !! Else the magnetometer measures the field
         integer, allocatable :: run(:)              !! Numbers of the runs
         real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), m
+        real(dp) :: true_offset(3) = 0              !! m
         real(dp) :: rms(3) = 0                      !! Of their errors, m
         real(dp) :: predicted(3) = 0                !! By theory, m
     end type field_study_t
@@ -45,6 +58,40 @@ module gracecg_studies_magnetometer_loss
     end type field_model_t
 
 contains
+
+    !> Figure 6.6: cases 2 and 3 of a satellite with each of LOSS_ALGORITHMS, with measured and with modelled
+    !> field in turns.
+    subroutine study_magnetometer_loss(satellite, deviation, seed, runs, threads, studies, error, progress)
+        character(*), intent(in) :: satellite       !! 'front' or 'back'
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
+        type(field_study_t), intent(out) :: studies(LOSS_STUDIES)   !! By case, algorithm, source of the field
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        character(:), allocatable :: name
+        integer :: i, a, f, n
+
+        n = 0
+        do i = 1, size(LOSS_CASES)
+            name = satellite//'-'//integer_text(LOSS_CASES(i))
+            call report_case(name, case, error)
+            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+            if (allocated(error)) return
+            do a = 1, size(LOSS_ALGORITHMS)
+                do f = 1, size(FIELD_SOURCES)
+                    call tell(progress, 'loss of the magnetometer: '//name//', '//LOSS_ALGORITHMS(a)//', '// &
+                              trim(FIELD_SOURCES(f))//' field, '//integer_text(runs)//' runs')
+                    n = n + 1
+                    call study_field(simulator, LOSS_ALGORITHMS(a), report_options(name), FIELD_SOURCES(f) == 'model', &
+                                     deviation, seed, runs, threads, studies(n), error)
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+    end subroutine study_magnetometer_loss
 
     !> Simulates and estimates `runs` calibrations with the magnetometer or with the field model in its
     !> place, and predicts their errors. Fails as `run_monte_carlo` does.
@@ -81,6 +128,7 @@ contains
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         study%offset = results%offset
+        study%true_offset = simulator%case%satellite%offset
         study%rms = statistics%rms*MILLIMETRE
     end subroutine study_field
 
@@ -166,4 +214,73 @@ contains
         call estimate_offset(algorithm, observations, own, solution, error)
         offset = solution%offset
     end subroutine estimate_with_field_error
+
+    !> Figure 6.6: RMS errors with measured and with modelled field.
+    subroutine write_field_studies(path, command, seed, deviation, studies, error)
+        character(*), intent(in) :: path, command
+        !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed    !! Of the runs
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        type(field_study_t), intent(in) :: studies(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(64) :: labels(4)
+        integer :: i, axis
+
+        call file%open(path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
+                       field_comments(command, seed, deviation), error)
+        if (allocated(error)) return
+        do i = 1, size(studies)
+            labels(:3) = labels_of(studies(i))
+            do axis = 1, 3
+                labels(4) = AXES(axis)
+                call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], labels)
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_field_studies
+
+    !> The estimates of every run with measured and with modelled field.
+    subroutine write_field_runs(path, command, seed, deviation, studies, error)
+        character(*), intent(in) :: path, command
+        !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed    !! Of the runs
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        type(field_study_t), intent(in) :: studies(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i, k
+
+        call file%open(path, 'case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm', &
+                       field_comments(command, seed, deviation), error)
+        if (allocated(error)) return
+        do i = 1, size(studies)
+            do k = 1, size(studies(i)%run)
+                call file%row([real(studies(i)%run(k), dp), studies(i)%offset(:, k)/MILLIMETRE], &
+                              labels_of(studies(i)))
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_field_runs
+
+    pure function labels_of(study) result(labels)
+        type(field_study_t), intent(in) :: study
+        character(64) :: labels(3)
+
+        labels(1) = study%case_name
+        labels(2) = study%algorithm
+        labels(3) = FIELD_SOURCES(merge(2, 1, study%with_model))
+    end function labels_of
+
+    function field_comments(command, seed, deviation) result(comments)
+        character(*), intent(in) :: command
+        integer, intent(in) :: seed
+        real(dp), intent(in) :: deviation           !! T
+        character(200) :: comments(2)
+
+        comments = file_comments(command, 'seed '//integer_text(seed)//', error of the field model '// &
+                               real_text(anint(deviation/NANOTESLA*1e6_dp)/1e6_dp)//' nT')
+    end function field_comments
 end module gracecg_studies_magnetometer_loss

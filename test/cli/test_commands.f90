@@ -634,7 +634,7 @@ contains
         call check_fails(error, messages, [character(W) :: 'warning: ', 'setup.nml', '&estimation, &optimal, &sequential', &
                                            '--options'])
         if (allocated(error)) return
-        call make_file(error, 'old/empty.nml', '! nothing')
+        call make_file(error, 'old/empty.nml', '&estimation /')
         call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
                       'old/empty.nml', output)
         if (.not. allocated(error)) call check(error, output == untold, '--options takes their place')
@@ -718,6 +718,8 @@ contains
         call refused(error, QUICK//'front-1 --satellite back', STATUS_MISUSED, &
                      [character(W) :: '--satellite and a CASE'])
         call refused(error, QUICK//'--manoeuvre front-1', STATUS_MISUSED, [character(W) :: 'is for the search'])
+        call refused(error, 'design --manoeuvre front-1 --frequencies 0.1 0.2', STATUS_MISUSED, &
+                     [character(W) :: '--frequencies is for the search'])
         call refused(error, QUICK//'--rods w', STATUS_MISUSED, [character(W) :: '--rods', '"w"'])
         call refused(error, QUICK//'--anywhere --at 3', STATUS_MISUSED, [character(W) :: '--anywhere'])
         call refused(error, 'design --frequencies 0.1 5', STATUS_FAILED, [character(W) :: 'frequency = 5 Hz', &

@@ -42,7 +42,6 @@ contains
                     new_unittest('gnuplot-fails', test_failing), &
                     new_unittest('gnuplot-draws', test_drawing), &
                     new_unittest('strange-folder', test_strange_folder), &
-                    new_unittest('in-passing', test_in_passing), &
                     new_unittest('panels', test_panels)]
     end subroutine collect_gnuplot
 
@@ -203,31 +202,6 @@ contains
         end do
         full = full//'/'//path
     end function absolute
-
-    !> Nothing stays behind; a folder for temporary files that cannot be used is named.
-    subroutine test_in_passing(error)
-        type(error_type), allocatable, intent(out) :: error
-        character(:), allocatable :: svg, reason, old_path, ignored
-        type(error_t), allocatable :: failure
-        integer(c_int) :: status
-
-        call fake_gnuplot(error, 'echo "<svg></svg>" >plot.svg.part; pwd >&2')
-        if (allocated(error)) return
-        call set_path(absolute(FOLDER//'bin')//':/usr/bin:/bin', old_path)
-        status = c_setenv('TMPDIR'//c_null_char, absolute(FOLDER//'bin')//c_null_char, 1_c_int)
-        call draw_in_passing('plot', 'plot x', svg, reason, failure)
-        call set_path(old_path, ignored)
-        call check_passes(error, message_of(failure)//reason)
-        if (.not. allocated(error)) call check(error, svg == '<svg></svg>'//LF)
-        if (allocated(error)) return
-        call execute_command_line('test "$(ls '//FOLDER//'bin)" = gnuplot', exitstat=status)
-        call check(error, int(status), 0, 'a folder stays behind')
-        if (allocated(error)) return
-        status = c_setenv('TMPDIR'//c_null_char, '/nonexistent'//c_null_char, 1_c_int)
-        call draw_in_passing('plot', 'plot x', svg, reason, failure)
-        call check_fails(error, message_of(failure), [character(20) :: '/nonexistent', 'TMPDIR'])
-        status = c_setenv('TMPDIR'//c_null_char, '/tmp'//c_null_char, 1_c_int)
-    end subroutine test_in_passing
 
     !> A grid's script: panels in their order, the printed limits, tics that are few, marks, and a legend.
     subroutine test_panels(error)

@@ -1,5 +1,6 @@
 !> HTML pages and the figures in them: escaping, structure, and what inline SVG is made of.
 module test_html
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_cli_html
@@ -69,6 +70,8 @@ contains
     subroutine make_page(page)
         type(html_page_t), intent(out) :: page
 
+        type(table_rows_t) :: rows
+
         call page%begin('A & B', 'The <lead>')
         call page%chapter('first', 'First')
         call page%heading('Heading', 'there')
@@ -77,24 +80,11 @@ contains
         call page%verdict(VERDICT_MISSED, 'Outside', 'why')
         call page%preformatted('<pre>')
         call page%details('more', 'lines')
-        call page%begin_table('A table of m^{2}', 'table', stacks=.true.)
-        call page%begin_row()
-        call page%column_head('case')
-        call page%column_head('x', numeric=.true.)
-        call page%column_head('y', columns=2)
-        call page%end_row()
-        call page%head_end()
-        call page%begin_row(first_of_part=.true.)
-        call page%row_head('front', rows=2)
-        call page%number_cell(' 0.5 ')
-        call page%text_cell('a', wraps=.true.)
-        call page%verdict_cell(VERDICT_MET, 'inside')
-        call page%end_row()
-        call page%begin_row()
-        call page%judged_cell(VERDICT_PARTLY, 'near', '1.25')
-        call page%row_head('link', anchor='table')
-        call page%end_row()
-        call page%end_table()
+        call rows%add(head_cell('front', rows=2)//number_cell(' 0.5 ')//text_cell('a', wraps=.true.)// &
+                      verdict_cell(VERDICT_MET, 'inside'))
+        call rows%add(judged_cell(VERDICT_PARTLY, 'near', '1.25')//number_cells([2.5_dp, -0.75_dp], 1)// &
+                      head_cell('link', anchor='table'))
+        call page%table('A table of m^{2}', [character(4) :: 'case', 'x', 'y', ''], rows, 'table', stacks=.true.)
         call page%figure('figure_1', svg_text(), 'Caption', 'Title', 'Description')
         call page%missing_figure('figure_2', 'no gnuplot', 'Caption 2')
         call page%chapter('second', 'Second')
@@ -115,7 +105,7 @@ contains
     !> Every element that is opened is closed, in its order; what must be there is there.
     subroutine test_page(error)
         type(error_type), allocatable, intent(out) :: error
-        character(66), parameter :: PARTS(21) = [character(66) :: &
+        character(66), parameter :: PARTS(23) = [character(66) :: &
             '<html lang="en">', '<title>A &amp; B</title>', '<p>The &lt;lead&gt;</p>', &
             '<li><a href="#first">First</a></li>', '<section aria-labelledby="second">', '<h3 id="there">Heading</h3>', &
             '<table id="table" class="stacks">', '<span aria-hidden="true">&#10007;</span> Outside', '<code>&lt;pre&gt;</code>', &
@@ -123,6 +113,7 @@ contains
             '<th scope="col" class="number">x</th>', '<th scope="colgroup" colspan="2">y</th>', '<tr class="part">', &
             '<th scope="rowgroup" rowspan="2">front</th>', '<td class="number">0.5</td>', &
             '<span class="value">1.25</span>', '<th scope="row"><a href="#table">link</a></th>', &
+            '<td class="number">2.5</td><td class="number">-0.8</td>', '<th scope="col">case</th>', &
             'Not drawn: no gnuplot', '<svg role="img" aria-labelledby="figure_1_title figure_1_desc"']
         type(html_page_t) :: page
         character(:), allocatable :: html

@@ -208,8 +208,7 @@ contains
         if (allocated(error)) return
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
-            MODEL_FIELD_ERROR, rms, &
-                                                               failure)
+                                                               MODEL_FIELD_ERROR, rms, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(rms < 1.03_dp*prediction%rms), 'case 2')
@@ -218,8 +217,8 @@ contains
         call prepare(error, 'front-3', 'all-noise', simulator)
         if (allocated(error)) return
         call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
-        if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', MODEL_FIELD_ERROR, &
-                                                               rms, failure)
+        if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
+                                                               MODEL_FIELD_ERROR, rms, failure)
         if (.not. allocated(failure)) &
             call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1, first_runs(100), 2, &
                                                            results, failure, field_model_t())

@@ -18,11 +18,13 @@ module test_design
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, TIME_OF_CASE
     use gracecg_simulation_simulator, only: propagate_case
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
-    use gracecg_planning_moved_case, only: later_case
+    use gracecg_planning_moved_case, only: moved_case
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
     use gracecg_planning_map
     use gracecg_planning_design
+    use gracecg_planning_planner
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use fixture, only: check_fails, check_passes, make_file, FOLDER
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -47,23 +49,25 @@ contains
                     new_unittest('shortest-arc', test_shortest), &
                     new_unittest('best-place', test_place), &
                     new_unittest('threads', test_threads), &
-                    new_unittest('later-case', test_later_case), &
+                    new_unittest('moved-case', test_moved_case), &
+                    new_unittest('plan', test_plan), &
+                    new_unittest('plan-of-the-shortest-arc', test_shortest_plan), &
                     new_unittest('refuses-impossible', test_refused)]
     end subroutine collect_design
 
     !> View and start of a case.
-    subroutine stand(case, view, site, error)
+    subroutine stand(case, planned, site, error)
         type(case_t), intent(in) :: case
-        type(accelerometer_view_t), intent(out) :: view
+        type(planned_arc_t), intent(out) :: planned
         type(manoeuvre_site_t), intent(out) :: site
         type(error_type), allocatable, intent(out) :: error
 
         type(nominal_orbit_t) :: orbit
         type(error_t), allocatable :: failure
 
-        call new_accelerometer_view(case, view, failure)
+        call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_site(view, orbit, 0.0_dp, site, failure)
+        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
         call check_passes(error, message_of(failure))
     end subroutine stand
 
@@ -95,7 +99,7 @@ contains
             777.0_dp, 1.6_dp, 9.3_dp, 62.0_dp, 0.9_dp, 9.2_dp, 3.3_dp, 0.7_dp, 3.1_dp, &
             8.8_dp, 25.0_dp, 22.0_dp, 5.3_dp, 5.6_dp, 5.1_dp, 5.3_dp, 5.6_dp, 5.1_dp], [3, 3, 3])
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(torque_rods_t) :: rods(3)
@@ -110,11 +114,11 @@ contains
         do number = 1, 3
             call report_case(REPORT_CASE_NAMES(number), case, failure)
             case%satellite%accelerometer%noise%sides = 1
-            call stand(case, view, site, error)
+            call stand(case, planned, site, error)
             if (allocated(error)) return
             rods(1) = case%satellite%rods
             do manoeuvre = 1, 3
-                call evaluate_manoeuvre(view, site, rods(manoeuvre), quality)
+                call evaluate_manoeuvre(planned, site, rods(manoeuvre), quality)
                 do axis = 1, 3
                     if (number == 2 .and. manoeuvre == 1 .and. axis == 2) cycle     ! follows x, see below
                     associate (ours => quality%sigma(axis)/MICROMETRE, fact => FACTS(axis, manoeuvre, number))
@@ -140,7 +144,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(error_t), allocatable :: failure
         type(random_stream_t) :: stream
         real(dp), allocatable :: series(:, :), weighed(:)
@@ -148,27 +152,27 @@ contains
         integer :: axis, k
 
         call report_case('front-1', case, failure)
-        call new_accelerometer_view(case, view, failure)
+        call new_planned_arc(case, planned, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         stream = new_stream(3, 1, 4, 1, 5)
-        allocate (series(2, view%samples))
+        allocate (series(2, planned%samples))
         do axis = 1, 3
             do k = 1, 2
                 call stream%normals(series(k, :))
             end do
             weighed = series(2, :)
-            call weigh_series(view%whiteners(axis), weighed)
+            call weigh_series(planned%whiteners(axis), weighed)
             expected = dot_product(series(1, :), weighed)
-            call view%whiteners(axis)%whiten(series)
-            associate (line => view%whiteners(axis)%line)
+            call planned%whiteners(axis)%whiten(series)
+            associate (line => planned%whiteners(axis)%line)
                 call check(error, dot_product(series(1, :), series(2, :)) - &
                            dot_product(matmul(line, series(1, :)), matmul(line, series(2, :))), &
                            expected, thr=1e-10_dp*norm2(series(1, :))*norm2(series(2, :)))
             end associate
             if (allocated(error)) return
-            weighed = [(2.5_dp - 0.3_dp*k, k=1, view%samples)]
-            call weigh_series(view%whiteners(axis), weighed)
+            weighed = [(2.5_dp - 0.3_dp*k, k=1, planned%samples)]
+            call weigh_series(planned%whiteners(axis), weighed)
             series(1, :) = 1
             call check(error, maxval(abs(weighed)) < 1e-9_dp*abs(maxval(weighed_ones())))
             if (allocated(error)) return
@@ -178,11 +182,11 @@ contains
 
         !> A single 1 in the middle, weighed: the scale of the weights.
         function weighed_ones() result(ones)
-            real(dp) :: ones(view%samples)
+            real(dp) :: ones(planned%samples)
 
             ones = 0
-            ones(view%samples/2) = 1
-            call weigh_series(view%whiteners(axis), ones)
+            ones(planned%samples/2) = 1
+            call weigh_series(planned%whiteners(axis), ones)
         end function weighed_ones
     end subroutine test_weighing
 
@@ -192,7 +196,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
@@ -207,7 +211,7 @@ contains
             waveform = merge(SQUARE, SINE, modulo(number, 2) == 0)
             case%satellite%rods = three_rods([9, 7, 8], waveform)
             case%satellite%offset = 0
-            call stand(case, view, site, error)
+            call stand(case, planned, site, error)
             if (allocated(error)) return
             call propagate_case(case, arc, failure)
             call check_passes(error, message_of(failure))
@@ -215,15 +219,15 @@ contains
             omega_fit = arc%state(OMEGA, 1:)
             omega_dot = omega_fit
             theta = omega_fit
-            call fly_manoeuvre(view, site, case%satellite%rods, omega_fit, omega_dot, theta, motion)
+            call fly_manoeuvre(planned, site, case%satellite%rods, omega_fit, omega_dot, theta, motion)
             ! air and sunlight turn the satellite by some 1e-7 rad/s^2
             call check(error, maxval(abs(omega_fit - arc%state(OMEGA, 1:))) < 1e-5_dp, case%name)
             if (allocated(error)) return
             call check(error, maxval(abs(omega_dot - arc%omega_dot(:, 1:))) < 3e-7_dp, case%name)
             if (allocated(error)) return
-            call evaluate_manoeuvre(view, site, case%satellite%rods, quality)
+            call evaluate_manoeuvre(planned, site, case%satellite%rods, quality)
             covariance = inverse_3x3(offset_information(arc%state(OMEGA, 1:), arc%omega_dot(:, 1:), &
-                                                        view%whiteners))
+                                                        planned%whiteners))
             do axis = 1, 3
                 call check(error, quality%sigma(axis), sqrt(covariance(axis, axis)), rel=.true., thr=2e-3_dp)
                 if (allocated(error)) return
@@ -238,7 +242,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_quality_t) :: quality
         type(truth_arc_t) :: arc
@@ -252,24 +256,24 @@ contains
         do low_or_high = 1, 2
             case%satellite%rods = three_rods(merge([3, 4, 3], [9, 10, 9], low_or_high == 1), SQUARE)
             case%satellite%rods%activations(:3)%phase = [90, 0, 90]*DEGREE
-            call stand(case, view, site, error)
+            call stand(case, planned, site, error)
             if (allocated(error)) return
             call propagate_case(case, arc, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             if (allocated(force)) deallocate (force)
-            allocate (force(view%samples, 3))
-            do k = 1, view%samples
+            allocate (force(planned%samples, 3))
+            do k = 1, planned%samples
                 force(k, :) = arc%loads(k)%drag + arc%loads(k)%srp + arc%loads(k)%erp
             end do
             do axis = 1, 3
-                call weigh_series(view%whiteners(axis), force(:, axis))
+                call weigh_series(planned%whiteners(axis), force(:, axis))
             end do
             found = 0
-            do k = 1, view%samples
+            do k = 1, planned%samples
                 found = found + matmul(force(k, :), offset_matrix(arc%state(OMEGA, k), arc%omega_dot(:, k)))
             end do
-            call evaluate_manoeuvre(view, site, case%satellite%rods, quality)
+            call evaluate_manoeuvre(planned, site, case%satellite%rods, quality)
             found = abs(matmul(quality%covariance, found))
             call check(error, maxval(abs(quality%force - found)) < 0.1_dp*maxval(found) + 0.3_dp*MICROMETRE)
             if (allocated(error)) return
@@ -297,7 +301,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_design_t) :: design, pattern
         type(design_settings_t) :: settings
@@ -306,17 +310,17 @@ contains
 
         do number = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(number), case, failure)
-            call stand(case, view, site, error)
+            call stand(case, planned, site, error)
             if (allocated(error)) return
             settings = quick_settings(merge(SQUARE, SINE, modulo(number, 2) == 1))
             settings%lowest_frequency = 5/60.0_dp
-            call design_manoeuvre(view, [site], settings, design, failure)
+            call design_manoeuvre(planned, [site], settings, design, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, design%worst < 10*MICROMETRE .and. maxval(design%sigma) <= design%worst, &
                        REPORT_CASE_NAMES(number))
             if (allocated(error)) return
-            call judge_manoeuvre(view, [site], three_rods([5, 6, 7], SINE), 1, pattern)
+            call judge_manoeuvre(planned, [site], three_rods([5, 6, 7], SINE), 1, pattern)
             call check(error, maxval(design%sigma) <= maxval(pattern%sigma) .and. design%worst <= pattern%worst, &
                        REPORT_CASE_NAMES(number))
             if (allocated(error)) return
@@ -332,7 +336,7 @@ contains
 
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(map_point_t), allocatable :: points(:), of_report(:)
         type(torque_rods_t) :: rods
         type(error_t), allocatable :: failure
@@ -341,14 +345,14 @@ contains
 
         do s = 1, 4, 3
             call report_case(REPORT_CASE_NAMES(s), case, failure)
-            call new_accelerometer_view(case, view, failure)
+            call new_planned_arc(case, planned, failure)
             if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=30.0_dp)
             rods = three_rods([12, 8, 9], SQUARE)
             rods%activations%phase = 90*DEGREE
             if (.not. allocated(failure)) &
-                call map_manoeuvre(view, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
+                call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], rods, 2, points, failure)
             if (.not. allocated(failure)) &
-                call map_manoeuvre(view, orbit, [(120.0_dp*i, i=0, 46)], case%satellite%rods, 2, of_report, failure)
+                call map_manoeuvre(planned, orbit, [(120.0_dp*i, i=0, 46)], case%satellite%rods, 2, of_report, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             greatest = 0
@@ -373,31 +377,31 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_design_t) :: free, bound
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
         call report_case('front-3', case, failure)
-        call stand(case, view, site, error)
+        call stand(case, planned, site, error)
         if (allocated(error)) return
         settings = quick_settings(SINE)
-        call design_manoeuvre(view, [site], settings, free, failure)
+        call design_manoeuvre(planned, [site], settings, free, failure)
         if (.not. allocated(failure)) then
-            view%knowledge%limits%pointing = free%excursion
-            view%knowledge%limits%rate = norm2(case%angular_velocity) + &
+            planned%knowledge%limits%pointing = free%excursion
+            planned%knowledge%limits%rate = norm2(case%angular_velocity) + &
                                     0.5_dp*(free%rate - norm2(case%angular_velocity))
-            call design_manoeuvre(view, [site], settings, bound, failure)
+            call design_manoeuvre(planned, [site], settings, bound, failure)
         end if
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, bound%rate <= view%knowledge%limits%rate .and. &
-                   bound%excursion <= view%knowledge%limits%pointing .and. bound%worst > free%worst .and. &
+        call check(error, bound%rate <= planned%knowledge%limits%rate .and. &
+                   bound%excursion <= planned%knowledge%limits%pointing .and. bound%worst > free%worst .and. &
                    bound%rods%activations(1)%amplitude < 30)
         if (allocated(error)) return
-        view%knowledge%limits%rate = 0.99_dp*norm2(case%angular_velocity)
-        call design_manoeuvre(view, [site], settings, bound, failure)
+        planned%knowledge%limits%rate = 0.99_dp*norm2(case%angular_velocity)
+        call design_manoeuvre(planned, [site], settings, bound, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'no manoeuvre stays within the limits', &
                                                       'rate_deg_s'])
     end subroutine test_limits
@@ -409,7 +413,7 @@ contains
         real(dp), parameter :: STEP = 12, TARGET = 8*MICROMETRE
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_design_t) :: design, shorter
         type(design_settings_t) :: settings
@@ -419,21 +423,21 @@ contains
         call report_case('front-1', case, failure)
         call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         if (.not. allocated(failure)) call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, &
-                                                              TARGET, view, design, failure)
+                                                              TARGET, planned, design, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        case%duration = view%knowledge%duration
+        case%duration = planned%knowledge%duration
         call check(error, design%worst <= TARGET .and. case%duration < 60)
         if (allocated(error)) return
         case%duration = case%duration - STEP
         if (case%duration > 0) then
-            call stand(case, view, site, error)
+            call stand(case, planned, site, error)
             if (allocated(error)) return
-            call design_manoeuvre(view, [site], settings, shorter, failure)
+            call design_manoeuvre(planned, [site], settings, shorter, failure)
             call check(error, allocated(failure) .or. shorter%worst > TARGET)
             if (allocated(error)) return
         end if
-        call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, MICROMETRE/10, view, design, failure)
+        call shortest_manoeuvre(case, orbit, 0.0_dp, settings, 60.0_dp, STEP, MICROMETRE/10, planned, design, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'target of 1.000000E-04 mm', 'out of reach'])
     end subroutine test_shortest
 
@@ -443,16 +447,16 @@ contains
 
         type(case_t) :: case
         type(nominal_orbit_t) :: orbit
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t), allocatable :: sites(:)
         type(error_t), allocatable :: failure
         integer :: best
 
         call report_case('front-1', case, failure)
-        call new_accelerometer_view(case, view, failure)
+        call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
-        if (.not. allocated(failure)) call new_manoeuvre_sites(view, orbit, TIME_OF_CASE, 1, sites, failure)
-        if (.not. allocated(failure)) call choose_place(view, sites, quick_settings(SINE), best, failure)
+        if (.not. allocated(failure)) call new_manoeuvre_sites(planned, orbit, TIME_OF_CASE, 1, sites, failure)
+        if (.not. allocated(failure)) call choose_place(planned, sites, quick_settings(SINE), best, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, best, 2)
     end subroutine test_place
@@ -461,19 +465,19 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(manoeuvre_site_t) :: site
         type(manoeuvre_design_t) :: one, two
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
         call report_case('back-1', case, failure)
-        call stand(case, view, site, error)
+        call stand(case, planned, site, error)
         if (allocated(error)) return
         settings = quick_settings(TAPERED)
-        call design_manoeuvre(view, [site], settings, one, failure)
+        call design_manoeuvre(planned, [site], settings, one, failure)
         settings%threads = 2
-        if (.not. allocated(failure)) call design_manoeuvre(view, [site], settings, two, failure)
+        if (.not. allocated(failure)) call design_manoeuvre(planned, [site], settings, two, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, one%worst == two%worst .and. one%evaluations == two%evaluations .and. &
@@ -483,7 +487,7 @@ contains
 
     !> Front case 1 moved to the time of front case 2 is that case, but for what is printed rounded; it can
     !> be written and read.
-    subroutine test_later_case(error)
+    subroutine test_moved_case(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case, later, printed, again
@@ -496,7 +500,7 @@ contains
         call new_nominal_orbit(case, orbit, failure, interval=10.0_dp)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        later = later_case(case, orbit, TIME_OF_CASE(2))
+        later = moved_case(case, orbit, TIME_OF_CASE(2))
         call check(error, maxval(abs(later%position([1, 3]) - printed%position([1, 3]))) < 1.2_dp)
         if (allocated(error)) return
         call check(error, rotation_angle_between(later%quaternion, printed%quaternion) < 2e-4_dp)
@@ -515,25 +519,92 @@ contains
         call check(error, all(again%position == later%position) .and. &
                    again%sidereal_angle == later%sidereal_angle .and. all(again%quaternion == later%quaternion))
         if (allocated(error)) return
-        again = later_case(case, orbit, 0.0_dp)
-    end subroutine test_later_case
+        call check(error, later%wind_model, 'hwm93', 'the wind fitted to case 1 goes along')
+        if (allocated(error)) return
+        case%wind_east = case%wind_east + 1
+        later = moved_case(case, orbit, TIME_OF_CASE(2))
+        call check(error, later%wind_model, 'constant', 'a wind of one''s own does not go along')
+        if (allocated(error)) return
+        again = moved_case(case, orbit, 0.0_dp)
+        call check(error, all(again%quaternion == case%quaternion))
+    end subroutine test_moved_case
+
+    !> The two halves of a plan and the one call give the same; the place that is chosen is one of the orbit; the
+    !> case that flies a plan, judged as it stands, has the limit that the plan says.
+    subroutine test_plan(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan, judged
+        type(calibration_t) :: calibration, planned, again
+        type(manoeuvre_design_t) :: design
+        type(error_t), allocatable :: failure
+
+        call find_calibration('back-1', calibration, failure)
+        request%place = ANYWHERE
+        request%settings = quick_settings(SINE)
+        request%settings%highest_frequency = 0.1_dp
+        call prepare_plan(calibration, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, any(.not. abs(times_along(plan%orbit, 100.0_dp) - plan%time) > 0) .and. &
+                   size(plan%sites) == 1 .and. .not. abs(plan%sites(1)%time - plan%time) > 0)
+        if (allocated(error)) return
+        planned = planned_calibration(request, plan)
+        call plan_manoeuvre(calibration, plan%time, request%settings, again, design, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, .not. abs(design%worst - plan%design%worst) > 0 .and. &
+                   .not. any(abs(planned%case%position - again%case%position) > 0), 'another plan in one call')
+        if (allocated(error)) return
+        request = plan_request_t(search=.false.)
+        call prepare_plan(planned, request, judged, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, judged, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(judged%design%sigma/plan%design%sigma - 1)) < 1e-3_dp)
+    end subroutine test_plan
+
+    !> With a target the sites of a plan are those of the shorter arc.
+    subroutine test_shortest_plan(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        type(calibration_t) :: calibration
+        type(manoeuvre_design_t) :: judged
+        type(error_t), allocatable :: failure
+
+        call find_calibration('front-1', calibration, failure)
+        request%settings = quick_settings(SQUARE)
+        request%target = 8*MICROMETRE
+        call prepare_plan(calibration, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, plan%design%worst <= request%target .and. plan%calibration%case%duration < 60)
+        if (allocated(error)) return
+        call judge_manoeuvre(plan%arc, plan%sites, plan%design%rods, 1, judged)
+        call check(error, maxval(abs(judged%force - plan%design%force)) <= 1e-12_dp*maxval(judged%force))
+    end subroutine test_shortest_plan
 
     subroutine test_refused(error)
         type(error_type), allocatable, intent(out) :: error
 
         type(case_t) :: case
-        type(accelerometer_view_t) :: view
+        type(planned_arc_t) :: planned
         type(nominal_orbit_t) :: orbit
         type(manoeuvre_site_t) :: site
         type(design_settings_t) :: settings
         type(error_t), allocatable :: failure
 
         call report_case('front-1', case, failure)
-        call new_accelerometer_view(case, view, failure)
+        call new_planned_arc(case, planned, failure)
         if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure, interval=60.0_dp)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call new_manoeuvre_site(view, orbit, 6000.0_dp, site, failure)
+        call new_manoeuvre_site(planned, orbit, 6000.0_dp, site, failure)
         call check_fails(error, message_of(failure), [character(W) :: '6000 s', 'from 0 to 5635'])
         if (allocated(error)) return
         settings%rod_used = .false.
@@ -554,7 +625,7 @@ contains
         call refused([character(W) :: 'needs a taper'])
         if (allocated(error)) return
         case%satellite%accelerometer%noise%level = 0
-        call new_accelerometer_view(case, view, failure)
+        call new_planned_arc(case, planned, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'axis x', 'noise_level'])
 
     contains
@@ -563,7 +634,7 @@ contains
             character(*), intent(in) :: parts(:)
 
             if (allocated(error)) return
-            call check_design_settings(view, settings, failure)
+            call check_design_settings(planned, settings, failure)
             call check_fails(error, message_of(failure), parts)
         end subroutine refused
     end subroutine test_refused

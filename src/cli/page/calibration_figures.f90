@@ -1,10 +1,10 @@
 !> The figures of one calibration's page: each writes its numbers as CSV, a gnuplot script beside them,
-!> and, where gnuplot is installed, the drawing.
+!> and puts the drawing on the page.
 module gracecg_cli_calibration_figures
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, NANOMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_version, only: VERSION
+    use gracecg_base_version, only: file_comments
     use gracecg_base_text, only: real_text, rounded_text
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_environment_time, only: time_tag
@@ -13,16 +13,12 @@ module gracecg_cli_calibration_figures
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, projected_ellipse, ELLIPSE_95
-    use gracecg_cli_gnuplot, only: script_head, draw_figure
+    use gracecg_cli_gnuplot, only: script_head
+    use gracecg_cli_book, only: book_t, book_file, add_figure
+    use gracecg_cli_number_text, only: fixed_text
     implicit none
     private
-    public :: drawing_t, draw_manoeuvre, draw_ellipses, draw_residuals, draw_spectrum
-
-    !> A figure, or why there is none.
-    type :: drawing_t
-        character(:), allocatable :: svg        !! Empty: not drawn
-        character(:), allocatable :: reason     !! Why not
-    end type drawing_t
+    public :: add_manoeuvre_figure, add_ellipses_figure, add_residuals_figure, add_spectrum_figure
 
     integer, parameter :: WIDTH = 640           !! Of all figures; a letter is 17 high
     integer, parameter :: ELLIPSE_POINTS = 181
@@ -34,18 +30,17 @@ module gracecg_cli_calibration_figures
 contains
 
     !> Dipole moments of the rods and the angular acceleration that the fit makes of them.
-    subroutine draw_manoeuvre(folder, knowledge, record, drawing, error)
-        character(*), intent(in) :: folder    !! Where gnuplot works
+    subroutine add_manoeuvre_figure(book, knowledge, record, error)
+        type(book_t), intent(inout) :: book
         type(operator_knowledge_t), intent(in) :: knowledge
         type(fit_record_t), intent(in) :: record
-        type(drawing_t), intent(out) :: drawing
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
         real(dp) :: t
         integer :: i
 
-        call open_table(file, folder, 'manoeuvre', 'time_s,mx,my,mz,wdx,wdy,wdz', knowledge, &
+        call open_table(file, book, 'manoeuvre', 'time_s,mx,my,mz,wdx,wdy,wdz', knowledge, &
                         'dipole moment of the rods (A m^2), angular acceleration (rad/s^2), body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
@@ -54,7 +49,7 @@ contains
         end do
         call file%commit(error)
         if (allocated(error)) return
-        call draw_figure(folder, 'manoeuvre', &
+        call add_figure(book, 'manoeuvre', &
                          script_head('manoeuvre', 'The manoeuvre', WIDTH, 560)// &
                          'set multiplot layout 2,1 '//PANEL_MARGINS//'0.10, screen 0.93 spacing screen 0.08'//LF// &
                          time_axis(knowledge)//'set key horizontal outside top right samplen 1.5'//LF// &
@@ -64,15 +59,17 @@ contains
                          'set format x'//LF//'set xlabel "time, s"'//LF//'unset key'//LF//'set yrange [*:*]'//LF// &
                          'set ylabel "d'//OMEGA//'/dt, 10^{-6} rad/s^2" offset 1.5,0'//LF// &
                          three_curves('manoeuvre.csv', 5, '1e6', 1.5_dp)//'unset multiplot'//LF, &
-                         drawing%svg, drawing%reason, error)
-    end subroutine draw_manoeuvre
+                        'The rods'' dipole moment in body axes, and the angular acceleration that it makes in the Earth''s '// &
+                        'field, as the fit has it. The component of the offset along the angular acceleration cannot '// &
+                        'be seen: where all rods swing in phase, it keeps one direction.', 'The manoeuvre', &
+                        'Two panels over time: dipole moment of the rods, and angular acceleration', error)
+    end subroutine add_manoeuvre_figure
 
     !> The error ellipsoid, cast on the three planes.
-    subroutine draw_ellipses(folder, knowledge, solution, drawing, error)
-        character(*), intent(in) :: folder    !! Where gnuplot works
+    subroutine add_ellipses_figure(book, knowledge, solution, error)
+        type(book_t), intent(inout) :: book
         type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
-        type(drawing_t), intent(out) :: drawing
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: PLANES(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
@@ -85,7 +82,7 @@ contains
             points(:, :, plane) = projected_ellipse(solution%covariance, PLANES(1, plane), PLANES(2, plane), &
                                                     1.0_dp, ELLIPSE_POINTS)/MILLIMETRE
         end do
-        call open_table(file, folder, 'ellipses', 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', knowledge, &
+        call open_table(file, book, 'ellipses', 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', knowledge, &
                         'projections of the error ellipsoid of one sigma, about 0', error)
         if (allocated(error)) return
         do k = 1, ELLIPSE_POINTS
@@ -109,7 +106,11 @@ contains
             'plot NaN with points linetype 1 pointtype 7 linecolor rgb ink title "estimate", \'//LF// &
             '    NaN with lines linetype 1 title "one sigma", \'//LF// &
             '    NaN with lines linetype 2 title "95 %"'//LF//'unset multiplot'//LF
-        call draw_figure(folder, 'ellipses', script, drawing%svg, drawing%reason, error)
+        call add_figure(book, 'ellipses', script, &
+                        'The ellipsoid cast on the planes of the body axes, about the estimate ('// &
+                        fixed_text(solution%offset(1)/MILLIMETRE, 4)//', '//fixed_text(solution%offset(2)/MILLIMETRE, 4)// &
+                        ', '//fixed_text(solution%offset(3)/MILLIMETRE, 4)//') mm. Every axis has a scale of its own.', &
+                        'Error ellipses', 'Ellipses of one sigma and of 95 % in the planes xy, xz and yz', error)
 
     contains
 
@@ -155,22 +156,21 @@ contains
 
             digit = achar(iachar('0') + number)
         end function digit
-    end subroutine draw_ellipses
+    end subroutine add_ellipses_figure
 
     !> Residuals of the accelerometer over time, with two standard deviations of the setup's noise.
-    subroutine draw_residuals(folder, knowledge, record, diagnostics, drawing, error)
-        character(*), intent(in) :: folder    !! Where gnuplot works
+    subroutine add_residuals_figure(book, knowledge, record, diagnostics, error)
+        type(book_t), intent(inout) :: book
         type(operator_knowledge_t), intent(in) :: knowledge
         type(fit_record_t), intent(in) :: record
         type(fit_diagnostics_t), intent(in) :: diagnostics
-        type(drawing_t), intent(out) :: drawing
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
         character(:), allocatable :: script
         integer :: i, axis
 
-        call open_table(file, folder, 'residuals', 'time_s,x,y,z', knowledge, &
+        call open_table(file, book, 'residuals', 'time_s,x,y,z', knowledge, &
                         'residuals of the accelerometer, observed minus fitted (m/s^2), body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
@@ -191,7 +191,9 @@ contains
                 '    '//limit(-2*diagnostics%residuals(axis)%expected_rms)
             script = script//LF
         end do
-        call draw_figure(folder, 'residuals', script//'unset multiplot'//LF, drawing%svg, drawing%reason, error)
+        call add_figure(book, 'residuals', script//'unset multiplot'//LF, &
+                        'Observed minus fitted. Dashed: two standard deviations of the noise of the setup.', &
+                        'Residuals over time', 'Three panels over time: residuals of accelerometer axes x, y, z', error)
 
     contains
 
@@ -201,14 +203,13 @@ contains
 
             text = rounded_text(value/NANOMETRE, 6)//' with lines linetype 5'
         end function limit
-    end subroutine draw_residuals
+    end subroutine add_residuals_figure
 
     !> Amplitude spectrum of the residuals beside that of the setup's noise, one-sided.
-    subroutine draw_spectrum(folder, knowledge, diagnostics, drawing, error)
-        character(*), intent(in) :: folder    !! Where gnuplot works
+    subroutine add_spectrum_figure(book, knowledge, diagnostics, error)
+        type(book_t), intent(inout) :: book
         type(operator_knowledge_t), intent(in) :: knowledge
         type(fit_diagnostics_t), intent(in) :: diagnostics
-        type(drawing_t), intent(out) :: drawing
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
@@ -216,7 +217,7 @@ contains
         integer :: k, axis, i
 
         associate (d => diagnostics)
-            call open_table(file, folder, 'spectrum', 'frequency_hz,x,y,z,expected_x,expected_y,expected_z', &
+            call open_table(file, book, 'spectrum', 'frequency_hz,x,y,z,expected_x,expected_y,expected_z', &
                 knowledge, &
                             'amplitude spectrum of the residuals and of the noise of the setup, one-sided '// &
                             '(m/s^2/sqrt(Hz))', error)
@@ -226,7 +227,7 @@ contains
             end do
             call file%commit(error)
             if (allocated(error)) return
-            call open_table(file, folder, 'spectrum_bands', 'frequency_hz,x,y,z', knowledge, &
+            call open_table(file, book, 'spectrum_bands', 'frequency_hz,x,y,z', knowledge, &
                             'the same, means of the power over thirds of octaves', error)
             if (allocated(error)) return
             do k = 1, size(d%band_frequency)
@@ -262,7 +263,13 @@ contains
             script = script//'    "spectrum_bands.csv" using 1:'//column//' with linespoints linetype 1 '// &
                 'pointtype 7 pointsize 0.4 title "band means"'//LF
         end do
-        call draw_figure(folder, 'spectrum', script//'unset multiplot'//LF, drawing%svg, drawing%reason, error)
+        call add_figure(book, 'spectrum', script//'unset multiplot'//LF, &
+                        'Amplitude spectrum of the residuals, one-sided: periodogram with Hann''s taper, and its means over '// &
+                        'thirds of octaves; beside it that of the noise of the setup. Vertical, dashed: the '// &
+                        'frequencies of the rods, where the fit has taken the signal out. Lines above the noise '// &
+                        'elsewhere are forces that the fit does not know.', 'Spectrum of the residuals', &
+                        'Three panels over frequency: spectrum of the residuals and of the expected noise, x, y, z', &
+                        error)
 
     contains
 
@@ -271,20 +278,18 @@ contains
 
             one_sided = sqrt(2*density)
         end function one_sided
-    end subroutine draw_spectrum
+    end subroutine add_spectrum_figure
 
     !> Begins DIR/NAME.csv.
-    subroutine open_table(file, folder, name, columns, knowledge, contents, error)
+    subroutine open_table(file, book, name, columns, knowledge, contents, error)
         type(csv_writer_t), intent(inout) :: file
-        character(*), intent(in) :: folder, name, columns, contents
+        type(book_t), intent(inout) :: book
+        character(*), intent(in) :: name, columns, contents
         type(operator_knowledge_t), intent(in) :: knowledge
         type(error_t), allocatable, intent(out) :: error
 
-        character(140) :: comments(2)
-
-        comments(1) = 'gracecg '//VERSION//' estimate --report, '//trim(knowledge%name)
-        comments(2) = contents
-        call file%open(folder//'/'//name//'.csv', columns, comments, error)
+        call file%open(book_file(book, name//'.csv'), columns, &
+                       file_comments('estimate --report, '//trim(knowledge%name), contents), error)
     end subroutine open_table
 
     function time_axis(knowledge) result(script)

@@ -3,30 +3,20 @@
 !> A script stands beside its data files and names them without a folder, so that
 !> `gnuplot NAME.gp` in that folder draws the figure again.
 module gracecg_cli_gnuplot
-    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_null_char, c_ptr
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_file, only: output_file_t, text_file_t, read_text_file, remove_file, file_exists
     use gracecg_cli_palette, only: PALETTE
     implicit none
     private
-    public :: gnuplot_found, script_head, data_block, draw_figure, draw_in_passing, shell_quoted, NO_GNUPLOT
+    public :: gnuplot_found, script_head, data_block, draw_figure, shell_quoted, NO_GNUPLOT
 
     character(*), parameter :: NO_GNUPLOT = &
         'gnuplot was not found; install it (Debian: apt-get install gnuplot-nox)'
     !! Said where figures are missing
     character(1), parameter :: LF = achar(10)
     character(*), parameter :: SCRIPT_END = '.gp', FIGURE_END = '.svg', PART_END = '.svg.part', LOG_END = '.gp.log'
-
-    interface
-        !> Makes a folder of a new name in place of the six X at the end of its template.
-        function c_mkdtemp(template) bind(c, name='mkdtemp') result(path)
-            import :: c_char, c_ptr
-            character(kind=c_char), intent(inout) :: template(*)
-            type(c_ptr) :: path
-        end function c_mkdtemp
-    end interface
 
 contains
 
@@ -121,27 +111,6 @@ contains
         end if
     end subroutine draw_figure
 
-    !> Draws a figure from a script that holds its data (`data_block`) and leaves no file behind. Name,
-    !> svg, reason and failure are those of `draw_figure`.
-    subroutine draw_in_passing(name, script, svg, reason, error)
-        character(*), intent(in) :: name    !! Of the figure
-        character(*), intent(in) :: script    !! For gnuplot, text
-        character(:), allocatable, intent(out) :: svg, reason
-        !! The figure; empty if there is none, and why
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: folder
-
-        svg = ''
-        reason = ''
-        call make_temporary_folder(folder, error)
-        if (allocated(error)) return
-        call draw_figure(folder, name, script, svg, reason, error)
-        call remove_file(folder//'/'//name//SCRIPT_END)
-        call remove_file(folder//'/'//name//FIGURE_END)
-        call remove_file(folder)
-    end subroutine draw_in_passing
-
     !> Runs gnuplot in the folder. It writes under a temporary name, and its messages into a file, which
     !> are gone afterwards.
     subroutine run_gnuplot(folder, name, svg, reason)
@@ -199,26 +168,6 @@ contains
         end do
         word = word//"'"
     end function shell_quoted
-
-    subroutine make_temporary_folder(folder, error)
-        character(:), allocatable, intent(out) :: folder
-        type(error_t), allocatable, intent(out) :: error
-
-        character(:), allocatable :: template
-        integer :: length
-
-        call get_environment_variable('TMPDIR', length=length)
-        allocate (character(length) :: folder)
-        if (length > 0) call get_environment_variable('TMPDIR', folder)
-        if (length == 0) folder = '/tmp'
-        template = folder//'/gracecg-XXXXXX'//c_null_char
-        if (.not. c_associated(c_mkdtemp(template))) then
-            call fail(error, folder//': no folder for temporary files can be made there; set TMPDIR to one '// &
-                      'in which you may write')
-            return
-        end if
-        folder = template(:len(template) - 1)
-    end subroutine make_temporary_folder
 
     subroutine write_text(path, text, error)
         character(*), intent(in) :: path, text

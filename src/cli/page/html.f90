@@ -1,16 +1,21 @@
 !> Writes one self-contained HTML page: style sheet and figures stand in it, nothing is fetched.
 !>
 !> A page is built from top to bottom: `begin`, then chapters with paragraphs, tables and figures, then
-!> `write`. All texts are escaped; in them `^{...}` raises and `_{...}` lowers, as in gnuplot, and text
-!> between back quotes is set as code. Verdicts carry a mark and a word, so colour is never alone.
+!> `write`. A table is one call with its heads and its rows; a row is added with its cells, put together
+!> by //: `call rows%add(head_cell('x')//number_cells([0.5_dp, 0.1_dp], 3)//text_cell('good'))`. All texts
+!> are escaped; in them `^{...}` raises and `_{...}` lowers, as in gnuplot, and text between back quotes is
+!> set as code. Verdicts carry a mark and a word, so colour is never alone.
 module gracecg_cli_html
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_files_file, only: output_file_t
     use gracecg_cli_html_style, only: style_sheet
+    use gracecg_cli_number_text, only: fixed_text
     implicit none
     private
     public :: html_page_t, html_escaped, html_typeset, inline_svg
+    public :: table_rows_t, head_cell, number_cell, number_cells, judged_cell, text_cell, verdict_cell
     public :: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED, VERDICT_NONE
 
     !> Kinds of verdicts: as it should be; nearly, or with a remark; not; no judgement
@@ -19,6 +24,15 @@ module gracecg_cli_html
     character(*), parameter :: VERDICT_MARK(4) = [character(8) :: '&#10003;', '&#9888;', '&#10007;', '&#8226;']
     !! Check mark, warning sign, cross, bullet
     character(1), parameter :: LF = achar(10), QUOTE = '"'
+
+    !> Rows of a table, as they grow.
+    type :: table_rows_t
+        private
+        character(:), allocatable :: html           !! Unallocated: none yet
+        character(:), allocatable :: first          !! Cells of the first row
+    contains
+        procedure :: add => add_row
+    end type table_rows_t
 
     type :: html_page_t
         !! A page in the making
@@ -40,18 +54,7 @@ module gracecg_cli_html
         procedure :: details    !! Lines that are shown when the reader asks for them
         procedure :: append => append_page    !! The chapters of another page, behind those of this one
         procedure :: markup    !! HTML as it is
-        procedure :: begin_table    !! Begins a table
-        procedure :: head_end    !! Ends the head of a table
-        procedure :: begin_row
-        !! Begins a row, perhaps the first one of a part of the table, which a line sets off
-        procedure :: column_head    !! Head of one column, or of several
-        procedure :: row_head    !! Head of one row, or of several
-        procedure :: number_cell    !! A number, as text: set to the right, its digits of equal width
-        procedure :: judged_cell    !! A number with a verdict before it
-        procedure :: text_cell    !! A cell with text
-        procedure :: verdict_cell    !! A verdict: its mark and its words
-        procedure :: end_row    !! Ends a row of a table
-        procedure :: end_table    !! Ends a table
+        procedure :: table => add_table    !! A table
         procedure :: figure    !! A figure of SVG text
         procedure :: missing_figure    !! The place of a figure that could not be drawn, with the reason
         procedure :: document    !! The whole page as text
@@ -171,74 +174,90 @@ contains
         call append_text(self, html//LF)
     end subroutine markup
 
-    !> Begins a table. First come the rows of its head, closed by `head_end`, then those of its body.
-    !> A wide table scrolls within its box.
-    subroutine begin_table(self, caption, id, stacks)
+    !> A table. A wide one scrolls within its box. An empty head lets the one before it reach over its
+    !> column, too; a head over numbers is set to the right, as they are.
+    subroutine add_table(self, caption, heads, rows, id, stacks)
         class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: caption    !! Above the table
+        character(*), intent(in) :: caption             !! Above the table
+        character(*), intent(in) :: heads(:)            !! Of the columns
+        type(table_rows_t), intent(in) :: rows
         character(*), intent(in), optional :: id        !! For links to it, and as its name
         logical, intent(in), optional :: stacks
         !! On a phone the cells of a row stand below each other: for tables of words
 
-        character(:), allocatable :: name
+        character(:), allocatable :: name, attributes, head_row
+        logical :: numeric(size(heads))
+        integer :: i, columns
 
         name = ''
         if (present(id)) name = ' id="'//id//'"'
         if (present(stacks)) then
             if (stacks) name = name//' class="stacks"'
         end if
+        numeric = numeric_columns(rows%first, size(heads))
+        head_row = '<tr>'
+        do i = 1, size(heads)
+            if (heads(i) == '') cycle
+            columns = 1
+            do while (i + columns <= size(heads))
+                if (heads(i + columns) /= '') exit
+                columns = columns + 1
+            end do
+            attributes = ' scope="col"'
+            if (columns > 1) then
+                attributes = ' scope="colgroup" colspan="'//integer_text(columns)//'"'
+            else if (numeric(i)) then
+                attributes = attributes//' class="number"'
+            end if
+            head_row = head_row//'<th'//attributes//'>'//html_typeset(trim(heads(i)))//'</th>'
+        end do
         call self%markup('<div class="scroll" role="region" tabindex="0" aria-label="'// &
                          html_escaped(plain(caption))//'">'//LF//'<table'//name//'>'//LF// &
-                         '<caption>'//html_typeset(caption)//'</caption>'//LF//'<thead>')
-    end subroutine begin_table
+                         '<caption>'//html_typeset(caption)//'</caption>'//LF//'<thead>'//LF//head_row//'</tr>'//LF// &
+                         '</thead>'//LF//'<tbody>'//LF//rows%html//'</tbody>'//LF//'</table>'//LF//'</div>')
+    end subroutine add_table
 
-    subroutine head_end(self)
-        class(html_page_t), intent(inout) :: self
+    !> Which columns hold numbers, by the cells of the first row.
+    pure function numeric_columns(cells, columns) result(numeric)
+        character(*), intent(in) :: cells
+        integer, intent(in) :: columns
+        logical :: numeric(columns)
 
-        call self%markup('</thead>'//LF//'<tbody>')
-    end subroutine head_end
+        integer :: i, from, length
 
-    !> Begins a row, perhaps the first one of a part of the table, which a line sets off.
-    subroutine begin_row(self, first_of_part)
-        class(html_page_t), intent(inout) :: self
-        logical, intent(in), optional :: first_of_part    !! With a line above
+        numeric = .false.
+        from = 1
+        do i = 1, columns
+            length = index(cells(from:), '</t')     ! of td or th
+            if (length == 0) return
+            numeric(i) = index(cells(from:from + length - 1), '<td class="number') == 1
+            from = from + length + len('</td>') - 1
+        end do
+    end function numeric_columns
 
-        logical :: first
+    !> Adds a row. One whose first cell is several rows high begins a part of the table, which a line sets
+    !> off.
+    subroutine add_row(self, cells)
+        class(table_rows_t), intent(inout) :: self
+        character(*), intent(in) :: cells               !! From the functions *_cell, put together by //
 
-        first = .false.
-        if (present(first_of_part)) first = first_of_part
-        if (first) then
-            call append_text(self, '<tr class="part">')
+        if (.not. allocated(self%html)) then
+            self%html = ''
+            self%first = cells
+        end if
+        if (index(cells(:index(cells, '>')), 'rowspan=') > 0) then
+            self%html = self%html//'<tr class="part">'//cells//'</tr>'//LF
         else
-            call append_text(self, '<tr>')
+            self%html = self%html//'<tr>'//cells//'</tr>'//LF
         end if
-    end subroutine begin_row
-
-    !> Head of one column, or of several.
-    subroutine column_head(self, text, numeric, columns)
-        class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text    !! Plain text
-        logical, intent(in), optional :: numeric        !! Set to the right, as numbers are
-        integer, intent(in), optional :: columns    !! So many columns wide
-
-        character(:), allocatable :: attributes
-
-        attributes = ' scope="col"'
-        if (present(columns)) then
-            if (columns > 1) attributes = ' scope="colgroup" colspan="'//integer_text(columns)//'"'
-        end if
-        if (present(numeric)) then
-            if (numeric) attributes = attributes//' class="number"'
-        end if
-        call append_text(self, '<th'//attributes//'>'//html_typeset(text)//'</th>')
-    end subroutine column_head
+    end subroutine add_row
 
     !> Head of one row, or of several.
-    subroutine row_head(self, text, rows, anchor)
-        class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text    !! Plain text
-        integer, intent(in), optional :: rows    !! So many rows high
+    function head_cell(text, rows, anchor) result(cell)
+        character(*), intent(in) :: text                !! Plain text
+        integer, intent(in), optional :: rows           !! So many rows high
         character(*), intent(in), optional :: anchor    !! Id on the page that the text leads to
+        character(:), allocatable :: cell
 
         character(:), allocatable :: attributes, content
 
@@ -248,62 +267,61 @@ contains
         end if
         content = html_typeset(text)
         if (present(anchor)) content = '<a href="#'//anchor//'">'//content//'</a>'
-        call append_text(self, '<th'//attributes//'>'//content//'</th>')
-    end subroutine row_head
+        cell = '<th'//attributes//'>'//content//'</th>'
+    end function head_cell
 
     !> A number, as text: set to the right, its digits of equal width.
-    subroutine number_cell(self, text)
-        class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text    !! The number
+    function number_cell(text) result(cell)
+        character(*), intent(in) :: text                !! The number
+        character(:), allocatable :: cell
 
-        call append_text(self, '<td class="number">'//html_typeset(trim(adjustl(text)))//'</td>')
-    end subroutine number_cell
+        cell = '<td class="number">'//html_typeset(trim(adjustl(text)))//'</td>'
+    end function number_cell
+
+    !> Numbers with so many decimals, a cell each.
+    function number_cells(values, decimals) result(cells)
+        real(dp), intent(in) :: values(:)
+        integer, intent(in) :: decimals                 !! Digits behind the point
+        character(:), allocatable :: cells
+
+        integer :: i
+
+        cells = ''
+        do i = 1, size(values)
+            cells = cells//number_cell(fixed_text(values(i), decimals))
+        end do
+    end function number_cells
 
     !> A number with a verdict before it.
-    subroutine judged_cell(self, kind, word, text)
-        class(html_page_t), intent(inout) :: self
+    function judged_cell(kind, word, text) result(cell)
         integer, intent(in) :: kind                     !! VERDICT_...
         character(*), intent(in) :: word                !! The verdict in a word
         character(*), intent(in) :: text                !! The number
+        character(:), allocatable :: cell
 
-        call append_text(self, '<td class="number '//trim(VERDICT_CLASS(kind))//'">'//marked(kind, word)// &
-                         ' <span class="value">'//html_typeset(trim(adjustl(text)))//'</span></td>')
-    end subroutine judged_cell
+        cell = '<td class="number '//trim(VERDICT_CLASS(kind))//'">'//marked(kind, word)// &
+               ' <span class="value">'//html_typeset(trim(adjustl(text)))//'</span></td>'
+    end function judged_cell
 
-    subroutine text_cell(self, text, wraps)
-        class(html_page_t), intent(inout) :: self
-        character(*), intent(in) :: text    !! Plain text
+    !> A cell with text.
+    function text_cell(text, wraps) result(cell)
+        character(*), intent(in) :: text                !! Plain text
         logical, intent(in), optional :: wraps          !! May be broken into several lines
+        character(:), allocatable :: cell
 
-        character(:), allocatable :: attributes
-
-        attributes = ''
-        if (present(wraps)) then
-            if (wraps) attributes = ' class="wide"'
-        end if
-        call append_text(self, '<td'//attributes//'>'//html_typeset(text)//'</td>')
-    end subroutine text_cell
+        cell = '<td>'//html_typeset(text)//'</td>'
+        if (.not. present(wraps)) return
+        if (wraps) cell = '<td class="wide">'//html_typeset(text)//'</td>'
+    end function text_cell
 
     !> A verdict: its mark and its words.
-    subroutine verdict_cell(self, kind, words)
-        class(html_page_t), intent(inout) :: self
+    function verdict_cell(kind, words) result(cell)
         integer, intent(in) :: kind                     !! VERDICT_...
-        character(*), intent(in) :: words    !! The verdict
+        character(*), intent(in) :: words               !! The verdict
+        character(:), allocatable :: cell
 
-        call append_text(self, '<td class="'//trim(VERDICT_CLASS(kind))//'">'//marked(kind, words)//'</td>')
-    end subroutine verdict_cell
-
-    subroutine end_row(self)
-        class(html_page_t), intent(inout) :: self
-
-        call self%markup('</tr>')
-    end subroutine end_row
-
-    subroutine end_table(self)
-        class(html_page_t), intent(inout) :: self
-
-        call self%markup('</tbody>'//LF//'</table>'//LF//'</div>')
-    end subroutine end_table
+        cell = '<td class="'//trim(VERDICT_CLASS(kind))//'">'//marked(kind, words)//'</td>'
+    end function verdict_cell
 
     !> A figure of SVG text. Title and description are for those who cannot see it.
     subroutine figure(self, id, svg, caption, title, description)

@@ -3,27 +3,24 @@ module gracecg_cli_chapter_accuracy
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, summarise, verdict_t, &
-        campaign_verdict
+    use gracecg_studies_campaign, only: campaign_t, first_runs, campaign_agreement_t, agreement_of
     use gracecg_studies_campaign_files, only: write_table, write_runs
-    use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_studies_published_rms, only: allowed_by_fifteen_runs, is_misprint
     use gracecg_studies_published_axes, only: published_axis_limits
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_campaign_tables, only: REPORT_RUNS
+    use gracecg_cli_html, only: table_rows_t, head_cell, number_cells, judged_cell, VERDICT_MET, VERDICT_PARTLY, &
+        VERDICT_MISSED
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
+    use gracecg_cli_book, only: book_file, add_figure
+    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
     public :: add_accuracy_chapter
 
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: CASES = 3                 !! Of each satellite
     character(*), parameter :: RUNS_FILE = 'montecarlo_runs.csv'
     integer, parameter :: LEAST_ALLOWED = 66        !! Of 72: as many or more are in 93 of 100 cases
@@ -32,16 +29,14 @@ module gracecg_cli_chapter_accuracy
 contains
 
     !> Adds the chapter on the accuracy of the estimates.
-    subroutine add_accuracy_chapter(book, console, error)
+    subroutine add_accuracy_chapter(book, campaign, error)
         type(report_book_t), intent(inout) :: book
-        type(console_t), intent(inout) :: console
+        type(campaign_t), intent(in) :: campaign    !! Of the report's cases and algorithms
         type(error_t), allocatable, intent(out) :: error
 
-        type(campaign_t) :: campaign, fifteen
+        type(campaign_t) :: fifteen
         integer :: i
 
-        call run_campaign(book, console, campaign, error)
-        if (allocated(error)) return
         call write_table(book_file(book, 'montecarlo.csv'), campaign, COMMAND, error)
         if (.not. allocated(error)) call write_runs(book_file(book, RUNS_FILE), campaign, COMMAND, error)
         if (allocated(error)) return
@@ -79,89 +74,34 @@ contains
         end associate
     end subroutine add_accuracy_chapter
 
-    !> All cases with all algorithms.
-    subroutine run_campaign(book, console, campaign, error)
-        type(report_book_t), intent(in) :: book
-        type(console_t), intent(inout) :: console
-        type(campaign_t), intent(out) :: campaign
-        type(error_t), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
-        integer :: a, i
-
-        campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), book%seed, book%runs, 1, 1)
-        do i = 1, size(REPORT_CASE_NAMES)
-            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
-            if (.not. allocated(error)) call add_case(campaign, i, calibration, error)
-            if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
-            if (allocated(error)) return
-            do a = 1, size(REPORT_ESTIMATORS)
-                call console%progress(COMMAND//': '//trim(REPORT_CASE_NAMES(i))//', '// &
-                                      trim(REPORT_ESTIMATORS(a))//', '//integer_text(book%runs)//' runs')
-                call run_entry(campaign, a, i, simulator, calibration%options, book%threads, error)
-                if (allocated(error)) return
-            end do
-        end do
-    end subroutine run_campaign
-
-    !> The campaign of the first n runs: a run's numbers do not depend on the others.
-    function first_runs(campaign, n) result(first)
-        type(campaign_t), intent(in) :: campaign
-        integer, intent(in) :: n
-        type(campaign_t) :: first
-
-        integer :: a, i
-
-        first = campaign
-        first%runs = n
-        do i = 1, size(first%cases)
-            do a = 1, size(first%algorithms)
-                associate (entry => first%entries(a, i))
-                    entry%run = entry%run(:n)
-                    entry%offset = entry%offset(:, :n)
-                    entry%converged = entry%converged(:n)
-                end associate
-                call summarise(first, a, i)
-            end do
-        end do
-    end function first_runs
-
     subroutine add_verdict(book, campaign)
         type(report_book_t), intent(inout) :: book
         type(campaign_t), intent(in) :: campaign
 
-        type(verdict_t) :: verdict
+        type(campaign_agreement_t) :: found
+        character(:), allocatable :: inside, difference
         real(dp) :: sigma
         integer :: kind
 
-        verdict = campaign_verdict(campaign)
-        kind = merge(VERDICT_MET, VERDICT_MISSED, verdict%allowed >= LEAST_ALLOWED)
-        call book%page%verdict(kind, share_text(verdict%allowed, verdict%published)//' published values '// &
-                               'inside.', &
-                               'If theory is right, 68 or 69 are to be expected, and 66 or more in 93 '// &
-                               'of 100 such reports.')
-        call add_finding(book, 'Tables 6.1, 6.2', 'table_6_1', 'RMS errors of six cases and four '// &
-                         'algorithms, 15 runs each', &
-                       share_text(verdict%allowed, verdict%published)//' lie in the 95 % band of '// &
-                       'theory', kind, &
+        found = agreement_of(campaign)
+        inside = share_text(found%allowed, found%published)
+        kind = merge(VERDICT_MET, VERDICT_MISSED, found%allowed >= LEAST_ALLOWED)
+        call book%page%verdict(kind, inside//' published values inside.', 'If theory is right, 68 or 69 are to be '// &
+                               'expected, and 66 or more in 93 of 100 such reports.')
+        call add_claim(book, 'Tables 6.1, 6.2', 'table_6_1', 'RMS errors of six cases and four algorithms, 15 runs '// &
+                       'each', inside//' lie in the 95 % band of theory', kind, &
                        pick_text(kind == VERDICT_MET, 'agrees', 'differs'))
-        sigma = 1/sqrt(2.0_dp*book%runs)
-        kind = merge(VERDICT_MET, VERDICT_PARTLY, verdict%worst_difference <= 4*sigma)
-        call book%page%verdict(kind, 'Largest difference of an RMS of '// &
-                               integer_text(book%runs)//' runs from theory: '// &
-                               percent_text(verdict%worst_difference)//'.', 'One sigma of that many '// &
-                               'runs is '// &
-                               percent_text(sigma)//'; of '//integer_text(3*size(campaign%cases))// &
-                               ' different values about one lies beyond two sigma.')
-        call add_finding(book, 'Tables 6.1, 6.2', 'table_6_2', 'theory against '// &
-                       integer_text(book%runs)//' runs of this program', &
-                       'largest difference '//percent_text(verdict%worst_difference)//', one sigma '// &
-                       percent_text(sigma), kind, pick_text(kind == VERDICT_MET, 'agrees', 'beyond 4 sigma'))
-        if (verdict%not_converged > 0) then
-            call book%page%verdict(VERDICT_MISSED, integer_text(verdict%not_converged)//' estimates did '// &
-                                   'not converge.')
-        end if
+        sigma = sampling_error(book%runs)
+        difference = percent_text(found%worst_difference)
+        kind = merge(VERDICT_MET, VERDICT_PARTLY, found%worst_difference <= 4*sigma)
+        call book%page%verdict(kind, 'Largest difference of an RMS of '//integer_text(book%runs)//' runs from theory: '// &
+                               difference//'.', 'One sigma of that many runs is '//percent_text(sigma)//'; of '// &
+                               integer_text(3*size(campaign%cases))//' different values about one lies beyond two sigma.')
+        call add_claim(book, 'Tables 6.1, 6.2', 'table_6_2', 'theory against '//integer_text(book%runs)//' runs of this '// &
+                       'program', 'largest difference '//difference//', one sigma '//percent_text(sigma), kind, &
+                       pick_text(kind == VERDICT_MET, 'agrees', 'beyond 4 sigma'))
+        if (found%not_converged > 0) call book%page%verdict(VERDICT_MISSED, integer_text(found%not_converged)// &
+                                                            ' estimates did not converge.')
     end subroutine add_verdict
 
     !> A table of the report: for each case and axis a row as printed, two of ours, one of theory.
@@ -170,75 +110,44 @@ contains
         integer, intent(in) :: satellite
         type(campaign_t), intent(in) :: campaign, fifteen
 
-        character(:), allocatable :: id
-        logical :: misprint
-        integer :: a, i, axis, k, rows
-        logical :: inside
+        type(table_rows_t) :: rows
+        character(:), allocatable :: cells
+        logical :: misprint, inside
+        integer :: a, i, axis, k, n
 
-        id = 'table_6_'//integer_text(satellite)
         misprint = .false.
-        rows = merge(4, 3, book%runs > REPORT_RUNS)
-        associate (page => book%page)
-            call page%heading('The '//trim(SATELLITES(satellite))//' satellite')
-            call page%begin_table('Table 6.'//integer_text(satellite)//'. RMS of the CG offset error of '// &
-                                  'the '// &
-                                  trim(SATELLITES(satellite))//' satellite, mm', id)
-            call page%begin_row()
-            call page%column_head('case')
-            call page%column_head('axis')
-            call page%column_head('RMS')
-            do a = 1, size(campaign%algorithms)
-                call page%column_head(trim(campaign%algorithms(a)), numeric=.true.)
-            end do
-            call page%end_row()
-            call page%head_end()
-            do i = 1, CASES
-                k = (satellite - 1)*CASES + i
-                associate (ours => campaign%entries(:, k), short => fifteen%entries(:, k))
-                    do axis = 1, 3
-                        call page%begin_row(first_of_part=.true.)
-                        call page%row_head(trim(campaign%cases(k)%name), rows=rows)
-                        call page%row_head(AXES(axis), rows=rows)
-                        call page%row_head('report, '//integer_text(REPORT_RUNS)//' runs')
-                        do a = 1, size(ours)
-                            inside = allowed_by_fifteen_runs(ours(a)%published(axis), ours(a)%predicted(axis))
-                            misprint = misprint .or. is_misprint(ours(a)%published(axis))
-                            call page%judged_cell(merge(VERDICT_MET, VERDICT_MISSED, inside), &
-                                                  pick_text(inside, 'inside', 'outside'), &
-                                                  fixed_text(ours(a)%published(axis), 5))
-                        end do
-                        call page%end_row()
-                        if (book%runs > REPORT_RUNS) then
-                            call add_row(book, 'here, the first '//integer_text(REPORT_RUNS)//' runs', &
-                                         [(short(a)%statistics%rms(axis), a=1, size(short))])
-                        end if
-                        call add_row(book, 'here, '//integer_text(book%runs)//' runs', &
-                                     [(ours(a)%statistics%rms(axis), a=1, size(ours))])
-                        call add_row(book, 'theory', [(ours(a)%predicted(axis), a=1, size(ours))])
+        n = merge(4, 3, book%runs > REPORT_RUNS)
+        call book%page%heading('The '//trim(SATELLITES(satellite))//' satellite')
+        do i = 1, CASES
+            k = (satellite - 1)*CASES + i
+            associate (ours => campaign%entries(:, k), short => fifteen%entries(:, k))
+                do axis = 1, 3
+                    cells = head_cell(trim(campaign%cases(k)%name), rows=n)//head_cell(AXES(axis), rows=n)// &
+                            head_cell('report, '//integer_text(REPORT_RUNS)//' runs')
+                    do a = 1, size(ours)
+                        inside = allowed_by_fifteen_runs(ours(a)%published(axis), ours(a)%predicted(axis))
+                        misprint = misprint .or. is_misprint(ours(a)%published(axis))
+                        cells = cells//judged_cell(merge(VERDICT_MET, VERDICT_MISSED, inside), &
+                                                   pick_text(inside, 'inside', 'outside'), &
+                                                   fixed_text(ours(a)%published(axis), 5))
                     end do
-                end associate
-            end do
-            call page%end_table()
-            if (misprint) call page%paragraph('front-1, ascrest, z is printed 0.01112; the other '// &
-                                              'algorithms and its own x and y say that 0.1112 is meant, '// &
-                                              'which stands here.')
-        end associate
-    end subroutine add_table
-
-    subroutine add_row(book, label, values)
-        type(report_book_t), intent(inout) :: book
-        character(*), intent(in) :: label
-        real(dp), intent(in) :: values(:)           !! mm
-
-        integer :: a
-
-        call book%page%begin_row()
-        call book%page%row_head(label)
-        do a = 1, size(values)
-            call book%page%number_cell(fixed_text(values(a), 5))
+                    call rows%add(cells)
+                    if (book%runs > REPORT_RUNS) &
+                        call rows%add(head_cell('here, the first '//integer_text(REPORT_RUNS)//' runs')// &
+                                      number_cells([(short(a)%statistics%rms(axis), a=1, size(short))], 5))
+                    call rows%add(head_cell('here, '//integer_text(book%runs)//' runs')// &
+                                  number_cells([(ours(a)%statistics%rms(axis), a=1, size(ours))], 5))
+                    call rows%add(head_cell('theory')// &
+                                  number_cells([(ours(a)%predicted(axis), a=1, size(ours))], 5))
+                end do
+            end associate
         end do
-        call book%page%end_row()
-    end subroutine add_row
+        call book%page%table('Table 6.'//integer_text(satellite)//'. RMS of the CG offset error of the '// &
+                             trim(SATELLITES(satellite))//' satellite, mm', [character(16) :: 'case', 'axis', 'RMS', &
+                             campaign%algorithms], rows, 'table_6_'//integer_text(satellite))
+        if (misprint) call book%page%paragraph('front-1, ascrest, z is printed 0.01112; the other algorithms and its '// &
+                                               'own x and y say that 0.1112 is meant, which stands here.')
+    end subroutine add_table
 
     !> Figure 6.2 or 6.3: two algorithms side by side, x, y and z below each other.
     function script_of(satellite, campaign) result(script)

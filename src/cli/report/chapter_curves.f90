@@ -3,22 +3,20 @@ module gracecg_cli_chapter_curves
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
-    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, check_windows
-    use gracecg_studies_study_files, only: write_curves, curves_file_name
+    use gracecg_studies_curves, only: verification_t, window_check_t, check_windows, window_counts_t, count_windows, &
+        write_curves, curves_file_name
     use gracecg_cli_verify, only: window_verdict
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, verdict_cell, &
+        VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
-    use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text
+    use gracecg_cli_book, only: book_file, add_figure
+    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text, pick_text
     implicit none
     private
     public :: add_curves_chapter
 
     character(*), parameter :: NO_BREAK_SPACE = '\302\240'     !! UTF-8, for gnuplot
-    character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
 
     !> A figure of the report.
     type :: figure_t
@@ -47,28 +45,23 @@ module gracecg_cli_chapter_curves
 
 contains
 
-    !> Adds the chapter with the curves of the cases.
-    subroutine add_curves_chapter(book, console, error)
+    !> Adds the chapter with the curves of case 1 of each satellite.
+    subroutine add_curves_chapter(book, verifications, error)
         type(report_book_t), intent(inout) :: book
-        type(console_t), intent(inout) :: console
+        type(verification_t), intent(in) :: verifications(2)    !! Front, back
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
-        type(verification_t) :: verification
         type(window_check_t), allocatable :: checks(:)
         integer, allocatable :: satellite(:)            !! Of each check, place in SATELLITES
+        character(:), allocatable :: name
         integer :: i
 
         allocate (checks(0), satellite(0))
         do i = 1, size(SATELLITES)
-            call console%progress(COMMAND//': curves of '//trim(SATELLITES(i))//'-1')
-            call report_case(trim(SATELLITES(i))//'-1', case, error)
-            if (.not. allocated(error)) call verify_case(case, verification, error)
+            name = trim(SATELLITES(i))//'-1'
+            call write_curves(book_file(book, curves_file_name(name)), COMMAND, name, verifications(i), error)
             if (allocated(error)) return
-            call write_curves(book_file(book, curves_file_name(trim(SATELLITES(i))//'-1')), COMMAND, &
-                              trim(SATELLITES(i))//'-1', verification, error)
-            if (allocated(error)) return
-            checks = [checks, check_windows(trim(SATELLITES(i)), verification)]
+            checks = [checks, check_windows(trim(SATELLITES(i)), verifications(i))]
             satellite = [satellite, spread(i, 1, size(checks) - size(satellite))]
         end do
 
@@ -95,31 +88,26 @@ contains
         type(report_book_t), intent(inout) :: book
         type(window_check_t), intent(in) :: checks(:)
 
-        integer :: inside, attitude, inside_others, near, others, kind
+        type(window_counts_t) :: counts
+        character(:), allocatable :: inside, surface
+        integer :: kind
 
-        attitude = count(checks%attitude_only)
-        others = size(checks) - attitude
-        inside = count(checks%attitude_only .and. checks%inside)
-        inside_others = count(.not. checks%attitude_only .and. checks%inside)
-        near = count(.not. checks%attitude_only .and. checks%near_centre)
-
-        kind = merge(VERDICT_MET, VERDICT_MISSED, inside == attitude)
-        call book%page%verdict(kind, 'Attitude dynamics: '//share_text(inside, attitude)//' inside.', &
-                               'Accelerations by the offset, gravity and magnetic torque, angular '// &
-                               'velocity and acceleration.')
-        call add_finding(book, 'Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie '// &
-                         'within their printed axes', &
-                       share_text(inside, attitude)//' inside', kind, verdict_words(kind))
+        counts = count_windows(checks)
+        inside = share_text(counts%attitude_inside, counts%attitude)//' inside'
+        surface = share_text(counts%surface_inside, counts%surface)//' inside, '// &
+                  share_text(counts%surface_near, counts%surface)//' with the mean within 15 %'
+        kind = merge(VERDICT_MET, VERDICT_MISSED, counts%attitude_inside == counts%attitude)
+        call book%page%verdict(kind, 'Attitude dynamics: '//inside//'.', 'Accelerations by the offset, gravity and '// &
+                               'magnetic torque, angular velocity and acceleration.')
+        call add_claim(book, 'Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie within their '// &
+                       'printed axes', inside, kind, verdict_words(kind))
         kind = VERDICT_MET
-        if (inside_others < others) kind = merge(VERDICT_PARTLY, VERDICT_MISSED, near >= 0.8_dp*others)
-        call book%page%verdict(kind, 'Surface forces and torques: '// &
-                               share_text(inside_others, others)//' inside, '// &
-                               share_text(near, others)//' with the mean within 15 %.', &
-                               'Each of the others is listed below its figure.')
-        call add_finding(book, 'Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', &
-                       'drag, radiation pressure and surface torques lie within their printed axes', &
-                       share_text(inside_others, others)//' inside, '//share_text(near, others)// &
-                       ' with the mean within 15 %', kind, verdict_words(kind))
+        if (counts%surface_inside < counts%surface) &
+            kind = merge(VERDICT_PARTLY, VERDICT_MISSED, counts%surface_near >= 0.8*counts%surface)
+        call book%page%verdict(kind, 'Surface forces and torques: '//surface//'.', 'Each of the others is listed '// &
+                               'below its figure.')
+        call add_claim(book, 'Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', 'drag, radiation pressure and surface '// &
+                       'torques lie within their printed axes', surface, kind, verdict_words(kind))
     end subroutine add_verdict
 
     pure function verdict_words(kind) result(words)
@@ -144,7 +132,10 @@ contains
         character(5), intent(in) :: satellite(:)
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: name, caption
+        character(13), parameter :: HEADS(9) = [character(13) :: 'quantity', 'axis', 'unit', 'printed from', 'to', &
+                                                'least', 'greatest', 'mean', 'verdict']
+        type(table_rows_t) :: rows
+        character(:), allocatable :: name, caption, cells
         logical :: both
         integer :: i, exponent
 
@@ -153,47 +144,28 @@ contains
         both = any(satellite /= satellite(1))
         call book%page%heading(caption(:len(caption) - 1))
         call book%page%paragraph('What the report sees in it: '//trim(figure%shows))
-        call add_figure(book, name, script_of(name, caption, checks, satellite), caption//' Blue: this '// &
-                        'program. Grey band between dashed lines: the printed axis.', 'Figure '// &
-                       trim(figure%number), &
-                       integer_text(size(checks))//' panels of curves over 60 s, each with the range of '// &
-                       'the printed axis; the table that follows has their numbers.', error)
+        call add_figure(book, name, script_of(name, caption, checks, satellite), caption//' Blue: this program. Grey '// &
+                        'band between dashed lines: the printed axis.', 'Figure '//trim(figure%number), &
+                        integer_text(size(checks))//' panels of curves over 60 s, each with the range of the printed '// &
+                        'axis; the table that follows has their numbers.', error)
         if (allocated(error)) return
-        associate (page => book%page)
-            call page%begin_table('Figure '//trim(figure%number)//': curves and printed '// &
-                                  'axes', name//'_numbers')
-            call page%begin_row()
-            if (both) call page%column_head('satellite')
-            call page%column_head('quantity')
-            call page%column_head('axis')
-            call page%column_head('unit')
-            call page%column_head('printed from', numeric=.true.)
-            call page%column_head('to', numeric=.true.)
-            call page%column_head('least', numeric=.true.)
-            call page%column_head('greatest', numeric=.true.)
-            call page%column_head('mean', numeric=.true.)
-            call page%column_head('verdict')
-            call page%end_row()
-            call page%head_end()
-            do i = 1, size(checks)
-                associate (c => checks(i))
-                    exponent = exponent_of(c)
-                    call page%begin_row()
-                    if (both) call page%row_head(trim(satellite(i)))
-                    call page%row_head(quantity_name(c%quantity))
-                    call page%text_cell(c%axis)
-                    call page%text_cell('10^{'//integer_text(exponent)//'} '//html_unit(c%quantity))
-                    call page%number_cell(scaled_text(c%low, exponent, 4))
-                    call page%number_cell(scaled_text(c%high, exponent, 4))
-                    call page%number_cell(scaled_text(c%least, exponent, 4))
-                    call page%number_cell(scaled_text(c%greatest, exponent, 4))
-                    call page%number_cell(scaled_text(c%mean, exponent, 4))
-                    call page%verdict_cell(kind_of(c), window_verdict(c))
-                    call page%end_row()
-                end associate
-            end do
-            call page%end_table()
-        end associate
+        do i = 1, size(checks)
+            associate (c => checks(i))
+                exponent = exponent_of(c)
+                cells = pick_text(both, head_cell(trim(satellite(i))), '')//head_cell(quantity_name(c%quantity))// &
+                        text_cell(c%axis)//text_cell('10^{'//integer_text(exponent)//'} '//html_unit(c%quantity))
+                cells = cells//number_cell(scaled_text(c%low, exponent, 4))//number_cell(scaled_text(c%high, exponent, 4))
+                cells = cells//number_cell(scaled_text(c%least, exponent, 4))// &
+                        number_cell(scaled_text(c%greatest, exponent, 4))//number_cell(scaled_text(c%mean, exponent, 4))
+                call rows%add(cells//verdict_cell(kind_of(c), window_verdict(c)))
+            end associate
+        end do
+        caption = 'Figure '//trim(figure%number)//': curves and printed axes'
+        if (both) then
+            call book%page%table(caption, [character(13) :: 'satellite', HEADS], rows, name//'_numbers')
+        else
+            call book%page%table(caption, HEADS, rows, name//'_numbers')
+        end if
     end subroutine add_curves_figure
 
     pure integer function kind_of(check) result(kind)

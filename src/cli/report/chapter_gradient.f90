@@ -1,44 +1,37 @@
 !> The report page: Figure 3.1, the gravity gradient at the proof mass.
 module gracecg_cli_chapter_gradient
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_cli_html, only: VERDICT_MET, VERDICT_MISSED
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
-    use gracecg_studies_gravity_gradient, only: gradient_sample_t, gradient_along_orbit
-    use gracecg_studies_study_files, only: write_gradient
+    use gracecg_studies_gravity_gradient, only: gradient_sample_t, largest_components, write_gradient
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, book_file, add_finding, add_figure, COMMAND
+    use gracecg_cli_book, only: book_file, add_figure
+    use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND
     use gracecg_cli_number_text, only: pick_text, scaled_text
     implicit none
     private
     public :: add_gradient_chapter
 
-    real(dp), parameter :: OFFSET(3) = MILLIMETRE/sqrt(3.0_dp)      !! "about 1 mm", the axes alike, m
-    integer, parameter :: STEP = 10                                 !! Samples of the orbit
     real(dp), parameter :: CENTRAL_SIZE = 1e-9_dp, OTHERS_SIZE = 1e-11_dp   !! m/s^2, section 3.2.2
     character(*), parameter :: FILE = 'gravity_gradient.csv'
 
 contains
 
     !> Adds the chapter on the gravity gradient.
-    subroutine add_gradient_chapter(book, orbit, error)
+    subroutine add_gradient_chapter(book, samples, error)
         type(report_book_t), intent(inout) :: book
-        type(nominal_orbit_t), intent(in) :: orbit      !! Of the front satellite
+        type(gradient_sample_t), intent(in) :: samples(:)   !! Front satellite, offset 1 mm
         type(error_t), allocatable, intent(out) :: error
 
-        type(gradient_sample_t), allocatable :: samples(:)
         real(dp) :: central, others
-        integer :: i, kind
+        integer :: kind
         logical :: met
 
-        allocate (samples, source=gradient_along_orbit(orbit, OFFSET, STEP))
         call write_gradient(book_file(book, FILE), COMMAND, 'front satellite; offset 1 mm, its '// &
                             'components alike', samples, &
                             error)
         if (allocated(error)) return
-        central = maxval([(maxval(abs(samples(i)%central)), i=lbound(samples, 1), ubound(samples, 1))])
-        others = maxval([(maxval(abs(samples(i)%others)), i=lbound(samples, 1), ubound(samples, 1))])
+        call largest_components(samples, central, others)
         met = of_the_order(central, CENTRAL_SIZE) .and. of_the_order(others, OTHERS_SIZE)
         kind = merge(VERDICT_MET, VERDICT_MISSED, met)
 
@@ -51,7 +44,7 @@ contains
                                  'over one revolution of the front satellite in its nominal attitude, '// &
                                  'with EGM96 to degree and order 20 and an offset of 1 mm whose three '// &
                                  'components are alike. The axes of the printed figure are lost.')
-        call add_figure(book, 'figure_3_1', script_of(int(samples(ubound(samples, 1))%time)), 'Figure '// &
+        call add_figure(book, 'figure_3_1', script_of(int(samples(size(samples))%time)), 'Figure '// &
                         '3.1. Disturbing acceleration by the gravity gradient along one revolution: by '// &
                         'the central term (top) and by the sum of all other terms (bottom), in radial, '// &
                         'transverse and normal direction.', &
@@ -65,7 +58,7 @@ contains
                                'Largest component by the central term '//scaled_text(central, -9, 2)// &
                                ' x 10^{-9} m/s^{2}, by the others '//scaled_text(others, -11, 2)// &
                                ' x 10^{-11} m/s^{2}. The approximation (3-6) holds.')
-        call add_finding(book, 'Figure 3.1', 'figure_3_1', 'the central term gives 10^{-9} m/s^{2}, the '// &
+        call add_claim(book, 'Figure 3.1', 'figure_3_1', 'the central term gives 10^{-9} m/s^{2}, the '// &
                          'sum of the others 10^{-11}', 'largest component '// &
                        scaled_text(central, -9, 1)//' x 10^{-9} and '// &
                        scaled_text(others, -11, 1)//' x 10^{-11} '// &

@@ -4,61 +4,32 @@ module gracecg_cli_chapter_loss
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
-    use gracecg_cli_campaign_tables, only: REPORT_RUNS
+    use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES, &
+        ALGORITHMS => LOSS_ALGORITHMS, write_field_studies, write_field_runs
     use gracecg_studies_published_axes, only: published_axis_limits
-    use gracecg_studies_study_files, only: write_field_studies, write_field_runs
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_campaign_tables, only: REPORT_RUNS
+    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
-    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, &
-        add_figure, COMMAND
+    use gracecg_cli_book, only: book_file, add_figure
+    use gracecg_cli_report_book, only: report_book_t, add_claim, add_rms_table, rms_cells, COMMAND
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
     implicit none
     private
     public :: add_loss_chapter
 
     character(7), parameter :: CASE_NAMES(2) = [character(7) :: 'front-2', 'front-3']
-    character(7), parameter :: ALGORITHMS(2) = [character(7) :: 'ascfest', 'ascrest']
     character(*), parameter :: RUNS_FILE = 'magnetometer_loss_runs.csv'
-    integer, parameter :: STUDIES = size(CASE_NAMES)*size(ALGORITHMS)*size(FIELD_SOURCES)
     integer, parameter :: POINT_TYPES(2, 2) = reshape([12, 13, 4, 5], [2, 2])
     !! (measured or model, case): open and filled diamond and square
 
 contains
 
     !> Adds the chapter on the loss of the magnetometer.
-    subroutine add_loss_chapter(book, console, error)
+    subroutine add_loss_chapter(book, study, error)
         type(report_book_t), intent(inout) :: book
-        type(console_t), intent(inout) :: console
+        type(field_study_t), intent(in) :: study(LOSS_STUDIES)  !! Of the front satellite
         type(error_t), allocatable, intent(out) :: error
 
-        type(field_study_t) :: study(STUDIES)       !! Measured and model in turns
-        type(case_t) :: case
-        type(simulator_t) :: simulator
-        integer :: i, a, f, n
-
-        n = 0
-        do i = 1, size(CASE_NAMES)
-            call report_case(CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
-            if (allocated(error)) return
-            do a = 1, size(ALGORITHMS)
-                do f = 1, size(FIELD_SOURCES)
-                    call console%progress(COMMAND//': loss of the magnetometer, '// &
-                                          trim(CASE_NAMES(i))//', '// &
-                                          ALGORITHMS(a)//', '//integer_text(book%runs)//' runs')
-                    n = n + 1
-                    call study_field(simulator, ALGORITHMS(a), report_options(CASE_NAMES(i)), f == 2, &
-                                     MODEL_FIELD_ERROR, book%seed, book%runs, book%threads, study(n), error)
-                    if (allocated(error)) return
-                end do
-            end do
-        end do
         call write_field_studies(book_file(book, 'magnetometer_loss.csv'), COMMAND, book%seed, &
                                  MODEL_FIELD_ERROR, &
                                  study, error)
@@ -72,7 +43,7 @@ contains
                                  'magnetometer the spherical harmonic model takes its place. As in the '// &
                                  'report the model is wrong by 150 nT (standard deviation) along each '// &
                                  'axis, constant over a calibration; ASCFEST and ASCREST, cases 2 and 3.')
-        call add_figure(book, 'figure_6_6', script_of(case%satellite%offset, study), 'Figure 6.6. Loss of '// &
+        call add_figure(book, 'figure_6_6', script_of(study(1)%true_offset, study), 'Figure 6.6. Loss of '// &
                         'magnetometer data: estimates of the CG offset in 15 runs, front satellite, '// &
                         'with the measured field (open) and with that of the model (LM, filled). Grey '// &
                         'band: the printed axis.', 'Figure 6.6, estimates with and without magnetometer', &
@@ -87,17 +58,15 @@ contains
         type(report_book_t), intent(inout) :: book
         type(field_study_t), intent(in) :: study(:)
 
+        type(table_rows_t) :: rows
         integer :: i
 
-        call begin_rms_table(book, 'magnetometer_loss', [character(9) :: 'case', 'algorithm', 'field'])
         do i = 1, size(study)
-            call book%page%begin_row()
-            call book%page%row_head(trim(study(i)%case_name))
-            call book%page%text_cell(trim(study(i)%algorithm))
-            call book%page%text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))
-            call rms_cells(book, study(i)%rms, study(i)%predicted)
+            call rows%add(head_cell(trim(study(i)%case_name))//text_cell(trim(study(i)%algorithm))// &
+                          text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))// &
+                          rms_cells(study(i)%rms, study(i)%predicted))
         end do
-        call book%page%end_table()
+        call add_rms_table(book, 'magnetometer_loss', [character(16) :: 'case', 'algorithm', 'field'], rows)
     end subroutine add_table
 
     !> "The impact on the estimation accuracy is very small": by theory, at most a tenth in every component,
@@ -127,14 +96,14 @@ contains
             call book%page%verdict(kind, 'The loss hardly matters.', 'By theory no component loses more '// &
                                    'than '// &
                                    percent_text(maxval(change))//'.')
-            call add_finding(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
+            call add_claim(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
                            'no component loses more than '//percent_text(maxval(change)), kind, 'agrees')
         else
             kind = VERDICT_PARTLY
             call book%page%verdict(kind, 'The loss hardly matters, but for '//exceptions//'.', 'That is '// &
                                    'the best determined component of all; the printed plots, whose x '// &
                                    'axes reach from -4 to 4 mm, cannot show it.')
-            call add_finding(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
+            call add_claim(book, 'Figure 6.6', 'figure_6_6', 'the impact on the accuracy is very small', &
                            'less than 10 %, but for '//exceptions, kind, 'agrees but for one')
         end if
     end subroutine add_verdict

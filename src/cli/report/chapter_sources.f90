@@ -4,24 +4,19 @@ module gracecg_cli_chapter_sources
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_cli_html, only: VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
-    use gracecg_estimation_report_options, only: report_options
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
-    use gracecg_studies_error_sources, only: error_study_t, study_errors, STUDY_NAMES
+    use gracecg_studies_error_sources, only: error_study_t, write_error_sources, STUDY_NAMES
     use gracecg_studies_published_axes, only: published_axis_limits
-    use gracecg_studies_study_files, only: write_error_sources
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_gnuplot, only: data_block
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
-    use gracecg_cli_book, only: report_book_t, begin_rms_table, rms_cells, book_file, add_finding, &
-        add_figure, COMMAND
-    use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text
+    use gracecg_cli_book, only: book_file, add_figure
+    use gracecg_cli_report_book, only: report_book_t, add_claim, add_rms_table, rms_cells, COMMAND
+    use gracecg_cli_number_text, only: pick_text, percent_text
     implicit none
     private
-    public :: add_sources_chapter
+    public :: add_sources_chapter, SOURCES_CASE, SOURCES_ALGORITHM
 
-    character(*), parameter :: CASE_NAME = 'front-1', ALGORITHM = 'ascfest'     !! As in the report
+    character(*), parameter :: SOURCES_CASE = 'front-1', SOURCES_ALGORITHM = 'ascfest'     !! As in the report
     character(*), parameter :: FILE = 'errors.csv'
     character(1), parameter :: LF = achar(10)
     character(70), parameter :: MEANING(5) = [character(70) :: &
@@ -34,25 +29,12 @@ module gracecg_cli_chapter_sources
 contains
 
     !> Adds the chapter on the sources of error.
-    subroutine add_sources_chapter(book, console, error)
+    subroutine add_sources_chapter(book, studies, error)
         type(report_book_t), intent(inout) :: book
-        type(console_t), intent(inout) :: console
+        type(error_study_t), intent(in) :: studies(:)   !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
 
-        type(case_t) :: case
-        type(error_study_t) :: studies(size(STUDY_NAMES))
-        integer :: i
-
-        call report_case(CASE_NAME, case, error)
-        if (allocated(error)) return
-        do i = 1, size(STUDY_NAMES)
-            call console%progress(COMMAND//': error sources, '// &
-                                  trim(STUDY_NAMES(i))//', '//integer_text(book%runs)//' runs')
-            call study_errors(case, trim(STUDY_NAMES(i)), ALGORITHM, report_options(CASE_NAME), book%seed, &
-                              book%runs, book%threads, studies(i), error)
-            if (allocated(error)) return
-        end do
-        call write_error_sources(book_file(book, FILE), COMMAND, CASE_NAME//', '//ALGORITHM//', seed '// &
+        call write_error_sources(book_file(book, FILE), COMMAND, SOURCES_CASE//', '//SOURCES_ALGORITHM//', seed '// &
                                  integer_text(book%seed), studies, error)
         if (allocated(error)) return
 
@@ -77,16 +59,14 @@ contains
         type(report_book_t), intent(inout) :: book
         type(error_study_t), intent(in) :: studies(:)
 
+        type(table_rows_t) :: rows
         integer :: i
 
-        call begin_rms_table(book, 'error_sources', [character(11) :: 'simulation', 'what is off'])
         do i = 1, size(studies)
-            call book%page%begin_row()
-            call book%page%row_head(trim(STUDY_NAMES(i)))
-            call book%page%text_cell(trim(MEANING(i)), wraps=.true.)
-            call rms_cells(book, studies(i)%rms, studies(i)%predicted)
+            call rows%add(head_cell(trim(STUDY_NAMES(i)))//text_cell(trim(MEANING(i)), wraps=.true.)// &
+                          rms_cells(studies(i)%rms, studies(i)%predicted))
         end do
-        call book%page%end_table()
+        call add_rms_table(book, 'error_sources', [character(16) :: 'simulation', 'what is off'], rows)
     end subroutine add_table
 
     !> The report's statement, and its axes.
@@ -100,7 +80,7 @@ contains
 
         excess = 0
         do axis = 1, 3
-            limits = published_axis_limits('6.5', 'front', ALGORITHM, AXES(axis))
+            limits = published_axis_limits('6.5', 'front', SOURCES_ALGORITHM, AXES(axis))
             excess = max(excess, maxval(studies%rms(axis))/limits(2) - 1)
             least(axis) = minloc(studies%predicted(axis), 1)
         end do
@@ -115,7 +95,7 @@ contains
                                'is not a straight line, here the assumed density wave, weighs nearly as '// &
                                'much, so that the bars of few runs may show it the other way round; '// &
                                'star camera and magnetometer hardly matter.')
-        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the '// &
+        call add_claim(book, 'Figure 6.5', 'figure_6_5', 'the noise of the accelerometer is the '// &
                          'largest error source', &
                        pick_text(largest_source, 'by theory the error is least without it, in every axis', &
                                  'by theory another source weighs more'), kind, &
@@ -129,7 +109,7 @@ contains
         else
             call book%page%verdict(kind, 'All bars stay within the printed axes.')
         end if
-        call add_finding(book, 'Figure 6.5', 'figure_6_5', 'RMS errors within the printed axes, 0.15, '// &
+        call add_claim(book, 'Figure 6.5', 'figure_6_5', 'RMS errors within the printed axes, 0.15, '// &
                          '0.06 and 0.1 mm', &
                        pick_text(excess <= 0, 'all bars within', 'one bar tops its axis by '// &
                                   percent_text(excess)), kind, &
@@ -155,7 +135,7 @@ contains
             theory(:, i) = [real(i, dp), studies(i)%predicted/MILLIMETRE]
         end do
         do axis = 1, 3
-            limits = published_axis_limits('6.5', 'front', ALGORITHM, AXES(axis))/MILLIMETRE
+            limits = published_axis_limits('6.5', 'front', SOURCES_ALGORITHM, AXES(axis))/MILLIMETRE
             panels(axis)%title = 'RMS error of d_'//AXES(axis)//', mm'
             panels(axis)%greatest = 1.06_dp*max(limits(2), maxval(theory(axis + 1, :)), &
                                                 maxval(studies%rms(axis))/MILLIMETRE)

@@ -1,5 +1,5 @@
-!> The verdict on a calibration in words: what was examined, the figures found, a grade for each, and
-!> what to do next.
+!> The verdict on a calibration: what was examined, the figures found, a grade for each, and which steps
+!> follow. How to take a step is for whoever shows the verdict.
 module gracecg_estimation_verdict
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
@@ -11,12 +11,21 @@ module gracecg_estimation_verdict
     use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
     implicit none
     private
-    public :: verdict_t, finding_t, judge, WANTED_ACCURACY
+    public :: verdict_t, finding_t, next_step_t, judge, listed_axes, WANTED_ACCURACY, NOT_ZERO
     public :: GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
+    public :: STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE
 
     integer, parameter :: GRADE_GOOD = 1        !! As it should be
     integer, parameter :: GRADE_DOUBTFUL = 2    !! Usable, with the remark in mind
     integer, parameter :: GRADE_BAD = 3         !! Not to be relied upon
+
+    integer, parameter :: STEP_MEND = 1         !! Mend the faults, or leave the samples out; else calibrate again
+    integer, parameter :: STEP_GIVE_NOISE = 2   !! Give the noise levels and estimate again
+    integer, parameter :: STEP_TRIM = 3         !! Move the centre of mass along some axes
+    integer, parameter :: STEP_LEAVE = 4        !! Leave some axes as they are
+    integer, parameter :: STEP_REPEAT = 5       !! Calibrate again with another manoeuvre for some axes
+    integer, parameter :: STEP_LOWER_LIMIT = 6  !! Take the sigmas for a lower limit
+    integer, parameter :: STEP_RECALIBRATE = 7  !! Calibrate again after the trim
 
     real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
     !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
@@ -33,12 +42,18 @@ module gracecg_estimation_verdict
         character(:), allocatable :: text       !! What was found, with figures
     end type finding_t
 
+    !> Something to do.
+    type :: next_step_t
+        integer :: kind = 0                             !! STEP_...
+        logical :: axes(3) = .false.                    !! Of the offset, with which it is to do
+    end type next_step_t
+
     !> The findings and what follows from them.
     type :: verdict_t
         integer :: grade = GRADE_GOOD                   !! The worst of the findings
         character(:), allocatable :: summary            !! One sentence
         type(finding_t), allocatable :: findings(:)    !! In the order of examination
-        type(string_t), allocatable :: next_steps(:)    !! What to do, the first thing first
+        type(next_step_t), allocatable :: next_steps(:) !! What to do, the first thing first
     end type verdict_t
 
 contains
@@ -67,7 +82,7 @@ contains
             call add(verdict, GRADE_DOUBTFUL, 'Noise of the star camera', 'the setup does not give it '// &
                      '(noise_about_axes): the sigmas leave it out')
         call sum_up(solution, diagnostics, verdict)
-        call advise(knowledge, solution, diagnostics, verdict)
+        call advise(solution, diagnostics, verdict)
     end function judge
 
     subroutine add(verdict, grade, subject, text)
@@ -130,7 +145,7 @@ contains
                 call add(verdict, GRADE_GOOD, 'Accuracy', figures//'; wanted are '// &
                          rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm')
             else
-                call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//trim(listed(d%sigma > WANTED_ACCURACY))// &
+                call add(verdict, GRADE_DOUBTFUL, 'Accuracy', figures//': '//trim(listed_axes(d%sigma > WANTED_ACCURACY))// &
                          trim(merge(' is ', ' are', count(d%sigma > WANTED_ACCURACY) == 1))// &
                          ' not determined to the wanted '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm')
             end if
@@ -225,9 +240,9 @@ contains
         else if (all(determined)) then
             text = 'All three components are determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better'
         else if (any(determined)) then
-            text = trim(listed(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
+            text = trim(listed_axes(determined))//trim(merge(' is ', ' are', count(determined) == 1))// &
                 ' determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm or better, '// &
-                trim(listed(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
+                trim(listed_axes(.not. determined))//trim(merge(' is ', ' are', count(.not. determined) == 1))//' not'
         else
             text = 'No component is determined to '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm'
         end if
@@ -239,69 +254,41 @@ contains
     end subroutine sum_up
 
     !> What to do next.
-    subroutine advise(knowledge, solution, diagnostics, verdict)
-        type(operator_knowledge_t), intent(in) :: knowledge
+    subroutine advise(solution, diagnostics, verdict)
         type(solution_t), intent(in) :: solution
         type(fit_diagnostics_t), intent(in) :: diagnostics
         type(verdict_t), intent(inout) :: verdict
 
         logical :: determined(3), moved(3), excess
-        character(:), allocatable :: moves, moments
-        integer :: axis
 
         if (verdict%grade == GRADE_BAD) then
-            call append(verdict%next_steps, 'Mend what is marked with a cross, or leave the faulty samples out, '// &
-                        'and estimate again; if that is not possible, repeat the calibration.')
+            verdict%next_steps = [next_step_t(STEP_MEND)]
             return
         end if
         if (.not. diagnostics%sigma_known) then
-            call append(verdict%next_steps, 'Give the noise levels of the instruments in `setup.nml` and estimate '// &
-                        'again: without them nobody can say which component may be trimmed.')
+            verdict%next_steps = [next_step_t(STEP_GIVE_NOISE)]
             return
         end if
         determined = diagnostics%sigma <= WANTED_ACCURACY
         moved = determined .and. abs(solution%offset) > NOT_ZERO*diagnostics%sigma
-        if (any(moved)) then
-            moves = ''
-            moments = ''
-            do axis = 1, 3
-                if (.not. moved(axis)) cycle
-                if (moves /= '') moves = moves//', '
-                if (moments /= '') moments = moments//', '
-                moves = moves//trim(signed(solution%offset(axis)/MILLIMETRE))//' mm along '//AXES(axis)
-                moments = moments//trim(signed(knowledge%mass*solution%offset(axis)/MILLIMETRE))//' kg mm'
-            end do
-            call append(verdict%next_steps, 'Trim: move the centre of mass by '//moves// &
-                        ' (towards the proof mass; the offset changes by the negative of it). With '// &
-                        rounded_text(knowledge%mass, 4)//' kg these are mass moments of '//moments//'.')
-        end if
-        if (any(determined .and. .not. moved)) &
-            call append(verdict%next_steps, 'Leave '//trim(listed(determined .and. .not. moved))//' as it is: within '// &
-                        rounded_text(NOT_ZERO, 2)//' sigma of zero.')
-        if (.not. all(determined)) &
-            call append(verdict%next_steps, 'Repeat for '//trim(listed(.not. determined))//': this manoeuvre at this '// &
-                        'place hardly shows it. Choose a place where the angular acceleration has another '// &
-                        'direction (`gracecg timing`), or drive the rods out of phase, and calibrate again. '// &
-                        'Do not trim what is not determined.')
         excess = any(diagnostics%residuals%noise_known .and. diagnostics%residuals%ratio > &
                      1 + BY_CHANCE*diagnostics%residuals%ratio_sigma)
-        if (excess) &
-            call append(verdict%next_steps, 'Take the sigmas for a lower limit: the residuals hold more than the '// &
-                        'instruments'' noise. `gracecg montecarlo` with a case of this satellite tells the error '// &
-                        'that such forces cause.')
-        if (any(moved)) &
-            call append(verdict%next_steps, 'After the trim calibrate again: what is left should be within the '// &
-                        'sigmas and the error of the mass balancing.')
+        call add_step(STEP_TRIM, moved)
+        call add_step(STEP_LEAVE, determined .and. .not. moved)
+        call add_step(STEP_REPEAT, .not. determined)
+        call add_step(STEP_LOWER_LIMIT, spread(excess, 1, 3))
+        call add_step(STEP_RECALIBRATE, moved)
+
+    contains
+
+        !> Where it is to do with an axis.
+        subroutine add_step(kind, chosen)
+            integer, intent(in) :: kind
+            logical, intent(in) :: chosen(3)
+
+            if (any(chosen)) verdict%next_steps = [verdict%next_steps, next_step_t(kind, chosen)]
+        end subroutine add_step
     end subroutine advise
-
-    !> A number with its sign.
-    function signed(value) result(text)
-        real(dp), intent(in) :: value
-        character(32) :: text
-
-        text = rounded_text(value, 3)
-        if (value > 0) text = '+'//rounded_text(value, 3)
-    end function signed
 
     !> '4.9E+03'.
     function power_text(value) result(text)
@@ -315,8 +302,8 @@ contains
     end function power_text
 
     !> The axes that are chosen: 'x', 'x and z'.
-    function listed(chosen) result(text)
-        logical, intent(in) :: chosen(3)
+    function listed_axes(chosen) result(text)
+        logical, intent(in) :: chosen(3)        !! x, y, z
         character(10) :: text
 
         type(string_t), allocatable :: names(:)
@@ -334,7 +321,7 @@ contains
         case default
             text = join(padded(names(:size(names) - 1)), ', ')//' and '//names(size(names))%text
         end select
-    end function listed
+    end function listed_axes
 
     function direction_text(direction) result(text)
         real(dp), intent(in) :: direction(3)

@@ -1,14 +1,14 @@
-!> Numbers as the report page shows them.
+!> Numbers as the pages and the tables of the commands show them.
 module gracecg_cli_number_text
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: fixed_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
+    public :: fixed_text, scientific_text, scaled_text, decimal_exponent, percent_text, share_text, pick_text
 
 contains
 
-    !> A number with a fixed count of decimals, 0 before the point.
+    !> A number with a fixed count of decimals, 0 before the point; with an exponent from a million on.
     function fixed_text(value, decimals) result(text)
         real(dp), intent(in) :: value           !! Any
         integer, intent(in) :: decimals         !! Digits behind the point, 0 and more
@@ -18,13 +18,25 @@ contains
         character(12) :: form
 
         write (form, '(a, i0, a)') '(f40.', decimals, ')'
+        if (abs(value) >= 1e6_dp) form = '(es40.3)'
         write (digits, form) value
         text = trim(adjustl(digits))
-        if (decimals == 0) text = text(:len(text) - 1)
+        if (text(len(text):) == '.') text = text(:len(text) - 1)
         if (text(1:1) == '.') text = '0'//text
         if (index(text, '-.') == 1) text = '-0'//text(2:)
         if (text(1:1) == '-' .and. verify(text, '-0.') == 0) text = text(2:)
     end function fixed_text
+
+    !> A number with three digits and an exponent: '1.23E-09'.
+    function scientific_text(value) result(text)
+        real(dp), intent(in) :: value           !! Any
+        character(:), allocatable :: text
+
+        character(16) :: digits
+
+        write (digits, '(es16.2)') value
+        text = trim(adjustl(digits))
+    end function scientific_text
 
     !> A number without its power of ten.
     function scaled_text(value, exponent, decimals) result(text)

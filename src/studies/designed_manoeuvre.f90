@@ -1,0 +1,195 @@
+!> A designed manoeuvre against the report's: one manoeuvre of all three rods for each satellite, its limit
+!> along a revolution, and what `optimal` reaches with it in the cases of the report.
+module gracecg_studies_designed_manoeuvre
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_spacecraft_torque_rods, only: take_manoeuvre, SQUARE
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_design, only: manoeuvre_design_t
+    use gracecg_planning_planner, only: plan_request_t, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
+        times_along, take_design
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
+    use gracecg_studies_trim, only: trim_settings_t, trim_statistics_t, repeat_trim
+    implicit none
+    private
+    public :: design_study_t, study_design, worst_at_best_place, worst_at_worst_place, write_design_map
+    public :: designed_calibration_t, calibrate_with_design, write_designed_calibrations
+    public :: DESIGN_ALGORITHM, LOWEST_FREQUENCY
+
+    character(*), parameter :: DESIGN_ALGORITHM = 'optimal'     !! That calibrates with the designed manoeuvre
+    real(dp), parameter :: LOWEST_FREQUENCY = 0.1_dp            !! Of the search, Hz
+    integer, parameter :: TRIM_ROUNDS = 2
+    real(dp), parameter :: MAP_STEP = 60            !! Between the places of the map, s
+
+    !> The manoeuvres of one satellite over a revolution.
+    type :: design_study_t
+        type(calibration_t) :: calibration                  !! Case 1, the manoeuvre the designed one
+        type(manoeuvre_design_t) :: design                  !! What the search found
+        type(map_point_t), allocatable :: report(:)         !! The map of the report's manoeuvre
+        type(map_point_t), allocatable :: designed(:)       !! Of the designed one
+        integer :: places = 0                               !! That it is designed for
+    end type design_study_t
+
+    !> What the designed manoeuvre reaches in a case; body axes, m.
+    type :: designed_calibration_t
+        character(64) :: case_name = ''         !! Of the case of the report
+        real(dp) :: bound(3) = 0                !! Cramer-Rao
+        integer :: runs = 0, trim_runs = 0      !! Of the Monte Carlos without and with a trim
+        real(dp) :: rms(3) = 0                  !! Of the errors, all errors on
+        real(dp) :: trimmed(3) = 0              !! Likewise, when one trim has made the offset small
+        integer :: not_converged = 0            !! Runs
+    end type designed_calibration_t
+
+contains
+
+    !> Designs a manoeuvre of square waves for one revolution of a satellite, and maps it and the report's.
+    subroutine study_design(satellite, threads, study, error)
+        character(*), intent(in) :: satellite       !! 'front' or 'back'
+        integer, intent(in) :: threads              !! How many to use
+        type(design_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        real(dp), allocatable :: times(:)
+
+        call find_calibration(satellite//'-1', study%calibration, error)
+        if (allocated(error)) return
+        request%place = EVERYWHERE
+        request%settings%threads = threads
+        request%settings%lowest_frequency = LOWEST_FREQUENCY
+        request%settings%waveform_used = .false.
+        request%settings%waveform_used(SQUARE) = .true.
+        call prepare_plan(study%calibration, request, plan, error)
+        if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
+        if (allocated(error)) return
+        study%places = size(plan%sites)
+        study%design = plan%design
+        times = times_along(plan%orbit, MAP_STEP)
+        call map_manoeuvre(plan%arc, plan%orbit, times, study%calibration%case%satellite%rods, threads, study%report, &
+                           error)
+        if (allocated(error)) return
+        call map_manoeuvre(plan%arc, plan%orbit, times, study%design%rods, threads, study%designed, error)
+        call take_design(study%design, study%calibration)
+        study%calibration%case%name = satellite//'-design'
+    end subroutine study_design
+
+    !> Standard deviation of the worst axis where it is least along the revolution, m.
+    pure real(dp) function worst_at_best_place(map) result(sigma)
+        type(map_point_t), intent(in) :: map(:)
+
+        integer :: i
+
+        sigma = minval([(maxval(map(i)%quality%sigma), i=1, size(map))])
+    end function worst_at_best_place
+
+    !> Standard deviation of the worst axis where it is largest along the revolution, m.
+    pure real(dp) function worst_at_worst_place(map) result(sigma)
+        type(map_point_t), intent(in) :: map(:)
+
+        integer :: i
+
+        sigma = maxval([(maxval(map(i)%quality%sigma), i=1, size(map))])
+    end function worst_at_worst_place
+
+    !> Bound and Monte Carlo of a case with the designed manoeuvre, and calibrations after one trim.
+    subroutine calibrate_with_design(case_name, design, seed, runs, trim_runs, threads, reached, error)
+        character(*), intent(in) :: case_name               !! Of the report
+        type(manoeuvre_design_t), intent(in) :: design      !! For the satellite of the case
+        integer, intent(in) :: seed, runs, trim_runs        !! First seed; runs without and with a trim
+        integer, intent(in) :: threads                      !! How many to use
+        type(designed_calibration_t), intent(out) :: reached
+        type(error_t), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(trim_settings_t) :: settings
+        type(trim_statistics_t) :: rounds(TRIM_ROUNDS)
+        integer :: k
+
+        call find_calibration(case_name, calibration, error)
+        if (allocated(error)) return
+        call take_manoeuvre(design%rods, calibration%case%satellite%rods)
+        call bound_of_case(calibration%case, calibration%options, bound, error)
+        call take_design(design, calibration)
+        if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, calibration%options, seed, &
+                                                         [(k, k=1, runs)], threads, results, error)
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+        settings%rounds = TRIM_ROUNDS
+        settings%seed = seed
+        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, trim_runs, threads, rounds, error)
+        if (allocated(error)) return
+        reached%case_name = case_name
+        reached%bound = bound%sigma
+        reached%runs = runs
+        reached%trim_runs = trim_runs
+        reached%rms = statistics%rms*MILLIMETRE
+        reached%not_converged = count(.not. results%converged)
+        reached%trimmed = rounds(TRIM_ROUNDS)%estimate_error
+    end subroutine calibrate_with_design
+
+    !> The maps of a satellite as CSV.
+    subroutine write_design_map(path, command, study, error)
+        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
+        type(design_study_t), intent(in) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(200) :: comments(3)
+        integer :: i
+
+        comments(:2) = file_comments(command, trim(study%calibration%case%satellite%name)// &
+                                     ' satellite: theoretical limit of the CG offset, the worst direction last, of the '// &
+                                     'manoeuvre of case 1')
+        comments(3) = 'and of the designed one, started there'
+        call file%open(path, 'time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,'// &
+                       'designed_x_mm,designed_y_mm,designed_z_mm,designed_worst_mm', comments, error)
+        if (allocated(error)) return
+        do i = 1, size(study%report)
+            associate (a => study%report(i), b => study%designed(i))
+                call file%row([a%time, a%latitude/DEGREE, a%longitude/DEGREE, a%quality%sigma/MILLIMETRE, &
+                               a%worst_sigma/MILLIMETRE, b%quality%sigma/MILLIMETRE, b%worst_sigma/MILLIMETRE])
+            end associate
+        end do
+        call file%commit(error)
+    end subroutine write_design_map
+
+    !> What is reached in the cases as CSV: a row a case and axis.
+    subroutine write_designed_calibrations(path, command, seed, reached, error)
+        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed                     !! Of the random numbers
+        type(designed_calibration_t), intent(in) :: reached(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(64) :: labels(2)
+        integer :: i, axis
+
+        call file%open(path, 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
+                       file_comments(command, 'the designed manoeuvre, '//DESIGN_ALGORITHM//', all errors on, seed '// &
+                                     integer_text(seed)), error)
+        if (allocated(error)) return
+        do i = 1, size(reached)
+            labels(1) = reached(i)%case_name
+            do axis = 1, 3
+                labels(2) = AXES(axis)
+                call file%row([reached(i)%bound(axis)/MILLIMETRE, real(reached(i)%runs, dp), &
+                               reached(i)%rms(axis)/MILLIMETRE, real(reached(i)%trim_runs, dp), &
+                               reached(i)%trimmed(axis)/MILLIMETRE], labels)
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_designed_calibrations
+end module gracecg_studies_designed_manoeuvre

@@ -1,0 +1,120 @@
+!> Every estimator against the theoretical limit: RMS errors with the systematic errors off, beside the
+!> Cramer-Rao bound of the manoeuvre under the noise of the instruments.
+module gracecg_studies_limit
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_statistics, only: sampling_error
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_simulation_simulator, only: simulator_t
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
+    implicit none
+    private
+    public :: limit_study_t, study_limit, relative_error, at_the_bound, write_limits, MOST_SEQUENTIAL_RUNS
+
+    integer, parameter :: MOST_SEQUENTIAL_RUNS = 15     !! One takes as long as ten of the others
+    integer, parameter :: ALGORITHMS = size(ESTIMATOR_NAMES)
+    real(dp), parameter :: SIGMAS = 3               !! Of the sampling error: so far the bound counts as reached
+
+    !> The limit of a case, and what the estimators reach; each array in the order of ESTIMATOR_NAMES.
+    type :: limit_study_t
+        character(64) :: case_name = ''             !! Of the case
+        real(dp) :: bound(3) = 0                    !! Cramer-Rao, body axes, m
+        integer :: runs(ALGORITHMS) = 0             !! Of each Monte Carlo
+        real(dp) :: rms(3, ALGORITHMS) = 0          !! (axis, estimator), m
+        integer :: not_converged(ALGORITHMS) = 0    !! Runs
+    end type limit_study_t
+
+contains
+
+    !> Bound of a case and Monte Carlo of every estimator, the systematic errors off; `sequential` does
+    !> MOST_SEQUENTIAL_RUNS at most. Fails as `bound_of_case` and `run_monte_carlo` do.
+    subroutine study_limit(calibration, seed, runs, threads, study, error, progress)
+        type(calibration_t), intent(in) :: calibration
+        integer, intent(in) :: seed, runs, threads      !! Of the random numbers; of each Monte Carlo; in parallel
+        type(limit_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(case_bound_t) :: bound
+        type(error_switches_t) :: switches
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        integer :: a, k
+
+        study%case_name = calibration%case%name
+        study%runs = merge(min(runs, MOST_SEQUENTIAL_RUNS), runs, ESTIMATOR_NAMES == 'sequential')
+        call switch_off(switches, 'systematic', error)
+        if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
+        if (.not. allocated(error)) call new_switched_simulator(calibration%case, switches, simulator, error)
+        if (allocated(error)) return
+        study%bound = bound%sigma
+        do a = 1, ALGORITHMS
+            call tell(progress, 'bound: '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a))//', '// &
+                      integer_text(study%runs(a))//' runs')
+            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), calibration%options, seed, &
+                                 [(k, k=1, study%runs(a))], threads, results, error)
+            if (allocated(error)) return
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+            study%rms(:, a) = statistics%rms*MILLIMETRE
+            study%not_converged(a) = count(.not. results%converged)
+        end do
+    end subroutine study_limit
+
+    !> RMS error of an estimator divided by the bound.
+    elemental function relative_error(study, a, axis) result(ratio)
+        type(limit_study_t), intent(in) :: study
+        integer, intent(in) :: a                        !! In the order of ESTIMATOR_NAMES
+        integer, intent(in) :: axis                     !! 1 to 3
+        real(dp) :: ratio
+
+        ratio = study%rms(axis, a)/study%bound(axis)
+    end function relative_error
+
+    !> Whether a ratio of RMS error and bound is 1 but for the sampling error of so many runs.
+    elemental logical function at_the_bound(ratio, runs)
+        real(dp), intent(in) :: ratio
+        integer, intent(in) :: runs                     !! Of the Monte Carlo
+
+        at_the_bound = abs(ratio - 1) <= SIGMAS*sampling_error(runs)
+    end function at_the_bound
+
+    !> The studies as CSV: a row a case, estimator and axis.
+    subroutine write_limits(path, command, seed, studies, error)
+        character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
+        integer, intent(in) :: seed                     !! Of the random numbers
+        type(limit_study_t), intent(in) :: studies(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(64) :: labels(3)
+        integer :: i, a, axis
+
+        call file%open(path, 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
+                       file_comments(command, 'seed '//integer_text(seed)// &
+                                     '; systematic errors off; sampling_error: one sigma of the ratio'), error)
+        if (allocated(error)) return
+        do i = 1, size(studies)
+            labels(1) = studies(i)%case_name
+            do a = 1, ALGORITHMS
+                labels(2) = ESTIMATOR_NAMES(a)
+                do axis = 1, 3
+                    labels(3) = AXES(axis)
+                    associate (study => studies(i), ratio => relative_error(studies(i), a, axis))
+                        call file%row([real(study%runs(a), dp), study%rms(axis, a)/MILLIMETRE, &
+                                       study%bound(axis)/MILLIMETRE, ratio, ratio*sampling_error(study%runs(a))], labels)
+                    end associate
+                end do
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_limits
+end module gracecg_studies_limit

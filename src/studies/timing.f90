@@ -1,0 +1,119 @@
+!> When to calibrate, section 6.2 of CSR-TM-00-01 and its Figures 6.1 and 6.4: one revolution of each
+!> satellite, the places of the report's cases, and the best ones.
+module gracecg_studies_timing
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA
+    use gracecg_base_error, only: error_t
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_estimation_report_options, only: report_options
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
+    use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
+    implicit none
+    private
+    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, write_places
+
+    !> One revolution of one satellite.
+    type :: timing_study_t
+        type(case_t) :: case                                !! Case 1 of the satellite
+        type(nominal_orbit_t) :: orbit                      !! Along which the places lie
+        type(orbit_place_t), allocatable :: places(:)       !! Every `step` along the revolution
+        type(orbit_place_t), allocatable :: of_cases(:)     !! Of the report's cases
+        integer :: step = 0                                 !! Between the places, s
+    end type timing_study_t
+
+    !> What section 6.2 says about a revolution.
+    type :: timing_summary_t
+        real(dp) :: strongest_field = 0     !! Largest component, T
+        real(dp) :: largest = 0             !! Component of the angular acceleration's amplitude, rad/s^2
+        real(dp) :: x_strongest = 0         !! Part of the places where the amplitude about x is the largest
+        integer :: x_weakest = 0            !! How long it is the smallest, s
+    end type timing_summary_t
+
+contains
+
+    !> Flies a satellite once round the Earth. Fails as `scan_orbit` does.
+    subroutine study_timing(satellite, step, threads, study, error)
+        character(*), intent(in) :: satellite       !! 'front' or 'back'
+        integer, intent(in) :: step                 !! Between the places, s
+        integer, intent(in) :: threads              !! How many to use
+        type(timing_study_t), intent(out) :: study
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        study%step = step
+        call report_case(satellite//'-1', study%case, error)
+        if (.not. allocated(error)) call new_nominal_orbit(study%case, study%orbit, error)
+        if (allocated(error)) return
+        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, nint(TIME_OF_CASE), threads, &
+                        study%of_cases, error)
+        if (allocated(error)) return
+        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, &
+                        [(i*step, i=0, int(study%orbit%revolution)/step)], threads, study%places, error)
+    end subroutine study_timing
+
+    !> The extremes of a revolution.
+    pure function summary_of(study) result(summary)
+        type(timing_study_t), intent(in) :: study
+        type(timing_summary_t) :: summary
+
+        integer :: i
+
+        associate (places => study%places)
+            do i = 1, size(places)
+                summary%strongest_field = max(summary%strongest_field, maxval(abs(places(i)%field)))
+                summary%largest = max(summary%largest, maxval(places(i)%acceleration))
+            end do
+            summary%x_strongest = real(count(x_is_strongest(places)), dp)/size(places)
+            summary%x_weakest = count(x_is_weakest(places))*study%step
+        end associate
+    end function summary_of
+
+    elemental logical function x_is_strongest(place)
+        type(orbit_place_t), intent(in) :: place
+
+        x_is_strongest = place%acceleration(1) > maxval(place%acceleration(2:3))
+    end function x_is_strongest
+
+    !> Numbers of the places that are best for x, y, z, and for all: where the largest of the three standard
+    !> deviations is least.
+    pure function best_places(places) result(best)
+        type(orbit_place_t), intent(in) :: places(:)
+        integer :: best(4)
+
+        real(dp) :: sigma(3, size(places))
+        integer :: i
+
+        do i = 1, size(places)
+            sigma(:, i) = places(i)%sigma
+        end do
+        best = [(minloc(sigma(i, :), 1), i=1, 3), minloc(maxval(sigma, 1), 1)]
+    end function best_places
+
+    !> Figures 6.1 and 6.4: the calibrations at the places of an orbit.
+    subroutine write_places(path, command, satellite, places, error)
+        character(*), intent(in) :: path, command, satellite
+        !! The file; the command that computed it, and the satellite, for the comments
+        type(orbit_place_t), intent(in) :: places(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        integer :: i
+
+        call file%open(path, 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,'// &
+                       'sigma_x_mm,sigma_y_mm,sigma_z_mm', &
+                       file_comments(command, trim(satellite)//' satellite; field in body axes; alpha in rad/s^2'), &
+                       error)
+        if (allocated(error)) return
+        do i = 1, size(places)
+            associate (place => places(i))
+                call file%row([real(place%time, dp), place%latitude/DEGREE, place%longitude/DEGREE, &
+                               place%field/NANOTESLA, place%acceleration, place%sigma/MILLIMETRE])
+            end associate
+        end do
+        call file%commit(error)
+    end subroutine write_places
+end module gracecg_studies_timing

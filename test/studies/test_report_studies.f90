@@ -1,0 +1,265 @@
+!> The studies behind the report's chapters: what they count, choose and compare, on made-up results where
+!> that is enough, and on few runs where it is not.
+module test_report_studies
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_progress, only: progress_t
+    use gracecg_base_statistics, only: sampling_error
+    use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
+    use gracecg_estimation_report_options, only: report_options
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator
+    use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_planning_design, only: manoeuvre_design_t
+    use gracecg_planning_map, only: map_point_t
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case, first_runs
+    use gracecg_studies_curves, only: window_check_t, window_counts_t, count_windows
+    use gracecg_studies_designed_manoeuvre, only: designed_calibration_t, calibrate_with_design, &
+        worst_at_best_place, worst_at_worst_place
+    use gracecg_studies_error_sources, only: error_study_t, study_errors, study_all_errors, STUDY_NAMES
+    use gracecg_studies_gravity_gradient, only: gradient_sample_t, largest_components
+    use gracecg_studies_limit, only: limit_study_t, study_limit, relative_error, at_the_bound
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_field, study_magnetometer_loss, LOSS_STUDIES
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
+    use gracecg_studies_timing, only: timing_study_t, timing_summary_t, summary_of, best_places
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    use fixture, only: check_passes
+    implicit none
+    private
+    public :: collect_report_studies
+
+    !> Counts what it is told.
+    type, extends(progress_t) :: listener_t
+        integer :: told = 0
+        character(200) :: latest = ''
+    contains
+        procedure :: progress => listen
+    end type listener_t
+
+contains
+
+    subroutine collect_report_studies(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('first-runs-of-a-campaign', test_first_runs), &
+                    new_unittest('curves-within-their-windows', test_windows), &
+                    new_unittest('revolution', test_revolution), &
+                    new_unittest('gradient', test_gradient), &
+                    new_unittest('sampling-error', test_sampling_error), &
+                    new_unittest('limit', test_limit), &
+                    new_unittest('error-sources', test_error_sources), &
+                    new_unittest('magnetometer-loss', test_loss), &
+                    new_unittest('worst-places', test_worst_places), &
+                    new_unittest('designed-calibration', test_designed)]
+    end subroutine collect_report_studies
+
+    subroutine listen(self, text)
+        class(listener_t), intent(inout) :: self
+        character(*), intent(in) :: text
+
+        self%told = self%told + 1
+        self%latest = text
+    end subroutine listen
+
+    !> Three runs cut to two are the campaign of two runs; every algorithm is told of.
+    subroutine test_first_runs(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(10), parameter :: ALGORITHMS(2) = [character(10) :: 'assest-fde', 'ascfest']
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(campaign_t) :: three, two, cut
+        type(listener_t) :: listener
+        type(error_t), allocatable :: failure
+
+        three = new_campaign(ALGORITHMS, 1, 7, 3, 1, 1)
+        two = new_campaign(ALGORITHMS, 1, 7, 2, 1, 1)
+        call find_calibration('back-3', calibration, failure)
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call run_case(three, 1, calibration, simulator, 2, failure, listener)
+        if (.not. allocated(failure)) call run_case(two, 1, calibration, simulator, 1, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        cut = first_runs(three, 2)
+        call check(error, cut%runs == 2 .and. all(cut%entries(2, 1)%run == [1, 2]))
+        if (.not. allocated(error)) &
+            call check(error, all(abs(cut%entries(2, 1)%statistics%rms - two%entries(2, 1)%statistics%rms) <= 0))
+        if (.not. allocated(error)) &
+            call check(error, any(abs(cut%entries(1, 1)%statistics%rms - three%entries(1, 1)%statistics%rms) > 0))
+        if (.not. allocated(error)) call check(error, listener%told, 2)
+        if (.not. allocated(error)) call check(error, trim(listener%latest), 'campaign: back-3, ascfest, 3 runs')
+    end subroutine test_first_runs
+
+    subroutine test_windows(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(window_check_t) :: checks(5)
+        type(window_counts_t) :: counts
+
+        checks%attitude_only = [.true., .true., .false., .false., .false.]
+        checks%inside = [.true., .false., .true., .true., .false.]
+        checks%near_centre = [.true., .true., .false., .false., .true.]
+        counts = count_windows(checks)
+        call check(error, counts%attitude == 2 .and. counts%attitude_inside == 1 .and. counts%surface == 3 .and. &
+                   counts%surface_inside == 2 .and. counts%surface_near == 1)
+    end subroutine test_windows
+
+    !> Four places: x is the strongest at two of them and the weakest at one; the best place for all is best
+    !> for none alone.
+    subroutine test_revolution(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(timing_study_t) :: study
+        type(timing_summary_t) :: summary
+        integer :: k
+
+        allocate (study%places(4))
+        study%step = 30
+        study%places(1)%acceleration = [3.0_dp, 1.0_dp, 2.0_dp]
+        study%places(2)%acceleration = [5.0_dp, 4.0_dp, 1.0_dp]
+        study%places(3)%acceleration = [1.0_dp, 2.0_dp, 3.0_dp]
+        study%places(4)%acceleration = [2.0_dp, 1.0_dp, 3.0_dp]
+        do k = 1, 4
+            study%places(k)%field = [1, -2*k, 3]
+        end do
+        study%places(1)%sigma = [1, 9, 9]
+        study%places(2)%sigma = [9, 1, 9]
+        study%places(3)%sigma = [9, 9, 1]
+        study%places(4)%sigma = [2, 3, 2]
+        summary = summary_of(study)
+        call check(error, summary%strongest_field, 8.0_dp)
+        if (.not. allocated(error)) call check(error, summary%largest, 5.0_dp)
+        if (.not. allocated(error)) call check(error, summary%x_strongest, 0.5_dp)
+        if (.not. allocated(error)) call check(error, summary%x_weakest, 30)
+        if (.not. allocated(error)) call check(error, all(best_places(study%places) == [1, 2, 3, 4]))
+    end subroutine test_revolution
+
+    subroutine test_gradient(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(gradient_sample_t) :: samples(2)
+        real(dp) :: central, others
+
+        samples(1)%central = [1, -5, 2]
+        samples(2)%central = [4, 3, 0]
+        samples(2)%others = [0.5_dp, -0.25_dp, 0.0_dp]
+        call largest_components(samples, central, others)
+        call check(error, central, 5.0_dp)
+        if (.not. allocated(error)) call check(error, others, 0.5_dp)
+    end subroutine test_gradient
+
+    !> An RMS of 50 runs scatters by a tenth: three sigma are 1.3, and no more.
+    subroutine test_sampling_error(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, sampling_error(50), 0.1_dp, thr=1e-15_dp)
+        if (allocated(error)) return
+        call check(error, all(at_the_bound([1.0_dp, 1.299_dp, 1.301_dp, 0.701_dp, 0.699_dp], 50) .eqv. &
+                              [.true., .true., .false., .true., .false.]))
+    end subroutine test_sampling_error
+
+    !> Bound and RMS errors are those that bound and Monte Carlo give each by itself.
+    subroutine test_limit(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: ASCREST = 4
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        type(error_switches_t) :: switches
+        type(simulator_t) :: simulator
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        type(limit_study_t) :: study
+        type(listener_t) :: listener
+        type(error_t), allocatable :: failure
+
+        call find_calibration('front-3', calibration, failure)
+        if (.not. allocated(failure)) call study_limit(calibration, 5, 2, 2, study, failure, listener)
+        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
+        if (.not. allocated(failure)) call switch_off(switches, 'systematic', failure)
+        if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
+        if (.not. allocated(failure)) &
+            call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(ASCREST)), calibration%options, 5, [1, 2], 1, &
+                                 results, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+        call check(error, all(abs(study%bound - bound%sigma) <= 0))
+        if (.not. allocated(error)) call check(error, all(study%runs == 2) .and. all(study%not_converged == 0))
+        if (.not. allocated(error)) &
+            call check(error, all(abs(study%rms(:, ASCREST)/MILLIMETRE - statistics%rms) <= 1e-12_dp*statistics%rms))
+        if (.not. allocated(error)) &
+            call check(error, relative_error(study, ASCREST, 2), study%rms(2, ASCREST)/bound%sigma(2), thr=1e-15_dp)
+        if (.not. allocated(error)) call check(error, listener%told, size(ESTIMATOR_NAMES))
+    end subroutine test_limit
+
+    subroutine test_error_sources(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(error_study_t) :: all_studies(size(STUDY_NAMES)), study
+        type(error_t), allocatable :: failure
+
+        call find_calibration('front-1', calibration, failure)
+        if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2, 2, 2, all_studies, failure)
+        if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
+                                                          calibration%options, 2, 2, 1, study, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
+        if (.not. allocated(error)) call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
+    end subroutine test_error_sources
+
+    !> The order of the studies: case, algorithm, source of the field.
+    subroutine test_loss(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(field_study_t) :: studies(LOSS_STUDIES), study
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call study_magnetometer_loss('back', 100e-9_dp, 3, 1, 1, studies, failure)
+        if (.not. allocated(failure)) call report_case('back-3', case, failure)
+        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
+        if (.not. allocated(failure)) &
+            call study_field(simulator, 'ascrest', report_options('back-3'), .true., 100e-9_dp, 3, 1, 1, study, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(studies%with_model .eqv. [(modulo(i, 2) == 0, i=1, LOSS_STUDIES)]))
+        if (.not. allocated(error)) call check(error, trim(studies(1)%case_name)//' '//trim(studies(1)%algorithm)//' '// &
+                                               trim(studies(3)%algorithm)//' '//trim(studies(8)%case_name), &
+                                               'back-2 ascfest ascrest back-3')
+        if (.not. allocated(error)) call check(error, all(abs(studies(8)%offset - study%offset) <= 0) .and. &
+                                               all(abs(studies(8)%true_offset - simulator%case%satellite%offset) <= 0))
+    end subroutine test_loss
+
+    subroutine test_worst_places(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(map_point_t) :: map(3)
+
+        map(1)%quality%sigma = [1, 2, 3]
+        map(2)%quality%sigma = [2, 2, 2]
+        map(3)%quality%sigma = [0, 7, 1]
+        call check(error, worst_at_best_place(map), 2.0_dp)
+        if (.not. allocated(error)) call check(error, worst_at_worst_place(map), 7.0_dp)
+    end subroutine test_worst_places
+
+    !> With the case's own manoeuvre as the design: the bound is the case's.
+    subroutine test_designed(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        type(manoeuvre_design_t) :: design
+        type(designed_calibration_t) :: reached
+        type(error_t), allocatable :: failure
+
+        call find_calibration('back-3', calibration, failure)
+        if (.not. allocated(failure)) call bound_of_case(calibration%case, calibration%options, bound, failure)
+        design%rods = calibration%case%satellite%rods
+        if (.not. allocated(failure)) call calibrate_with_design('back-3', design, 1, 2, 1, 2, reached, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(reached%bound - bound%sigma) <= 0) .and. reached%runs == 2 .and. reached%trim_runs == 1)
+        if (.not. allocated(error)) call check(error, all(reached%rms > 0) .and. all(reached%rms < 1e-4_dp) .and. &
+                                               all(reached%trimmed < 1e-4_dp) .and. reached%not_converged == 0)
+    end subroutine test_designed
+end module test_report_studies
