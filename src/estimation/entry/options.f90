@@ -49,9 +49,11 @@ contains
         !! What has to be moved to another group or file; not allocated: nothing
 
         type(settings_t) :: reader
+        character(:), allocatable :: advice     ! gfortran 12 loses the length of a `warning` handed on
 
         call reader%open(path, error)
-        if (.not. allocated(error)) call take_options(reader, path, options, error, beside, warning)
+        if (.not. allocated(error)) call take_options(reader, path, options, error, advice, beside)
+        if (present(warning) .and. allocated(advice)) warning = advice
     end subroutine read_options
 
     !> The same from a text; `name` stands for the file in messages.
@@ -63,18 +65,20 @@ contains
         character(:), allocatable, intent(out), optional :: warning     !! As of read_options
 
         type(settings_t) :: reader
+        character(:), allocatable :: advice     ! gfortran 12 loses the length of a `warning` handed on
 
         call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_options(reader, name, options, error, beside, warning)
+        if (.not. allocated(error)) call take_options(reader, name, options, error, advice, beside)
+        if (present(warning) .and. allocated(advice)) warning = advice
     end subroutine options_from_text
 
-    subroutine take_options(reader, name, options, error, beside, warning)
+    subroutine take_options(reader, name, options, error, warning, beside)
         type(settings_t), intent(inout) :: reader
         character(*), intent(in) :: name
         type(estimation_options_t), intent(inout) :: options
         type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable, intent(out) :: warning
         integer, intent(in), optional :: beside
-        character(:), allocatable, intent(out), optional :: warning
 
         type(a_priori_t) :: not_used
 
@@ -82,7 +86,7 @@ contains
         if (present(beside)) then
             call describe_former_a_priori(reader, not_used)     ! the reader of the knowledge has taken them
             call reader%finish(error, only=ESTIMATION_GROUPS)
-            if (present(warning) .and. .not. allocated(error)) call advise(reader, name, beside, warning)
+            if (.not. allocated(error)) call advise(reader, name, beside, warning)
         else
             if (reader%holds(FORMER_GROUP, 'sigma_')) call refuse_a_priori(reader)
             call reader%finish(error)
