@@ -354,7 +354,8 @@ gracecg_status gracecg_simulator_truth(const gracecg_simulator *simulator, size_
    &sequential of their text, and the defaults for what it does not say (gracecg_options_text). */
 typedef struct gracecg_setup gracecg_setup;
 
-/* From a file setup.nml, from such a file's text, or that of an observation set. */
+/* From a file setup.nml, from such a file's text, or that of an observation set. The options are those of a
+   file options.nml beside the file, else those in the file or text itself, if it is one of version 0.1. */
 gracecg_status gracecg_setup_read(const char *file, gracecg_setup **setup, gracecg_error *error);
 gracecg_status gracecg_setup_parse(const char *text, gracecg_setup **setup, gracecg_error *error);
 gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);

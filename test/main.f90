@@ -31,6 +31,7 @@ program tester
     use test_observation_files, only: collect_observation_files
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
+    use test_rigid_body, only: collect_rigid_body
     use test_batch_processor, only: collect_batch_processor
     use test_offset_model, only: collect_offset_model
     use test_random, only: collect_random
@@ -119,6 +120,7 @@ program tester
              new_testsuite('observation-files', collect_observation_files), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
+             new_testsuite('rigid-body', collect_rigid_body), &
              new_testsuite('batch-processor', collect_batch_processor), &
              new_testsuite('offset-model', collect_offset_model), &
              new_testsuite('random', collect_random), &

@@ -65,25 +65,29 @@ contains
     end subroutine power_spectrum
 
     !> The strongest line in the periodogram of samples at multiples of h, 2 |sum x_i exp(2 pi j f k_i h)|^2/n
-    !> for f from `lowest` to `highest` times the spacing. For white samples of variance 1 a line is a
+    !> for f every quarter of 1/arc. For white samples of variance 1 a line is a
     !> chi-square with two degrees of freedom. Missing samples may be absent or zero.
-    pure subroutine strongest_line(epoch, values, counted, interval, spacing, lowest, highest, line, frequency)
+    pure subroutine strongest_line(epoch, values, counted, interval, arc, least_cycles, highest, line, frequency)
         integer, intent(in) :: epoch(:)         !! Increasing index of each sample, k, in units of h
         real(dp), intent(in) :: values(:)       !! One for each epoch
         integer, intent(in) :: counted          !! n: the samples that are there
         real(dp), intent(in) :: interval        !! h, s
-        real(dp), intent(in) :: spacing         !! Of the frequencies, Hz
-        integer, intent(in) :: lowest, highest  !! First and last frequency, in spacings
+        real(dp), intent(in) :: arc             !! Length of the record, s
+        real(dp), intent(in) :: least_cycles    !! Of the lowest frequency, in the arc
+        real(dp), intent(in) :: highest         !! Frequency, Hz; at most 1/(2h) is tried
         real(dp), intent(out) :: line           !! 0 if no frequency was tried
         real(dp), intent(out) :: frequency      !! Hz
 
+        integer, parameter :: LINES_PER_BIN = 4     ! frequencies tried, in units of 1/arc
         complex(dp) :: total, turn, phase
-        real(dp) :: power
-        integer :: i, j, k
+        real(dp) :: power, spacing
+        integer :: i, j, k, first
 
         line = 0
-        frequency = lowest*spacing
-        do j = lowest, highest
+        spacing = 1/(LINES_PER_BIN*arc)
+        first = ceiling(least_cycles*LINES_PER_BIN)
+        frequency = first*spacing
+        do j = first, int(min(highest, 0.5_dp/interval)*arc*LINES_PER_BIN)
             turn = exp(cmplx(0.0_dp, TWO_PI*j*spacing*interval, dp))
             phase = 1
             total = 0

@@ -124,11 +124,11 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(estimation_options_t) :: former
-        character(:), allocatable :: warning
+        type(string_t), allocatable :: warning
 
         call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
         if (allocated(error)) return
-        if (allocated(warning)) call console%message('warning: '//warning)
+        if (allocated(warning)) call console%message('warning: '//warning%text)
         options = former
         if (options_file /= '') call read_options(options_file, options, error)
     end subroutine take_options

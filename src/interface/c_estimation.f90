@@ -219,7 +219,7 @@ contains
         call fortran_text(file, LONGEST_NAME, 'file', path, status, error)
         if (status /= STATUS_OK) return
         call read_setup(path, knowledge, failure)
-        if (.not. allocated(failure)) call read_options(path, options, failure, OF_SETUP)
+        if (.not. allocated(failure)) call read_options_beside(path, options, failure)
         call pass_on(failure, status, error)
         if (status == STATUS_OK) call keep_setup(knowledge, options, handle, status, error)
     end function c_setup_read
@@ -448,24 +448,28 @@ contains
         if (memory == 0) then
             new_object => made
             call read_observations(path, made%set, failure)
-            if (.not. allocated(failure)) call read_folder_options(path, made%options, failure)
+            if (.not. allocated(failure)) call read_options_beside( &
+                path//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), made%options, failure)
             call pass_on(failure, status, error)
         end if
         call keep(new_object, handle, status, error)
     end function c_observations_read
 
-    !> The options of a folder: those of options.nml, else those in a setup.nml of version 0.1.
-    subroutine read_folder_options(folder, options, error)
-        character(*), intent(in) :: folder
+    !> The options that belong to a setup.nml: those of options.nml in its folder, else those in itself, if it
+    !> is one of version 0.1.
+    subroutine read_options_beside(setup, options, error)
+        character(*), intent(in) :: setup           !! Path of the setup.nml
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
 
-        if (file_exists(folder//'/'//OPTIONS_FILE)) then
-            call read_options(folder//'/'//OPTIONS_FILE, options, error)
-        else
-            call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, OF_SETUP)
-        end if
-    end subroutine read_folder_options
+        associate (path => setup(:index(setup, '/', back=.true.))//OPTIONS_FILE)
+            if (file_exists(path)) then
+                call read_options(path, options, error)
+            else
+                call read_options(setup, options, error, OF_SETUP)
+            end if
+        end associate
+    end subroutine read_options_beside
 
     !> gracecg_options_text
     function c_options_text(handle, text, size, length, error) result(status) &

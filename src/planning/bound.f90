@@ -10,8 +10,8 @@ module gracecg_planning_bound
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_physical_model, only: PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, &
-        INERTIA, TORQUE_CHANGE
+    use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
+        FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
         information_matrix, estimated_parameters
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
@@ -66,6 +66,7 @@ contains
         type(whitened_problem_t) :: problem
         type(fitting_data_t) :: data
         integer, allocatable :: estimated(:), considered(:), source(:)
+        real(dp) :: sigma(PARAMETERS)
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
@@ -88,8 +89,9 @@ contains
         call set_noise(problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)
+        sigma = a_priori_sigmas(observations%knowledge)
         call bound_offset(information, PARAMETER_NAMES(estimated), OFFSET, &
-                          consider_sigmas(observations%knowledge, considered), bound%offset_bound_t, error)
+                          sigma(considered), bound%offset_bound_t, error)
         if (allocated(error)) return
         do i = 1, size(considered)
             associate (sum => bound%by_source(:, source(i)))
@@ -112,22 +114,4 @@ contains
         considered = pack(considered, left)
         source = pack(source, left)
     end subroutine find_considered
-
-    !> A-priori standard deviations of the settings.
-    pure function consider_sigmas(knowledge, considered) result(sigma)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        integer, intent(in) :: considered(:)
-        real(dp) :: sigma(size(considered))
-
-        real(dp) :: of_all(size(PARAMETER_NAMES))
-        integer :: i
-
-        of_all = 0
-        of_all(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
-        of_all(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
-        of_all(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
-        of_all(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
-        of_all(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
-        sigma = of_all(considered)
-    end function consider_sigmas
 end module gracecg_planning_bound

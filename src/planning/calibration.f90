@@ -2,6 +2,7 @@
 !> own: the simulation reads the case, the estimators read their options.
 module gracecg_planning_calibration
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t
     use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
     use gracecg_simulation_case_library, only: find_case, is_built_in
     use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, OF_CASE
@@ -14,7 +15,7 @@ module gracecg_planning_calibration
     type :: calibration_t
         type(case_t) :: case                        !! What is simulated
         type(estimation_options_t) :: options       !! How it is estimated
-        character(:), allocatable :: warning
+        type(string_t), allocatable :: warning
         !! What its file has at the place of version 0.1; not allocated: nothing
     end type calibration_t
 

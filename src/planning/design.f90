@@ -371,7 +371,7 @@ contains
 
     !> Judges a candidate at no more than `most_places` places, spread over all. Where it goes beyond
     !> the limits, its amplitude is lowered.
-    pure subroutine judge(arc, sites, settings, candidate, most_places, design)
+    subroutine judge(arc, sites, settings, candidate, most_places, design)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
@@ -403,7 +403,7 @@ contains
     end subroutine judge
 
     !> Judges a manoeuvre at no more than `most_places` places, spread over all: the worst of them.
-    pure subroutine judge_manoeuvre(arc, sites, rods, most_places, design)
+    subroutine judge_manoeuvre(arc, sites, rods, most_places, design)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(torque_rods_t), intent(in) :: rods

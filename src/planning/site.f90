@@ -16,6 +16,7 @@ module gracecg_planning_site
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_simulation_dynamics, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information
@@ -61,6 +62,18 @@ module gracecg_planning_site
         !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
 
+    !> The equations of a flight with a manoeuvre. State: omega, theta.
+    type, extends(rotation_t) :: flight_t
+        type(rigid_body_t) :: body
+        type(manoeuvre_site_t), pointer :: site => null()
+        real(dp), allocatable :: dipole(:, :)       !! Of the rods at half steps, (3, 0:2n), A m^2
+        real(dp), pointer :: omega(:, :) => null(), omega_dot(:, :) => null(), theta(:, :) => null()
+        type(attitude_motion_t) :: motion
+    contains
+        procedure :: rate => rate_of_flight
+        procedure :: keep => keep_flight
+    end type flight_t
+
     !> How good a manoeuvre is at a place.
     type :: manoeuvre_quality_t
         real(dp) :: covariance(3, 3) = 0            !! The limit: inverse of the information, m^2
@@ -87,7 +100,8 @@ contains
         arc%knowledge = operator_knowledge(case)
         arc%interval = arc%knowledge%accelerometer_interval
         arc%samples = nint(arc%knowledge%duration/arc%interval)
-        call accelerometer_whiteners(arc%knowledge, [(k, k=1, arc%samples)], arc%whiteners, error)
+        call accelerometer_whiteners(arc%knowledge%accelerometer_noise, arc%interval, [(k, k=1, arc%samples)], &
+                                     arc%whiteners, error)
         if (allocated(error)) return
         allocate (arc%weighed_wave(2, arc%samples, 3))
         arc%weighed_wave = 0
@@ -213,73 +227,73 @@ contains
     !> The rotation under a manoeuvre: rigid body with magnetic and gravity-gradient torque, (2-16), and
     !> small angles theta from the nominal to the true body axes,
     !>
-    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal,
+    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal.
     !>
-    !> by the classical Runge-Kutta method with one step a sampling interval. The rods' time counts
-    !> from the start of the calibration.
-    pure subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
+    !> The rods' time counts from the start of the calibration.
+    subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in) :: site
+        type(manoeuvre_site_t), intent(in), target :: site
         type(torque_rods_t), intent(in) :: rods
-        real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
-        real(dp), intent(out) :: omega_dot(:, :)    !! (3, n), rad/s^2
-        real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
+        real(dp), intent(out), target :: omega(:, :)        !! At the samples, (3, n), rad/s
+        real(dp), intent(out), target :: omega_dot(:, :)    !! (3, n), rad/s^2
+        real(dp), intent(out), target :: theta(:, :)        !! (3, n), rad
         type(attitude_motion_t), intent(out) :: motion
 
-        real(dp) :: inertia(3, 3), inverse(3, 3), nominal(3), y(6), slope(6, 4)
-        real(dp) :: moment(3), middle_moment(3), next_moment(3)
-        integer :: k
+        type(flight_t) :: flight
+        integer :: j
 
-        inertia = arc%knowledge%inertia
-        inverse = inverse_3x3(inertia)
-        nominal = site%state(RATE)
-        y = [nominal, 0.0_dp, 0.0_dp, 0.0_dp]
-        motion%rate = norm2(nominal)
-        moment = dipole_moment(rods, 0.0_dp)
-        associate (h => arc%interval)
-            slope(:, 1) = derivative(moment, 0, y)
-            do k = 1, arc%samples
-                middle_moment = dipole_moment(rods, (k - 0.5_dp)*h)
-                next_moment = dipole_moment(rods, k*h)
-                slope(:, 2) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 1))
-                slope(:, 3) = derivative(middle_moment, 2*k - 1, y + h/2*slope(:, 2))
-                slope(:, 4) = derivative(next_moment, 2*k, y + h*slope(:, 3))
-                y = y + h/6*(slope(:, 1) + 2*slope(:, 2) + 2*slope(:, 3) + slope(:, 4))
-                slope(:, 1) = derivative(next_moment, 2*k, y)
-                omega(:, k) = y(1:3)
-                omega_dot(:, k) = slope(1:3, 1)
-                theta(:, k) = y(4:6)
-                if (.not. norm2(y(1:3)) <= motion%rate) then
-                    motion%rate = norm2(y(1:3))
-                    motion%rate_time = k*h
-                end if
-                if (.not. norm2(y(4:6)) <= motion%excursion) then
-                    motion%excursion = norm2(y(4:6))
-                    motion%excursion_time = k*h
-                end if
-            end do
-        end associate
-
-    contains
-
-        pure function derivative(m, half, at) result(change)
-            real(dp), intent(in) :: m(3)            ! A m^2
-            integer, intent(in) :: half             ! time in half intervals
-            real(dp), intent(in) :: at(6)
-            real(dp) :: change(6)
-
-            real(dp) :: b(3)
-
-            b = site%field(:, half)
-            b = b - cross(at(4:6), b)
-            change(1:3) = matmul(inverse, cross(m, b) + site%torque - cross(at(1:3), matmul(inertia, at(1:3))))
-            change(4:6) = at(1:3) - nominal - cross(nominal, at(4:6))
-        end function derivative
+        flight%steps = arc%samples
+        flight%interval = arc%interval
+        flight%body = new_rigid_body(arc%knowledge%inertia)
+        flight%site => site
+        allocate (flight%dipole(3, 0:2*arc%samples))
+        do j = 0, 2*arc%samples
+            flight%dipole(:, j) = dipole_moment(rods, j*arc%interval/2)
+        end do
+        flight%omega => omega
+        flight%omega_dot => omega_dot
+        flight%theta => theta
+        call flight%integrate([site%state(RATE), 0.0_dp, 0.0_dp, 0.0_dp])
+        motion = flight%motion
     end subroutine fly_manoeuvre
+
+    pure subroutine rate_of_flight(self, half, n, y, dydt)
+        class(flight_t), intent(in) :: self
+        integer, intent(in) :: half, n
+        real(dp), intent(in) :: y(n)
+        real(dp), intent(out) :: dydt(n)
+
+        real(dp) :: b(3), nominal(3)
+
+        nominal = self%site%state(RATE)
+        b = self%site%field(:, half)
+        b = b - cross(y(4:6), b)
+        dydt(1:3) = self%body%angular_acceleration(cross(self%dipole(:, half), b) + self%site%torque, y(1:3))
+        dydt(4:6) = y(1:3) - nominal - cross(nominal, y(4:6))
+    end subroutine rate_of_flight
+
+    subroutine keep_flight(self, k, n, y, dydt)
+        class(flight_t), intent(inout) :: self
+        integer, intent(in) :: k, n
+        real(dp), intent(in) :: y(n), dydt(n)
+
+        if (.not. norm2(y(1:3)) <= self%motion%rate) then
+            self%motion%rate = norm2(y(1:3))
+            self%motion%rate_time = k*self%interval
+        end if
+        if (k == 0) return
+        if (.not. norm2(y(4:6)) <= self%motion%excursion) then
+            self%motion%excursion = norm2(y(4:6))
+            self%motion%excursion_time = k*self%interval
+        end if
+        self%omega(:, k) = y(1:3)
+        self%omega_dot(:, k) = dydt(1:3)
+        self%theta(:, k) = y(4:6)
+    end subroutine keep_flight
 
     !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
     !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
-    pure subroutine evaluate_manoeuvre(arc, site, rods, quality)
+    subroutine evaluate_manoeuvre(arc, site, rods, quality)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods

@@ -93,7 +93,7 @@ contains
         allocate (values(size(epoch)))
         values = 0.3_dp*sin(TWO_PI*TONE*epoch*H + 1)
         values(300:303) = 0
-        call strongest_line(epoch, values, size(epoch) - 4, H, SPACING, 6, 240, line, frequency)
+        call strongest_line(epoch, values, size(epoch) - 4, H, 60.0_dp, 1.5_dp, 1.0_dp, line, frequency)
         call check(error, frequency, TONE, thr=1e-12_dp)
         if (.not. allocated(error)) call check(error, line, 0.045_dp*(size(epoch) - 4), thr=0.03_dp, rel=.true.)
         if (allocated(error)) return
@@ -101,7 +101,7 @@ contains
         stream = new_stream(5, 1, 1, 1, 1)
         do i = 1, SERIES
             call stream%normals(noise)
-            call strongest_line([(i, i=1, 64)], noise, 64, H, 0.7_dp, 2, 2, line, frequency)
+            call strongest_line([(i, i=1, 64)], noise, 64, H, 0.25_dp/0.7_dp, 0.5_dp, 1.41_dp, line, frequency)
             mean = mean + line/SERIES
         end do
         call check(error, mean, 2.0_dp, thr=Z_999*2/sqrt(real(SERIES, dp)))

@@ -634,7 +634,7 @@ contains
         call check_fails(error, messages, [character(W) :: 'warning: ', 'setup.nml', '&estimation, &optimal, &sequential', &
                                            '--options'])
         if (allocated(error)) return
-        call make_file(error, 'old/empty.nml', '! nothing')
+        call make_file(error, 'old/empty.nml', '&estimation /')
         call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
                       'old/empty.nml', output)
         if (.not. allocated(error)) call check(error, output == untold, '--options takes their place')

@@ -208,8 +208,7 @@ contains
         if (allocated(error)) return
         call predict_errors(simulator, 'ascrest', estimation_options_t(), prediction, failure)
         if (.not. allocated(failure)) call predict_field_model(simulator, 'ascrest', estimation_options_t(), &
-            MODEL_FIELD_ERROR, rms, &
-                                                               failure)
+                                                               MODEL_FIELD_ERROR, rms, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(rms < 1.03_dp*prediction%rms), 'case 2')

@@ -10,7 +10,7 @@ module test_algorithms
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_small_angles_t, fitted_rotation_t, &
+    use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_attitude_t, fitted_rotation_t, &
         new_attitude_fit
     use gracecg_estimation_attitude_problem, only: small_angles, small_rotation
     use gracecg_estimation_combined, only: combined_problem_t, prepare_combined
@@ -89,7 +89,7 @@ contains
         type(observation_set_t) :: observations
         type(fitting_data_t) :: data
         type(attitude_fit_t) :: fit
-        type(fitted_small_angles_t) :: nominal, changed
+        type(fitted_attitude_t) :: nominal, changed
         type(fitted_rotation_t) :: rotation
         type(error_t), allocatable :: failure
         real(dp) :: change(6), angles(3, 2), found(3)
@@ -102,12 +102,12 @@ contains
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
         n = fit%steps
-        call fit%fit_small_angles(normalised(Q_0), OMEGA_0, nominal, rotation)
+        call fit%fit_attitude(.true., normalised(Q_0), OMEGA_0, nominal, rotation)
         do i = 1, 6
             do side = 1, 2
                 change = 0
                 change(i) = merge(STEP(i), -STEP(i), side == 1)
-                call fit%fit_small_angles(turned(normalised(Q_0), change(:3)), OMEGA_0 + change(4:), &
+                call fit%fit_attitude(.true., turned(normalised(Q_0), change(:3)), OMEGA_0 + change(4:), &
                                           changed, rotation)
                 angles(:, side) = small_angles(matmul(rotation_matrix(normalised(changed%q(:, n))), &
                                                       transpose(rotation_matrix(normalised(nominal%q(:, n))))))

@@ -77,12 +77,12 @@ contains
         integer :: i
 
         fit = example_fit(600, 1e-3_dp)
-        call fit%fit_attitude(Q_0, OMEGA_0, nominal, rotation)
+        call fit%fit_attitude(.false., Q_0, OMEGA_0, nominal, rotation)
         do i = 1, 7
             change = 0
             change(i) = STEP
-            call fit%fit_attitude(Q_0 + change(1:4), OMEGA_0 + change(5:7), plus, rotation)
-            call fit%fit_attitude(Q_0 - change(1:4), OMEGA_0 - change(5:7), minus, rotation)
+            call fit%fit_attitude(.false., Q_0 + change(1:4), OMEGA_0 + change(5:7), plus, rotation)
+            call fit%fit_attitude(.false., Q_0 - change(1:4), OMEGA_0 - change(5:7), minus, rotation)
             differences = (plus%q(:, 600) - minus%q(:, 600))/(2*STEP)
             if (i <= 4) then
                 found = nominal%phi_11(:, i, 600)
@@ -102,7 +102,7 @@ contains
         integer :: i
 
         fit = example_fit(2, 1e-3_dp)
-        lambda = fit%rate_partials(OMEGA)
+        lambda = fit%body%rate_partials(OMEGA)
         do i = 1, 3
             change = 0
             change(i) = STEP
@@ -123,7 +123,7 @@ contains
         real(dp) :: start(3), finish(3)
 
         fit = example_fit(600, 0.0_dp)
-        call fit%fit_attitude(normalised(Q_0), FAST, attitude, rotation)
+        call fit%fit_attitude(.false., normalised(Q_0), FAST, attitude, rotation)
         start = matmul(transpose(rotation_matrix(attitude%q(:, 0))), matmul(INERTIA, rotation%omega(:, 0)))
         finish = matmul(transpose(rotation_matrix(attitude%q(:, 600))), matmul(INERTIA, rotation%omega(:, 600)))
         call check(error, norm2(finish - start) < 1e-9_dp*norm2(start))
@@ -161,7 +161,7 @@ contains
 
         fit = example_fit(600, 1e-3_dp)
         call fit%fit_rotation(OMEGA_0, alone)
-        call fit%fit_attitude(Q_0, OMEGA_0, attitude, together)
+        call fit%fit_attitude(.false., Q_0, OMEGA_0, attitude, together)
         call check(error, maxval(abs(alone%omega - together%omega)), 0.0_dp)
         if (allocated(error)) return
         call check(error, maxval(abs(alone%omega_dot(:, 37) - &

@@ -186,7 +186,8 @@ contains
 
         knowledge%accelerometer_noise%level = [1e-20_dp, 1e-18_dp, 1e-20_dp]
         knowledge%accelerometer_noise%corner = [0.005_dp, 0.1_dp, 0.005_dp]
-        call accelerometer_whiteners(knowledge, [(k, k=1, N)], whiteners, failure)
+        call accelerometer_whiteners(knowledge%accelerometer_noise, knowledge%accelerometer_interval, &
+                                     [(k, k=1, N)], whiteners, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do k = 1, N
@@ -256,12 +257,14 @@ contains
         call check_fails(error, message_of(failure), ['2 samples'])
         if (allocated(error)) return
         knowledge%accelerometer_noise%level = [1e-20_dp, -1e-18_dp, 1e-20_dp]
-        call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
+        call accelerometer_whiteners(knowledge%accelerometer_noise, knowledge%accelerometer_interval, &
+                                     [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis y', 'noise_level', 'positive'])
         if (allocated(error)) return
         knowledge%accelerometer_noise%level = 1e-20_dp
         knowledge%accelerometer_noise%corner = [0.1_dp, 0.1_dp, -0.1_dp]
-        call accelerometer_whiteners(knowledge, [1, 2, 3, 4], whiteners, failure)
+        call accelerometer_whiteners(knowledge%accelerometer_noise, knowledge%accelerometer_interval, &
+                                     [1, 2, 3, 4], whiteners, failure)
         call check_fails(error, message_of(failure), [character(12) :: 'axis z', 'corner'])
     end subroutine test_refused
 end module test_noise_whitening

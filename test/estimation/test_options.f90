@@ -3,6 +3,7 @@ module test_options
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -182,14 +183,14 @@ contains
         type(error_t), allocatable :: failure
         character(:), allocatable :: text, text_again
 
-        call make_file(error, 'options.nml', '! nothing')
+        call make_file(error, 'options.nml', '&estimation /')
         if (allocated(error)) return
         call read_options(FOLDER//'options.nml', again, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call options_text(options, text, failure)
         call options_text(again, text_again, failure)
-        call check(error, text == text_again, 'a file without groups')
+        call check(error, text == text_again, 'a group without keys')
         if (allocated(error)) return
         options = report_options('back-2')
         options%guess_offset = [1e-3_dp/3, -2e-3_dp/7, 0.123456789e-4_dp]
@@ -251,7 +252,8 @@ contains
         type(operator_knowledge_t) :: knowledge
         type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
-        character(:), allocatable :: text, warning
+        type(string_t), allocatable :: warning
+        character(:), allocatable :: text
 
         call simulate('front-3', observations, simulator, error)
         if (allocated(error)) return
@@ -275,11 +277,11 @@ contains
         call check(error, options%optimal%noise == 'estimate' .and. all(abs(options%accelerometer_weight - 2) <= 0) .and. &
                    all(abs(options%guess_quaternion - [1, 0, 0, 0]) <= 0))
         if (allocated(error)) return
-        if (.not. allocated(warning)) warning = ''
-        call check_fails(error, warning, [character(W) :: 'setup.nml:', '&estimation', '&optimal', '--options', &
+        if (.not. allocated(warning)) warning = string_t('')
+        call check_fails(error, warning%text, [character(W) :: 'setup.nml:', '&estimation', '&optimal', '--options', &
                                           'sigma_', '&a_priori'])
         if (allocated(error)) return
-        call check(error, index(warning, 'sequential') == 0, 'a group that is not there')
+        call check(error, index(warning%text, 'sequential') == 0, 'a group that is not there')
         if (allocated(error)) return
         call options_from_text(text//'&sequential edit_sgma = 4 /', 'setup.nml', options, failure, OF_SETUP, warning)
         call check_fails(error, message_of(failure), [character(W) :: 'setup.nml:', 'edit_sgma', 'edit_sigma'])
@@ -322,8 +324,8 @@ contains
         if (allocated(error)) return
         call check(error, again%case%operator%a_priori%sigma_torque, 5e-6_dp)
         if (allocated(error)) return
-        if (.not. allocated(again%warning)) again%warning = ''
-        call check_fails(error, again%warning, [character(W) :: 'options.nml:', 'sigma_', '&optimal', '&a_priori'])
+        if (.not. allocated(again%warning)) again%warning = string_t('')
+        call check_fails(error, again%warning%text, [character(W) :: 'options.nml:', 'sigma_', '&optimal', '&a_priori'])
         if (allocated(error)) return
         call make_file(error, 'options.nml', text//LF//'&optimall /')
         call find_calibration(FOLDER//'options.nml', again, failure)

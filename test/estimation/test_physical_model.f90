@@ -10,11 +10,12 @@ module test_physical_model
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, &
+        OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, &
+        WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
-        prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, turn_between, &
-        correct_state, PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
-        SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
-        INERTIA, TORQUE_CHANGE
+        prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, &
+        turn_between, correct_state
     use test_estimators, only: example, OMEGA_0, Q_0
     use fixture, only: check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check

@@ -10,7 +10,7 @@ module test_sequential
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_square_root_filter, only: process_filter_t, new_process_filter
-    use gracecg_estimation_process_whitening, only: whiten_by_process
+    use gracecg_estimation_noise_whitening, only: whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_sequential_options, only: sequential_options_t, STRAIGHT_LINE, GIVEN
     use gracecg_estimation_solution, only: solution_t

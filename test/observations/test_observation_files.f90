@@ -386,8 +386,9 @@ contains
         call broken('mass =', '    mass = -1', [character(W) :: 'setup.nml:11', 'mass', '-1', &
                                                 '0.001 to'])
         call broken('mass =', '    mass = heavy', [character(W) :: 'setup.nml:11', 'mass', 'heavy'])
-        call broken('guess_quaternion =', '    guess_quaternion = 0, 0, 0, 0.1', &
-                    [character(W) :: 'setup.nml', 'guess_quaternion', 'unit length'])
+        call broken('sigma_torque =', '    sigma_torque = -1', [character(W) :: 'setup.nml', 'sigma_torque', '-1'])
+        call broken('sigma_rod_gain =', '    sigma_rod_gian = 1', [character(W) :: 'setup.nml', '&a_priori', &
+                                                                    'sigma_rod_gian', 'sigma_rod_gain'])
         call broken('mounting_2 =', '    mounting_2 = 0, 0, 0.1, 1', &
                     [character(W) :: 'setup.nml', 'mounting_2', 'not a unit quaternion'])
         call broken('mounting_1 =', '', [character(W) :: 'setup.nml', 'mounting_1', 'is missing'])

@@ -123,7 +123,8 @@ contains
             if (allocated(error)) return
             call observe_without_noise(simulator, density_wave_t(), observations)
             n = simulator%arc%steps
-            call accelerometer_whiteners(observations%knowledge, [(k, k=1, n)], whiteners, failure)
+            call accelerometer_whiteners(observations%knowledge%accelerometer_noise, &
+                                         observations%knowledge%accelerometer_interval, [(k, k=1, n)], whiteners, failure)
             allocate (gradient(3, 3, n))
             do k = 1, n
                 gradient(:, :, k) = gravity_gradient_matrix( &

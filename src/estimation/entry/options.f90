@@ -1,11 +1,12 @@
 !> How to estimate: what the estimators can be told beside the observations. The defaults are what an
-!> algorithm needs no telling, so an empty file of options is one.
+!> algorithm needs no telling, so `&estimation /` is a whole file of options.
 !>
 !> A file of options has the groups estimation, optimal and sequential. A case file may have them beside its
 !> own groups, and the setup.nml of version 0.1 has them beside what the operator knows.
 module gracecg_estimation_options
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t
     use gracecg_files_settings, only: settings_t, FULL_RANGE
     use gracecg_observations_knowledge, only: a_priori_t, describe_former_a_priori, ESTIMATION_GROUPS, FORMER_GROUP
     use gracecg_estimation_optimal_options, only: optimal_options_t, describe_optimal
@@ -45,15 +46,13 @@ contains
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: beside !! OF_CASE or OF_SETUP; absent: options alone
-        character(:), allocatable, intent(out), optional :: warning
+        type(string_t), allocatable, intent(out), optional :: warning
         !! What has to be moved to another group or file; not allocated: nothing
 
         type(settings_t) :: reader
-        character(:), allocatable :: advice     ! gfortran 12 loses the length of a `warning` handed on
 
         call reader%open(path, error)
-        if (.not. allocated(error)) call take_options(reader, path, options, error, advice, beside)
-        if (present(warning) .and. allocated(advice)) warning = advice
+        if (.not. allocated(error)) call take_options(reader, path, options, error, beside, warning)
     end subroutine read_options
 
     !> The same from a text; `name` stands for the file in messages.
@@ -62,23 +61,21 @@ contains
         type(estimation_options_t), intent(out) :: options
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: beside !! As of read_options
-        character(:), allocatable, intent(out), optional :: warning     !! As of read_options
+        type(string_t), allocatable, intent(out), optional :: warning   !! As of read_options
 
         type(settings_t) :: reader
-        character(:), allocatable :: advice     ! gfortran 12 loses the length of a `warning` handed on
 
         call reader%open_text(text, name, error)
-        if (.not. allocated(error)) call take_options(reader, name, options, error, advice, beside)
-        if (present(warning) .and. allocated(advice)) warning = advice
+        if (.not. allocated(error)) call take_options(reader, name, options, error, beside, warning)
     end subroutine options_from_text
 
-    subroutine take_options(reader, name, options, error, warning, beside)
+    subroutine take_options(reader, name, options, error, beside, warning)
         type(settings_t), intent(inout) :: reader
         character(*), intent(in) :: name
         type(estimation_options_t), intent(inout) :: options
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable, intent(out) :: warning
         integer, intent(in), optional :: beside
+        type(string_t), allocatable, intent(out), optional :: warning
 
         type(a_priori_t) :: not_used
 
@@ -86,7 +83,7 @@ contains
         if (present(beside)) then
             call describe_former_a_priori(reader, not_used)     ! the reader of the knowledge has taken them
             call reader%finish(error, only=ESTIMATION_GROUPS)
-            if (.not. allocated(error)) call advise(reader, name, beside, warning)
+            if (present(warning) .and. .not. allocated(error)) call advise(reader, name, beside, warning)
         else
             if (reader%holds(FORMER_GROUP, 'sigma_')) call refuse_a_priori(reader)
             call reader%finish(error)
@@ -115,25 +112,26 @@ contains
         type(settings_t), intent(inout) :: reader
         character(*), intent(in) :: name        !! Of the file
         integer, intent(in) :: beside
-        character(:), allocatable, intent(inout) :: warning
+        type(string_t), allocatable, intent(inout) :: warning
 
-        character(:), allocatable :: groups
+        character(:), allocatable :: groups, text
         integer :: i
 
         groups = ''
+        text = ''
         do i = 1, size(ESTIMATION_GROUPS)
             if (reader%holds(trim(ESTIMATION_GROUPS(i)))) groups = groups//', &'//trim(ESTIMATION_GROUPS(i))
         end do
         if (beside == OF_SETUP .and. groups /= '') &
-            warning = name//': '//groups(3:)//' say how to estimate, not what is known: move them to a file of '// &
+            text = name//': '//groups(3:)//' say how to estimate, not what is known: move them to a file of '// &
                       'options (estimate --options FILE)'
-        if (.not. reader%holds(FORMER_GROUP, 'sigma_')) return
-        if (allocated(warning)) then
-            warning = warning//', but their keys sigma_... to the group &a_priori'
-        else
-            warning = name//': the keys sigma_... of &'//FORMER_GROUP//' say how well the satellite is known: '// &
-                      'move them to the group &a_priori'
+        if (reader%holds(FORMER_GROUP, 'sigma_') .and. text /= '') then
+            text = text//', but their keys sigma_... to the group &a_priori'
+        else if (reader%holds(FORMER_GROUP, 'sigma_')) then
+            text = name//': the keys sigma_... of &'//FORMER_GROUP//' say how well the satellite is known: '// &
+                   'move them to the group &a_priori'
         end if
+        if (text /= '') warning = string_t(text)
     end subroutine advise
 
     !> The text of a file of options: what `read_options` reads. Fails when a number is not finite.

@@ -5,17 +5,18 @@ module gracecg_estimation_fit_checks
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: string_t, append
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
-    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN
+    use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
+        prepare_model, integrate_trajectory, star_angles
     use gracecg_estimation_fit_record, only: fit_record_t
     implicit none
     private
-    public :: refuse_stuck_axis, check_accelerations, check_torque, estimate_torque_factor
+    public :: refuse_stuck_axis, check_accelerations, check_torque
     public :: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
-    public :: judge_torque, judge_noise, RODS_OFF
+    public :: judge_noise
 
     !> Said when the manoeuvre has no moment at all
     character(*), parameter :: RODS_OFF = &
@@ -28,9 +29,9 @@ module gracecg_estimation_fit_checks
     real(dp), parameter :: MUCH_NOISE = 20
     !! Of the residuals' RMS, in standard deviations of the accelerometer's noise: air drag that is not
     !! a straight line makes up to 5 in the cases of CSR-TM-00-01
-    real(dp), parameter :: MISFITTING = 2
-    !! RMS of the attitude's residuals, in standard deviations of the star camera's noise: 0.97 to 1.02
-    !! in the cases of CSR-TM-00-01
+    real(dp), parameter :: MISFITTING = 1.6_dp
+    !! RMS of the star camera's residuals, in standard deviations of its noise: 0.97 to 1.02 in the cases of
+    !! CSR-TM-00-01, 1.9 if the rods have twice the frequency that the setup says
 
 contains
 
@@ -61,8 +62,7 @@ contains
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(coloured_noise_t) :: noise
-        real(dp) :: rms, deviation(1)
+        real(dp) :: rms
         integer :: axis, worst
 
         do axis = 1, 3
@@ -78,23 +78,29 @@ contains
                     return
                 end if
             end associate
-            noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
+            call judge_noise(axis, rms, knowledge%accelerometer_noise(axis), data%interval, warnings, error)
             if (allocated(error)) return
-            deviation = sqrt(noise%autocovariance([0]))
-            if (deviation(1) > 0) call judge_noise(axis, rms, deviation(1), warnings)
         end do
     end subroutine check_accelerations
 
-    !> Warns of residuals that are much larger than the noise.
-    subroutine judge_noise(axis, rms, deviation, warnings)
+    !> Warns of residuals that are much larger than the noise, if that is known.
+    subroutine judge_noise(axis, rms, spectrum, interval, warnings, error)
         integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: rms             !! Of the axis's residuals, m/s^2
-        real(dp), intent(in) :: deviation       !! Standard deviation of the noise, m/s^2
+        type(noise_spectrum_t), intent(in) :: spectrum  !! Of the axis, m^2 s^-4/Hz
+        real(dp), intent(in) :: interval        !! Of the samples, s
         type(string_t), allocatable, intent(inout) :: warnings(:)
+        type(error_t), allocatable, intent(out) :: error
 
-        if (rms <= MUCH_NOISE*deviation) return
+        type(coloured_noise_t) :: noise
+        real(dp) :: deviation(1)
+
+        noise = coloured_noise(spectrum, interval, error)
+        if (allocated(error)) return
+        deviation = sqrt(noise%autocovariance([0]))
+        if (.not. deviation(1) > 0 .or. rms <= MUCH_NOISE*deviation(1)) return
         call append(warnings, 'accelerometer: the residuals of axis '//AXES(axis)//' have an RMS of '// &
-                    number_text(rms)//' m/s^2, '//number_text(rms/deviation)//' times the noise '// &
+                    number_text(rms)//' m/s^2, '//number_text(rms/deviation(1))//' times the noise '// &
                     'of the setup: check the unit of the samples; the offset may be wrong')
     end subroutine judge_noise
 
@@ -102,20 +108,28 @@ contains
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
     !> the torque is missing or too much; the offset would be off by as much. Warns of less, of a setup
     !> whose rods stay off, and of attitudes that no factor makes fit.
-    subroutine check_torque(knowledge, problem, warnings, error, record)
+    subroutine check_torque(knowledge, data, star_sigma, quaternion, angular_velocity, warnings, error, record, kept)
         type(operator_knowledge_t), intent(in) :: knowledge
-        class(attitude_problem_t), intent(in) :: problem    !! After the fit
+        type(fitting_data_t), intent(in) :: data
+        real(dp), intent(in) :: star_sigma(3)       !! Of the star camera about its axes, rad; 0: not known
+        real(dp), intent(in) :: quaternion(4), angular_velocity(3)
+        !! At the epoch, after the fit: inertial to body; rad/s
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! What was found is put there
+        logical, intent(in), optional :: kept(:)    !! Star-camera samples; all when absent
 
         real(dp) :: factor, sigma, misfit
+        logical :: counted(size(data%stars%time))
 
-        if (.not. any(abs(problem%data%torque) > 0)) then
+        if (.not. any(abs(data%torque) > 0)) then
             call append(warnings, RODS_OFF)
             return
         end if
-        call estimate_torque_factor(knowledge, problem, factor, sigma, misfit, error)
+        counted = .true.
+        if (present(kept)) counted = kept
+        call estimate_torque_factor(knowledge, data, counted, star_sigma, quaternion, angular_velocity, factor, &
+                                    sigma, misfit, error)
         if (allocated(error)) return
         call judge_torque(factor, sigma, misfit, warnings, error, record)
     end subroutine check_torque
@@ -154,104 +168,65 @@ contains
         end if
     end subroutine judge_torque
 
-    !> The factor of the magnetic torque that would fit the attitude best, estimated together with
-    !> attitude and angular velocity at the epoch and a constant torque about each axis (air, gravity
-    !> gradient: what the fit does not model), by one linear step from the fit. The angles are weighted with the
-    !> star camera's noise about its axes (the boresight is worse by far). The standard deviation comes
-    !> from the residuals, but is at least that of the star camera's noise: the variance of the samples
-    !> is that of the residuals over the mean of (1-g)^2 + g^2 of the interpolation, and
-    !> pseudo-observations between the same samples count as one.
-    subroutine estimate_torque_factor(knowledge, problem, factor, sigma, misfit, error)
+    !> The factor of the magnetic torque that would fit the star camera's samples best, estimated together with
+    !> attitude and angular velocity at the epoch and a constant torque about each axis (what the physical model
+    !> leaves out), by one linear step from the fit. The angles are weighted with the star camera's noise
+    !> about its axes (the boresight is worse by far). The standard deviation comes from the residuals, but is
+    !> at least that of the star camera's noise.
+    subroutine estimate_torque_factor(knowledge, data, kept, star_sigma, quaternion, angular_velocity, factor, &
+                                      sigma, misfit, error)
         type(operator_knowledge_t), intent(in) :: knowledge
-        class(attitude_problem_t), intent(in) :: problem    !! After the fit
+        type(fitting_data_t), intent(in) :: data
+        logical, intent(in) :: kept(:)                      !! Star-camera samples that count
+        real(dp), intent(in) :: star_sigma(3)               !! About camera x, y, boresight, rad; 0: not known
+        real(dp), intent(in) :: quaternion(4), angular_velocity(3)
+        !! At the epoch, after the fit: inertial to body; rad/s
         real(dp), intent(out) :: factor, sigma              !! 1: as it should be; standard deviation
         real(dp), intent(out) :: misfit
         !! RMS of the residuals in standard deviations of the noise; 0 if that is unknown
         type(error_t), allocatable, intent(out) :: error
 
-        integer, parameter :: N = 10    ! small angles, angular velocity, constant torque, factor
-        real(dp), parameter :: STEP = 1e-2_dp           ! of the factor, for its partials
-        real(dp), parameter :: TORQUE_STEP = 1e-5_dp    ! N m
-        type(attitude_problem_t) :: trial
-        real(dp), allocatable :: partials(:, :), torque(:, :), residuals(:)
-        real(dp) :: normal(N, N), covariance(N, N), rhs(N), correction(N), condition
-        real(dp) :: variance
-        integer :: m, axis
+        integer, parameter :: FITTED(10) = [ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN], N = size(FITTED)
+        type(fitting_data_t) :: copy                        ! so that warnings are not said twice
+        type(physical_model_t) :: model
+        type(model_state_t) :: state
+        type(model_trajectory_t) :: trajectory
+        real(dp) :: partials(N, 3*size(kept)), residuals(3*size(kept)), angles(3), by(N, 3), unit(3)
+        real(dp) :: normal(N, N), covariance(N, N), rhs(N), correction(N), condition, variance
+        logical :: noise_known
+        integer :: i, axis
 
         factor = 1
         sigma = 0
         misfit = 0
-        call prepare_attitude(knowledge, problem%data, .true., trial)
-        trial%quaternion = problem%quaternion
-        trial%angular_velocity = problem%angular_velocity
-        m = trial%observations
-        allocate (partials(N, m), residuals(m))
-        call trial%linearise_attitude(partials, residuals)
-        torque = trial%fit%torque
-        do axis = 1, 3
-            trial%fit%torque(axis, :) = torque(axis, :) + TORQUE_STEP
-            partials(6 + axis, :) = response()/TORQUE_STEP
-            trial%fit%torque = torque
-        end do
-        trial%fit%torque = (1 + STEP)*torque
-        partials(N, :) = response()/STEP
-        call weight_angles(knowledge, problem%data, partials, residuals)
+        noise_known = all(star_sigma > 0)
+        unit = merge(star_sigma, 1.0_dp, noise_known)
+        copy = data
+        call prepare_model(knowledge, copy, FITTED, model)
+        state%quaternion = quaternion
+        state%value(RATE) = angular_velocity
+        call integrate_trajectory(model, state, trajectory)
+        partials = 0
+        residuals = 0
+        associate (stars => data%stars)
+            do i = 1, size(kept)
+                if (.not. kept(i)) cycle
+                call star_angles(model, trajectory, stars%time(i), stars%head(i), stars%quaternion(:, i), angles, by)
+                do axis = 1, 3
+                    residuals(3*i - 3 + axis) = angles(axis)/unit(axis)
+                    partials(:, 3*i - 3 + axis) = by(:, axis)/unit(axis)
+                end do
+            end do
+        end associate
         call normal_equations(partials, residuals, normal, rhs)
-        call solve_normal_equations(normal, rhs, correction, covariance, condition, error)
+        call solve_normal_equations(normal, rhs, correction, covariance, condition, error, PARAMETER_NAMES(FITTED))
         if (allocated(error)) return
         factor = 1 + correction(N)
-        associate (left => residuals - matmul(correction, partials), &
-                   g => problem%data%attitude_source%fraction, &
-                   shared => max(1.0_dp, knowledge%star_camera_interval/knowledge%accelerometer_interval))
-            variance = sum(left**2)/max(1, m - N)*size(g)/sum((1 - g)**2 + g**2)
-            if (noise_is_known(knowledge)) then
-                misfit = sqrt(variance)
-                variance = max(1.0_dp, variance)
-            end if
-            sigma = sqrt(covariance(N, N)*shared*variance)
-        end associate
-
-    contains
-
-        !> The change of the computed angles under the torque of the trial.
-        function response() result(change)
-            real(dp) :: change(m)
-
-            real(dp) :: unused(N, m)
-
-            call trial%linearise_attitude(unused, change)
-            change = residuals - change
-        end function response
+        variance = sum((residuals - matmul(correction, partials))**2)/max(1, 3*count(kept) - N)
+        if (noise_known) then
+            misfit = sqrt(variance)
+            variance = max(1.0_dp, variance)
+        end if
+        sigma = sqrt(covariance(N, N)*variance)
     end subroutine estimate_torque_factor
-
-    pure logical function noise_is_known(knowledge)
-        type(operator_knowledge_t), intent(in) :: knowledge
-
-        noise_is_known = all(knowledge%star_camera_sigma > 0)
-    end function noise_is_known
-
-    !> Turns angles about the body's axes into those about the camera's axes, in units of their noise
-    !> (if it is known).
-    subroutine weight_angles(knowledge, data, partials, residuals)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(fitting_data_t), intent(in) :: data
-        real(dp), intent(inout) :: partials(:, :)   !! Parameters x (3 times pseudo-observations)
-        real(dp), intent(inout) :: residuals(:)
-
-        real(dp) :: whiten(3, 3, HEADS)
-        integer :: i, head
-
-        if (.not. noise_is_known(knowledge)) return
-        do head = 1, HEADS
-            whiten(:, :, head) = rotation_matrix(knowledge%mounting(:, head))/ &
-                                 spread(knowledge%star_camera_sigma, 2, 3)
-        end do
-        do i = 1, size(data%attitude_epoch)
-            head = data%stars%head(data%attitude_source(i)%first)
-            associate (angles => residuals(3*i - 2:3*i), columns => partials(:, 3*i - 2:3*i))
-                angles = matmul(whiten(:, :, head), angles)
-                columns = matmul(columns, transpose(whiten(:, :, head)))
-            end associate
-        end do
-    end subroutine weight_angles
 end module gracecg_estimation_fit_checks

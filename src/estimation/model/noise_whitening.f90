@@ -8,16 +8,23 @@
 !> likelihood so computed: F. C. Schweppe, IEEE Trans. Information Theory 11 (1965) 61-70). The work
 !> grows with the number of samples, not with its cube or square; gaps and samples that are left out
 !> only stretch a step of the filter.
+!>
+!> `whitener_t` does so for these poles, whose transition is diagonal, with gains computed once for any
+!> number of series. `whiten_by_process` does so for white noise and any Gauss-Markov process: it gives what the
+!> square-root information filter (gracecg_estimation_square_root_filter) leaves of each observation, up to
+!> sign, at a tenth of the work, but nothing for a smoother; it serves the search for a process by its
+!> likelihood.
 module gracecg_estimation_noise_whitening
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
-    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
+    use gracecg_base_gauss_markov, only: gauss_markov_t
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
+    public :: whiten_by_process
 
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
@@ -112,31 +119,29 @@ contains
         call orthonormal_line(epoch, whitener)
     end subroutine new_whitener
 
-    !> The whiteners of the accelerometer's axes, from the spectra that the setup gives. Fails, naming
-    !> the axis, as new_whitener does and where the setup gives no level.
-    subroutine accelerometer_whiteners(knowledge, epoch, whiteners, error, kept)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        integer, intent(in) :: epoch(:)                 !! In units of the accelerometer's interval
+    !> The whiteners of the accelerometer's axes from their spectra. Fails, naming the axis, as new_whitener
+    !> does and where a level is not positive.
+    subroutine accelerometer_whiteners(spectra, interval, epoch, whiteners, error, kept)
+        type(noise_spectrum_t), intent(in) :: spectra(3)    !! x, y, z, m^2 s^-4/Hz
+        real(dp), intent(in) :: interval                !! Of the accelerometer, s
+        integer, intent(in) :: epoch(:)                 !! In units of the interval
         type(whitener_t), intent(out) :: whiteners(3)
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: kept(:, :)     !! (3, samples)
 
         type(coloured_noise_t) :: noise
+        logical :: counted(size(epoch))
         integer :: axis
 
         do axis = 1, 3
-            if (.not. knowledge%accelerometer_noise(axis)%level > 0) then
-                call fail(error, 'noise_level = '//number_text(knowledge%accelerometer_noise(axis)%level)// &
-                          ' m^2 s^-4/Hz has to be positive')
+            counted = .true.
+            if (present(kept)) counted = kept(axis, :)
+            if (.not. spectra(axis)%level > 0) then
+                call fail(error, 'the noise level, noise_level = '//number_text(spectra(axis)%level)// &
+                          ' m^2 s^-4/Hz, has to be positive')
             else
-                noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
-            end if
-            if (.not. allocated(error)) then
-                if (present(kept)) then
-                    call new_whitener(noise, epoch, whiteners(axis), error, kept(axis, :))
-                else
-                    call new_whitener(noise, epoch, whiteners(axis), error)
-                end if
+                noise = coloured_noise(spectra(axis), interval, error)
+                if (.not. allocated(error)) call new_whitener(noise, epoch, whiteners(axis), error, counted)
             end if
             call add_context(error, 'accelerometer, axis '//AXES(axis))
             if (allocated(error)) return
@@ -262,4 +267,108 @@ contains
 
         is_kept = self%used(i)
     end function is_kept
+
+    !> Whitens rows of observations with unit white noise. Rows that are not kept become zero.
+    pure subroutine whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
+        type(gauss_markov_t), intent(in) :: process     !! Its transition matrix tridiagonal
+        integer, intent(in) :: epoch(:)                 !! Of each row, in intervals, increasing
+        logical, intent(in) :: kept(:)    !! (samples)
+        real(dp), intent(in) :: rows(:, :)              !! (values, samples)
+        real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
+        real(dp), intent(out) :: log_variance           !! Sum of the logarithms of the innovations' variances
+
+        log_variance = 0
+        call whiten_sized(process%n, size(rows, 1), size(epoch), process, epoch, kept, rows, whitened, log_variance)
+    end subroutine whiten_by_process
+
+    !> The work of whiten_by_process, with sizes that the compiler sees.
+    pure subroutine whiten_sized(n, values, samples, process, epoch, kept, rows, whitened, log_variance)
+        integer, intent(in) :: n, values, samples
+        type(gauss_markov_t), intent(in) :: process
+        integer, intent(in) :: epoch(samples)
+        logical, intent(in) :: kept(samples)
+        real(dp), intent(in) :: rows(values, samples)
+        real(dp), intent(out) :: whitened(values, samples)
+        real(dp), intent(inout) :: log_variance
+
+        real(dp) :: state(values, n), covariance(n, n), noise(n, n), gain(n), variance
+        real(dp) :: below(n), on(n), above(n)           ! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
+        integer :: i, j, k
+
+        call diagonals(n, process%transition, below, on, above)
+        state = 0
+        covariance = process%covariance
+        noise = matmul(process%noise_root, transpose(process%noise_root))
+        do i = 1, samples
+            if (i > 1) then
+                do k = epoch(i - 1) + 1, epoch(i)
+                    call times_transition(values, n, below, on, above, state)
+                    call times_transition(n, n, below, on, above, covariance)       ! P Phi^T
+                    covariance = transpose(covariance)                              ! Phi P
+                    call times_transition(n, n, below, on, above, covariance)
+                    covariance = covariance + noise
+                end do
+            end if
+            if (.not. kept(i)) then
+                whitened(:, i) = 0
+                cycle
+            end if
+            gain = 0
+            do j = 1, n
+                if (abs(process%output(j)) > 0) gain = gain + process%output(j)*covariance(:, j)
+            end do
+            variance = 1 + dot_product(process%output, gain)
+            gain = gain/variance
+            whitened(:, i) = rows(:, i)
+            do j = 1, n
+                if (abs(process%output(j)) > 0) whitened(:, i) = whitened(:, i) - process%output(j)*state(:, j)
+            end do
+            do j = 1, n
+                state(:, j) = state(:, j) + gain(j)*whitened(:, i)
+                covariance(:, j) = covariance(:, j) - (variance*gain(j))*gain
+            end do
+            whitened(:, i) = whitened(:, i)/sqrt(variance)
+            log_variance = log_variance + log(variance)
+        end do
+    end subroutine whiten_sized
+
+    !> The three diagonals of a transition matrix.
+    pure subroutine diagonals(n, phi, below, on, above)
+        integer, intent(in) :: n
+        real(dp), intent(in) :: phi(n, n)
+        real(dp), intent(out) :: below(n), on(n), above(n)
+
+        integer :: j
+
+        below = 0
+        above = 0
+        do j = 1, n
+            on(j) = phi(j, j)
+            if (j > 1) below(j) = phi(j, j - 1)
+            if (j < n) above(j) = phi(j, j + 1)
+        end do
+    end subroutine diagonals
+
+    !> a Phi^T in place of a.
+    pure subroutine times_transition(rows, n, below, on, above, a)
+        integer, intent(in) :: rows, n
+        real(dp), intent(in) :: below(n), on(n), above(n)   !! Diagonals of Phi
+        real(dp), intent(inout) :: a(rows, n)
+
+        real(dp) :: before(rows), now(rows)
+        integer :: j
+
+        do j = 1, n
+            now = a(:, j)
+            if (abs(below(j)) > 0) then
+                a(:, j) = on(j)*now + below(j)*before
+            else if (abs(above(j)) > 0) then
+                a(:, j) = on(j)*now + above(j)*a(:, j + 1)
+            else
+                a(:, j) = on(j)*now
+            end if
+            if (abs(below(j)) > 0 .and. abs(above(j)) > 0) a(:, j) = a(:, j) + above(j)*a(:, j + 1)
+            before = now
+        end do
+    end subroutine times_transition
 end module gracecg_estimation_noise_whitening

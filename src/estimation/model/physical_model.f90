@@ -16,7 +16,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: append
-    use gracecg_base_vectors, only: cross, cross_matrix, inverse_3x3, unit
+    use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: dipole_moment
@@ -25,6 +25,8 @@ module gracecg_estimation_physical_model
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
+    use gracecg_estimation_parameters
+    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
     use gracecg_estimation_offset_information, only: gravity_gradient_matrix
     implicit none
@@ -32,37 +34,7 @@ module gracecg_estimation_physical_model
     public :: physical_model_t, model_state_t, model_trajectory_t
     public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
     public :: correct_state, turned_by, turn_between
-    public :: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS
-    public :: SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY
-    public :: INERTIA, TORQUE_CHANGE, ALWAYS_ESTIMATED, airflow_at
-
-    integer, parameter :: PARAMETERS = 38    !! Number of all parameters
-    !> Places of the parameters, as index vectors
-    integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch, rad
-    integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch, rad/s
-    integer, parameter :: TORQUE(3) = [7, 8, 9]             !! T, N m
-    integer, parameter :: OFFSET(3) = [10, 11, 12]          !! d, m
-    integer, parameter :: DRIFT(3) = [13, 14, 15]           !! alpha, m/s^3
-    integer, parameter :: BIAS(3) = [16, 17, 18]            !! beta, m/s^2
-    integer, parameter :: SCALE_FACTORS(3) = [19, 20, 21]   !! s: scale factor minus 1
-    integer, parameter :: ROD_GAIN = 22                     !! g: gain minus 1
-    integer, parameter :: FIELD_BIAS(3) = [23, 24, 25]      !! b, T
-    integer, parameter :: DRAG_CURVATURE = 26               !! gamma, m/s^2
-    integer, parameter :: WAVE_SINE = 27, WAVE_COSINE = 28  !! Amplitudes of the density wave, m/s^2
-    integer, parameter :: WAVE_FREQUENCY = 29               !! Error of the wave's frequency, Hz
-    integer, parameter :: INERTIA(6) = [30, 31, 32, 33, 34, 35]
-    !! Errors of J's elements xx, yy, zz, xy, yz, zx, kg m^2
-    integer, parameter :: TORQUE_CHANGE(3) = [36, 37, 38]   !! T', N m
-    integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
-    !! Parameters of every fit; `optimal` adds to them
-
-    character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
-        'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
-        'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
-        'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
-        'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
-        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
-    !! In the order of their places
+    public :: airflow_at
 
     !> Rows and columns of the elements of INERTIA
     integer, parameter :: ELEMENT_ROW(6) = [1, 2, 3, 1, 2, 3], ELEMENT_COLUMN(6) = [1, 2, 3, 2, 3, 1]
@@ -102,10 +74,17 @@ module gracecg_estimation_physical_model
         real(dp), allocatable :: accelerations(:, :, :) !! d(d omega/dt)/dp
     end type model_trajectory_t
 
-    !> J and its inverse with the state's inertia errors
-    type :: inertia_t
-        real(dp) :: j(3, 3), inverse(3, 3)
-    end type inertia_t
+    !> The equations of the nominal rotation. State: q, omega, then [d zeta/dp, d omega/dp] of each of the
+    !> model's `rotational` parameters.
+    type, extends(rotation_t) :: nominal_rotation_t
+        type(rigid_body_t) :: body                  !! With the state's inertia errors
+        type(physical_model_t), pointer :: model => null()
+        type(model_state_t), pointer :: state => null()
+        type(model_trajectory_t), pointer :: trajectory => null()
+    contains
+        procedure :: rate => nominal_rate
+        procedure :: keep => keep_nominal
+    end type nominal_rotation_t
 
 contains
 
@@ -133,17 +112,9 @@ contains
             model%camera_from_body(:, :, head) = rotation_matrix(knowledge%mounting(:, head))
         end do
         model%estimated = estimated
-        model%rotational = pack(estimated, [(is_rotational(estimated(j)), j=1, size(estimated))])
+        model%rotational = pack(estimated, is_rotational(estimated))
         model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
     end subroutine prepare_model
-
-    !> Does a parameter act on attitude and angular velocity?
-    pure logical function is_rotational(parameter)
-        integer, intent(in) :: parameter
-
-        is_rotational = any([ATTITUDE_ANGLES, RATE, TORQUE, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE] &
-                            == parameter)
-    end function is_rotational
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.
     subroutine take_gravity(data, model)
@@ -250,19 +221,21 @@ contains
         if (abs(x) > tiny(1.0_dp)) sinc = sin(x)/x
     end function sinc
 
-    pure function inertia_of(model, state) result(inertia_tensor)
+    !> The body with the state's inertia errors.
+    pure function body_of(model, state) result(body)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
-        type(inertia_t) :: inertia_tensor
+        type(rigid_body_t) :: body
 
+        real(dp) :: tensor(3, 3)
         integer :: i
 
-        inertia_tensor%j = model%inertia
+        tensor = model%inertia
         do i = 1, 6
-            inertia_tensor%j = inertia_tensor%j + state%value(INERTIA(i))*unit_inertia(i)
+            tensor = tensor + state%value(INERTIA(i))*unit_inertia(i)
         end do
-        inertia_tensor%inverse = inverse_3x3(inertia_tensor%j)
-    end function inertia_of
+        body = new_rigid_body(tensor)
+    end function body_of
 
     !> dJ/dp of element i of INERTIA.
     pure function unit_inertia(i) result(j)
@@ -274,61 +247,60 @@ contains
         j(ELEMENT_COLUMN(i), ELEMENT_ROW(i)) = 1
     end function unit_inertia
 
-    !> Integrates the nominal rotation and the variational equations (classical Runge-Kutta of order
-    !> 4, forces at half steps).
-    pure subroutine integrate_trajectory(model, state, trajectory)
-        type(physical_model_t), intent(in) :: model
-        type(model_state_t), intent(in) :: state
-        type(model_trajectory_t), intent(inout) :: trajectory     !! Reused if it has the right shape
+    !> Integrates the nominal rotation and the variational equations.
+    subroutine integrate_trajectory(model, state, trajectory)
+        type(physical_model_t), intent(in), target :: model
+        type(model_state_t), intent(in), target :: state
+        type(model_trajectory_t), intent(inout), target :: trajectory     !! Reused if it has the right shape
 
-        type(inertia_t) :: inertia_tensor
-        real(dp), dimension(4) :: q, q_stage
-        real(dp), dimension(3) :: omega, omega_stage
-        real(dp), dimension(4, 4) :: q_rate
-        real(dp), dimension(3, 4) :: omega_rate
-        real(dp), dimension(6, size(model%rotational)) :: x, x_stage
-        real(dp), dimension(6, size(model%rotational), 4) :: x_rate
-        real(dp) :: h
-        integer :: k, i, n, p
+        type(nominal_rotation_t) :: rotation
+        real(dp) :: initial(7 + 6*size(model%rotational))
+        integer :: i
 
-        real(dp), parameter :: PART(2:4) = [0.5_dp, 0.5_dp, 1.0_dp]
-        integer, parameter :: LATER(4) = [0, 1, 1, 2]           ! half steps
-
-        n = model%steps
-        p = size(model%rotational)
-        h = model%interval
-        inertia_tensor = inertia_of(model, state)
-        call shape_trajectory(n, p, trajectory)
-        q = state%quaternion
-        omega = state%value(RATE)
-        x = 0
-        do i = 1, p
-            if (any(ATTITUDE_ANGLES == model%rotational(i))) x(model%rotational(i), i) = 1
-            if (any(RATE == model%rotational(i))) x(model%rotational(i), i) = 1
+        call shape_trajectory(model%steps, size(model%rotational), trajectory)
+        rotation%steps = model%steps
+        rotation%interval = model%interval
+        rotation%quaternion = 1
+        rotation%body = body_of(model, state)
+        rotation%model => model
+        rotation%state => state
+        rotation%trajectory => trajectory
+        initial = 0
+        initial(:7) = [state%quaternion, state%value(RATE)]
+        do i = 1, size(model%rotational)
+            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) initial(7 + 6*(i - 1) + model%rotational(i)) = 1
         end do
-        do k = 0, n
-            call derivatives(model, state, inertia_tensor, 2*k, q, omega, x, q_rate(:, 1), omega_rate(:, 1), &
-                             x_rate(:, :, 1))
-            trajectory%q(:, k) = q
-            trajectory%omega(:, k) = omega
-            trajectory%omega_dot(:, k) = omega_rate(:, 1)
-            trajectory%angles(:, :, k) = x(1:3, :)
-            trajectory%rates(:, :, k) = x(4:6, :)
-            trajectory%accelerations(:, :, k) = x_rate(4:6, :, 1)
-            if (k == n) exit
-            do i = 2, 4
-                q_stage = q + h*PART(i)*q_rate(:, i - 1)
-                omega_stage = omega + h*PART(i)*omega_rate(:, i - 1)
-                x_stage = x + h*PART(i)*x_rate(:, :, i - 1)
-                call derivatives(model, state, inertia_tensor, 2*k + LATER(i), q_stage, omega_stage, x_stage, &
-                                 q_rate(:, i), omega_rate(:, i), x_rate(:, :, i))
-            end do
-            q = q + h/6*(q_rate(:, 1) + 2*q_rate(:, 2) + 2*q_rate(:, 3) + q_rate(:, 4))
-            q = q/norm2(q)
-            omega = omega + h/6*(omega_rate(:, 1) + 2*omega_rate(:, 2) + 2*omega_rate(:, 3) + omega_rate(:, 4))
-            x = x + h/6*(x_rate(:, :, 1) + 2*x_rate(:, :, 2) + 2*x_rate(:, :, 3) + x_rate(:, :, 4))
-        end do
+        call rotation%integrate(initial)
     end subroutine integrate_trajectory
+
+    pure subroutine nominal_rate(self, half, n, y, dydt)
+        class(nominal_rotation_t), intent(in) :: self
+        integer, intent(in) :: half, n
+        real(dp), intent(in) :: y(n)
+        real(dp), intent(out) :: dydt(n)
+
+        call derivatives(self%model, self%state, self%body, half, y(1), y(5), y(8), dydt(1), dydt(5), dydt(8))
+    end subroutine nominal_rate
+
+    subroutine keep_nominal(self, k, n, y, dydt)
+        class(nominal_rotation_t), intent(inout) :: self
+        integer, intent(in) :: k, n
+        real(dp), intent(in) :: y(n), dydt(n)
+
+        integer :: i, first
+
+        associate (trajectory => self%trajectory)
+            trajectory%q(:, k) = y(1:4)
+            trajectory%omega(:, k) = y(5:7)
+            trajectory%omega_dot(:, k) = dydt(5:7)
+            do i = 1, size(self%model%rotational)
+                first = 7 + 6*(i - 1)
+                trajectory%angles(:, i, k) = y(first + 1:first + 3)
+                trajectory%rates(:, i, k) = y(first + 4:first + 6)
+                trajectory%accelerations(:, i, k) = dydt(first + 4:first + 6)
+            end do
+        end associate
+    end subroutine keep_nominal
 
     pure subroutine shape_trajectory(n, p, trajectory)
         integer, intent(in) :: n, p
@@ -344,39 +316,38 @@ contains
     end subroutine shape_trajectory
 
     !> Right-hand sides at a half step, of the rotation and of x = [d zeta/dp; d omega/dp].
-    pure subroutine derivatives(model, state, inertia_tensor, half, q, omega, x, q_rate, omega_rate, x_rate)
+    pure subroutine derivatives(model, state, body, half, q, omega, x, q_rate, omega_rate, x_rate)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
-        type(inertia_t), intent(in) :: inertia_tensor
+        type(rigid_body_t), intent(in) :: body
         integer, intent(in) :: half
         real(dp), intent(in) :: q(4), omega(3), x(6, size(model%rotational))
         real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(6, size(model%rotational))
 
-        real(dp) :: c(3), jc(3), momentum(3), gradient_torque(3), acting(3)
+        real(dp) :: c(3), jc(3), gradient_torque(3), acting(3)
         real(dp) :: by_angles(3, 3), by_rate(3, 3)
         integer :: i
 
-        associate (j => inertia_tensor%j, three_mu => 3*model%rate_squared(half))
+        associate (j => body%inertia, three_mu => 3*model%rate_squared(half))
             c = matmul(rotation_matrix(q/norm2(q)), model%upwards(:, half))
             jc = matmul(j, c)
-            momentum = matmul(j, omega)
             gradient_torque = three_mu*cross(c, jc)
             acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
                                                   cross(model%dipole(:, half), state%value(FIELD_BIAS))) + &
                      gradient_torque + state%value(TORQUE) + &
                      (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
             q_rate = quaternion_rate(q, omega)
-            omega_rate = matmul(inertia_tensor%inverse, acting - cross(omega, momentum))
+            omega_rate = body%angular_acceleration(acting, omega)
             ! c' = c + c x zeta
-            by_angles = three_mu*matmul(inertia_tensor%inverse, &
+            by_angles = three_mu*matmul(body%inverse_inertia, &
                                         matmul(matmul(cross_matrix(c), j) - cross_matrix(jc), cross_matrix(c)))
-            by_rate = -matmul(inertia_tensor%inverse, matmul(cross_matrix(omega), j) - cross_matrix(momentum))
+            by_rate = body%rate_partials(omega)
         end associate
         do i = 1, size(model%rotational)
             x_rate(1:3, i) = x(4:6, i) - cross(omega, x(1:3, i))
             x_rate(4:6, i) = times(by_angles, x(1:3, i)) + times(by_rate, x(4:6, i))
             if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) cycle
-            x_rate(4:6, i) = x_rate(4:6, i) + times(inertia_tensor%inverse, generalised_torque(model%rotational(i)))
+            x_rate(4:6, i) = x_rate(4:6, i) + times(body%inverse_inertia, generalised_torque(model%rotational(i)))
         end do
 
     contains

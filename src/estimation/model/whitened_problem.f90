@@ -3,15 +3,15 @@
 !> a-priori knowledge. Every row has the weight 1, so the inverse normal matrix is the covariance.
 module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
+    use gracecg_base_error, only: error_t
+    use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_base_lapack, only: normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
+    use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners
+    use gracecg_estimation_parameters
     use gracecg_estimation_physical_model
     use gracecg_estimation_batch_processor, only: batch_problem_t
     implicit none
@@ -67,7 +67,7 @@ contains
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         type(fitting_data_t), intent(inout) :: data     !! Its warnings may grow
-        integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_physical_model
+        integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_parameters
         type(whitened_problem_t), intent(out) :: problem
 
         integer :: n
@@ -99,7 +99,7 @@ contains
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
-        integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_physical_model
+        integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_parameters
         type(whitened_problem_t), intent(out) :: other
 
         type(fitting_data_t) :: data
@@ -114,30 +114,7 @@ contains
         other%acceleration_kept = problem%acceleration_kept
     end subroutine with_parameters
 
-    !> Sizes of the parameters, for convergence.
-    pure function typical_sizes(estimated, duration) result(sizes)
-        integer, intent(in) :: estimated(:)
-        real(dp), intent(in) :: duration            !! s
-        real(dp) :: sizes(size(estimated))
-
-        real(dp) :: all_sizes(PARAMETERS)
-
-        all_sizes = 1
-        all_sizes(ATTITUDE_ANGLES) = 1e-3_dp        ! rad
-        all_sizes(RATE) = 1e-3_dp                   ! rad/s
-        all_sizes(TORQUE) = 1e-4_dp                 ! N m
-        all_sizes(OFFSET) = 1e-3_dp                 ! m
-        all_sizes(DRIFT) = 1e-6_dp/duration         ! m/s^3
-        all_sizes(BIAS) = 1e-6_dp                   ! m/s^2
-        all_sizes(FIELD_BIAS) = 1e-7_dp             ! T
-        all_sizes(DRAG_CURVATURE) = 1e-8_dp         ! m/s^2
-        all_sizes(WAVE_SINE) = 1e-8_dp
-        all_sizes(WAVE_COSINE) = 1e-8_dp
-        all_sizes(WAVE_FREQUENCY) = 1e-1_dp/duration    ! Hz
-        sizes = all_sizes(estimated)
-    end function typical_sizes
-
-    !> Scale factors, rod gain and magnetometer bias are known beforehand to their sigmas.
+    !> A-priori knowledge of the estimated parameters, where there is any.
     pure subroutine take_prior(knowledge, estimated, problem)
         type(operator_knowledge_t), intent(in) :: knowledge
         integer, intent(in) :: estimated(:)
@@ -146,10 +123,7 @@ contains
         real(dp) :: sigma(PARAMETERS)
         integer :: i
 
-        sigma = 0
-        sigma(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
-        sigma(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
-        sigma(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
+        sigma = a_priori_sigmas(knowledge)
         problem%known = pack([(i, i=1, size(estimated))], sigma(estimated) > 0)
         problem%known_sigma = sigma(estimated(problem%known))
     end subroutine take_prior
@@ -160,17 +134,9 @@ contains
         type(whitened_problem_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
-        type(coloured_noise_t) :: noise
-        integer :: axis
-
-        do axis = 1, 3
-            noise = coloured_noise(problem%noise%accelerometer(axis), problem%model%interval, error)
-            if (.not. allocated(error)) &
-                call new_whitener(noise, problem%data%accelerometer_epoch, problem%whiteners(axis), error, &
-                                  problem%acceleration_kept(axis, :))
-            call add_context(error, 'accelerometer, axis '//AXES(axis))
-            if (allocated(error)) return
-        end do
+        call accelerometer_whiteners(problem%noise%accelerometer, problem%model%interval, &
+                                     problem%data%accelerometer_epoch, problem%whiteners, error, &
+                                     problem%acceleration_kept)
     end subroutine set_noise
 
     subroutine linearise_calibration(self, partials, residuals, weights, error)

@@ -6,24 +6,23 @@ module gracecg_estimation_optimal
     use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, add_context, number_text
     use gracecg_base_text, only: append, string_t
-    use gracecg_base_lapack, only: solve_normal_equations
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
+    use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_optimal_options, only: NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_physical_model
+    use gracecg_estimation_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
-        set_noise, &
-        information_matrix, estimated_parameters, with_parameters
+        set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
-    use gracecg_estimation_outlier_editing, only: edit_samples, report_edited
-    use gracecg_estimation_fit_checks, only: refuse_stuck_axis, judge_torque, judge_noise, RODS_OFF
+    use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
+    use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
-    use gracecg_estimation_fit_record, only: fit_record_t, STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
+    use gracecg_estimation_fit_record, only: fit_record_t, record_samples, record_covariance, NOISE_SOURCES, &
+        STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
     implicit none
     private
     public :: estimate_optimal
@@ -34,6 +33,10 @@ module gracecg_estimation_optimal
     !! A wave is left in only if the squared error so expected is smaller than with it by more than this factor
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
+    real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations; 2e-9 of Gaussian noise is beyond
+    real(dp), parameter :: MEDIAN_OF_ONE = 0.67449_dp   !! Of |x|, x of the standard normal distribution
+    real(dp), parameter :: MEDIAN_OF_THREE = 1.53817_dp !! Of the length of a vector of three such
+    real(dp), parameter :: MOST = 0.25_dp           !! Part of a series that may be left out
     !> Below what any instrument has: data without noise
     real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
 
@@ -76,10 +79,11 @@ contains
             call add_context(error, 'optimal')
             return
         end if
-        call report_edited(fit%problem, solution%edited, solution%warnings, error)
+        call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
+                           solution%edited, solution%warnings, error)
         if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
-            call check_fit(observations%knowledge, options, fit%problem, fit%batch, solution, error, record)
+            call check_fit(observations%knowledge, fit%problem, solution, error, record)
         if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
@@ -132,7 +136,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(batch_settings_t), parameter :: SETTINGS = batch_settings_t(tolerance=1e-6_dp)
-        logical :: unknown_level(3), unknown_angle(3), changed, edited
+        logical :: unknown_level(3), unknown_angle(3), changed
         integer :: round
 
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
@@ -147,11 +151,31 @@ contains
             if (any(unknown_level)) call update_spectra(fit%problem, unknown_level, changed, error)
             if (allocated(error)) return
             if (any(unknown_angle)) call update_angles(fit%problem, fit%batch, unknown_angle, changed)
-            call edit_samples(fit%problem, edited)
-            if (.not. (changed .or. edited)) exit
+            call edit(fit%problem, changed)
+            if (.not. changed) exit
         end do
         fit%converged = fit%batch%converged .and. round <= MOST_ROUNDS
     end subroutine settle
+
+    !> Leaves out what is too far from the fit: of the accelerometer by the innovation of the whitening filter,
+    !> which a spike moves by its whole size; of the star camera by the length of the three angles in units of
+    !> their noise. The residuals must be those of the present state.
+    subroutine edit(problem, changed)
+        type(whitened_problem_t), intent(inout) :: problem
+        logical, intent(inout) :: changed    !! Set if another fit is needed
+
+        real(dp) :: normalised(size(problem%star_kept))
+        integer :: axis, i
+
+        do axis = 1, 3
+            call leave_out_worst(abs(problem%whiteners(axis)%innovations(problem%acceleration_residual(axis, :))), LIMIT, &
+                                 MEDIAN_OF_ONE, problem%acceleration_kept(axis, :), changed)
+        end do
+        do i = 1, size(normalised)
+            normalised(i) = norm2(problem%star_angles(:, i)/problem%noise%star_camera_sigma)
+        end do
+        call leave_out_worst(normalised, LIMIT, MEDIAN_OF_THREE, problem%star_kept, changed)
+    end subroutine edit
 
     !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
     subroutine widen(knowledge, options, fit, wave, wider)
@@ -346,66 +370,44 @@ contains
     end subroutine store
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
-    subroutine check_fit(knowledge, options, problem, batch, solution, error, record)
+    subroutine check_fit(knowledge, problem, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
-        type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
-        type(batch_solution_t), intent(in) :: batch
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record
 
-        type(coloured_noise_t) :: noise
-        real(dp) :: deviation(1), factor, sigma, misfit
         integer :: axis
 
         do axis = 1, 3
-            noise = coloured_noise(problem%noise%accelerometer(axis), problem%model%interval, error)
+            call judge_noise(axis, solution%residual_rms(axis), problem%noise%accelerometer(axis), &
+                             problem%model%interval, solution%warnings, error)
             if (allocated(error)) return
-            deviation = sqrt(noise%autocovariance([0]))
-            call judge_noise(axis, solution%residual_rms(axis), deviation(1), solution%warnings)
         end do
-        if (.not. any(abs(problem%data%torque) > 0)) then
-            call append(solution%warnings, RODS_OFF)
-            return
-        end if
-        misfit = sqrt(sum(batch%residuals(:problem%star_rows)**2)/max(1, 3*count(problem%star_kept)))
-        call estimate_gain(knowledge, options, problem, factor, sigma, error)
-        if (allocated(error)) return
-        sigma = sigma*max(1.0_dp, misfit)
-        call judge_torque(factor, sigma, misfit, solution%warnings, error, record)
+        call check_torque(knowledge, problem%data, problem%noise%star_camera_sigma, problem%state%quaternion, &
+                          problem%state%value(RATE), solution%warnings, error, record, problem%star_kept)
     end subroutine check_fit
 
-    !> Puts the fit into a record: the samples kept on all axes, the covariance with the offset first,
-    !> and what of it each group of observations brings.
+    !> Puts the fit into a record: the samples kept on all axes, the covariance, and what of it each group of
+    !> observations brings.
     subroutine record_fit(problem, batch, record)
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         type(fit_record_t), intent(inout) :: record
 
-        integer, allocatable :: kept(:), order(:)
-        integer :: i, axis, n
+        real(dp) :: by_source(3, 3, NOISE_SOURCES)
+        integer :: axis
 
-        n = size(problem%model%estimated)
-        kept = pack([(i, i=1, size(problem%data%accelerometer_epoch))], all(problem%acceleration_kept, 1))
-        record%interval = problem%model%interval
-        record%epoch = problem%data%accelerometer_epoch(kept)
-        record%residual = problem%acceleration_residual(:, kept)
-        allocate (record%partials(3, 3, size(kept)))
-        do i = 1, size(kept)
-            record%partials(:, :, i) = transpose(problem%acceleration_partials(OFFSET, :, kept(i)))
-        end do
-        record%angular_acceleration = problem%trajectory%omega_dot(:, record%epoch)
-        order = [OFFSET, pack([(i, i=1, n)], [(all(OFFSET /= i), i=1, n)])]
-        record%names = problem%names(order)
-        record%covariance = batch%inverse(order, order)
+        call record_samples(problem%data, all(problem%acceleration_kept, 1), problem%acceleration_residual, &
+                            problem%acceleration_partials(OFFSET, :, :), problem%trajectory%omega_dot, record)
         associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
             do axis = 1, 3
-                record%covariance_by_source(:, :, axis) = brought_by(stars + axis, last, 3)
+                by_source(:, :, axis) = brought_by(stars + axis, last, 3)
             end do
-            record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = brought_by(1, stars, 1)
-            record%covariance_by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(last + 1, problem%observations, 1)
+            by_source(:, :, STAR_CAMERA_NOISE) = brought_by(1, stars, 1)
+            by_source(:, :, A_PRIORI_KNOWLEDGE) = brought_by(last + 1, problem%observations, 1)
         end associate
+        call record_covariance(problem%names, batch%inverse, OFFSET, by_source, record)
 
     contains
 
@@ -422,36 +424,4 @@ contains
             covariance = matmul(gain, transpose(gain))
         end function brought_by
     end subroutine record_fit
-
-    !> The factor of the magnetic torque that fits best, without a-priori knowledge, by one linear step.
-    subroutine estimate_gain(knowledge, options, problem, factor, sigma, error)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(estimation_options_t), intent(in) :: options
-        type(whitened_problem_t), intent(in) :: problem
-        real(dp), intent(out) :: factor, sigma
-        type(error_t), allocatable, intent(out) :: error
-
-        type(operator_knowledge_t) :: free
-        type(whitened_problem_t) :: trial
-        real(dp), allocatable :: information(:, :), rhs(:), residuals(:), step(:), covariance(:, :)
-        real(dp) :: condition
-        integer :: n
-
-        factor = 1
-        sigma = 0
-        free = knowledge
-        free%a_priori%sigma_rod_gain = 0         ! no a-priori knowledge
-        associate (estimated => problem%model%estimated)
-            call with_parameters(free, options, problem, [pack(estimated, estimated /= ROD_GAIN), ROD_GAIN], trial)
-        end associate
-        call set_noise(trial, error)
-        if (allocated(error)) return
-        call information_matrix(trial, information, rhs, residuals)
-        n = size(rhs)
-        allocate (step(n), covariance(n, n))
-        call solve_normal_equations(information, rhs, step, covariance, condition, error, trial%names)
-        if (allocated(error)) return
-        factor = 1 + trial%state%value(ROD_GAIN) + step(n)
-        sigma = sqrt(covariance(n, n))
-    end subroutine estimate_gain
 end module gracecg_estimation_optimal

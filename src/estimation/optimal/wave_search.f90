@@ -21,7 +21,7 @@ module gracecg_estimation_wave_search
     !! exp(-25/2) = 4e-6 at one frequency, and some 100 of them are independent: one false alarm in 2000 arcs
     real(dp), parameter :: LEAST_CYCLES = 1.5_dp        !! In the arc: a slower wave looks like drift
     real(dp), parameter :: HIGHEST_FREQUENCY = 1.0_dp   !! Hz
-    integer, parameter :: LINES_PER_BIN = 4             !! Frequencies tried, in units of 1/arc
+    real(dp), parameter :: NEAR_LINE = 0.25_dp          !! Where the frequency is looked for, in units of 1/arc
     integer, parameter :: REFINEMENTS = 14              !! Of the golden section
     real(dp), parameter :: GOLDEN = (sqrt(5.0_dp) - 1)/2
 
@@ -46,8 +46,8 @@ contains
         arc = problem%model%steps*problem%model%interval
         call line_along_airflow(problem, batch, arc, line, frequency)
         if (line < LEAST_GAIN) return
-        low = frequency - 1/(LINES_PER_BIN*arc)
-        high = frequency + 1/(LINES_PER_BIN*arc)
+        low = frequency - NEAR_LINE/arc
+        high = frequency + NEAR_LINE/arc
         inner = [high - GOLDEN*(high - low), low + GOLDEN*(high - low)]
         value = [gain_at(inner(1)), gain_at(inner(2))]
         do i = 1, REFINEMENTS
@@ -131,8 +131,6 @@ contains
             series = series + weight(axis)*batch%residuals(first + axis:first + problem%acceleration_rows:3)
         end do
         call strongest_line(problem%data%accelerometer_epoch, series, size(series), problem%model%interval, &
-                            1/(LINES_PER_BIN*arc), ceiling(LEAST_CYCLES*LINES_PER_BIN), &
-                            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%model%interval)*arc*LINES_PER_BIN), &
-                            line, frequency)
+                            arc, LEAST_CYCLES, HIGHEST_FREQUENCY, line, frequency)
     end subroutine line_along_airflow
 end module gracecg_estimation_wave_search

@@ -16,7 +16,8 @@ module gracecg_estimation_assest
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_estimation_solution, only: solution_t, store_offset
-    use gracecg_estimation_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
+    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
+        STAR_CAMERA_NOISE
     implicit none
     private
     public :: estimate_assest
@@ -77,8 +78,9 @@ contains
                 call check_accelerations(observations%knowledge, data, offset_batch%residuals, &
                                          solution%warnings, error)
             if (.not. allocated(error)) &
-                call check_torque(observations%knowledge, attitude, solution%warnings, error, record)
-            if (present(record)) call record_accelerations(data, rotation, offset_batch%residuals, record)
+                call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
+                                  attitude%quaternion, attitude%angular_velocity, solution%warnings, error, record)
+            if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
         end if
     end subroutine estimate_assest
 
@@ -96,8 +98,8 @@ contains
         type(fit_record_t), intent(inout), optional :: record
 
         real(dp), allocatable :: gain(:, :), rate_gain(:, :), whole(:, :), by_axis(:, :, :), from_rate(:, :)
-        real(dp), allocatable :: rate_to_state(:, :)
-        real(dp) :: rate_covariance(3, 3)
+        real(dp), allocatable :: rate_to_state(:, :), all_of_them(:, :)
+        real(dp) :: rate_covariance(3, 3), by_source(3, 3, NOISE_SOURCES)
         integer :: i, k, row, n, parameters
 
         parameters = merge(OFFSET_PARAMETERS, 3, present(record))
@@ -113,7 +115,7 @@ contains
                 row = 3*(i - 1)
                 rate_to_state = rate_to_state - matmul(gain(:, row + 1:row + 3), matmul( &
                                 offset_rate_partials(rotation%omega(:, k), &
-                                                     attitude%fit%rate_partials(rotation%omega(:, k)), &
+                                                     attitude%fit%body%rate_partials(rotation%omega(:, k)), &
                                                      offset%state(1:3)), rotation%phi_22(:, :, k)))
             end do
         end associate
@@ -126,15 +128,17 @@ contains
         whole = whole + from_rate
         covariance = whole(:3, :3)
         if (.not. present(record)) return
-        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
-        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_rate(:3, :3)
-        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
-        allocate (record%covariance(parameters + 3, parameters + 3))
-        associate (p => record%covariance, cross => matmul(rate_to_state, rate_covariance))
+        by_source = 0
+        by_source(:, :, :3) = by_axis(:3, :3, :)
+        by_source(:, :, STAR_CAMERA_NOISE) = from_rate(:3, :3)
+        allocate (all_of_them(parameters + 3, parameters + 3))
+        associate (p => all_of_them, cross => matmul(rate_to_state, rate_covariance))
             p(:parameters, :parameters) = whole
             p(:parameters, parameters + 1:) = cross
             p(parameters + 1:, :parameters) = transpose(cross)
             p(parameters + 1:, parameters + 1:) = rate_covariance
         end associate
+        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], all_of_them, &
+                               [1, 2, 3], by_source, record)
     end subroutine propagate_noise
 end module gracecg_estimation_assest

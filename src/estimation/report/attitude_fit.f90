@@ -1,33 +1,28 @@
-!> The dynamics that the estimators fit, CSR-TM-00-01 section 4.3: rigid-body rotation under the
+!> The dynamics that the report's estimators fit, CSR-TM-00-01 section 4.3: rigid-body rotation under the
 !> magnetic torque alone, with its state transition matrix.
 !>
 !> The magnetic flux density is measured in body axes, so the torque m x B is a known function of
-!> time; it is tabulated at every half step of the integration (classical Runge-Kutta of order 4).
+!> time; it is tabulated at every half step of the integration (gracecg_estimation_rigid_body).
 module gracecg_estimation_attitude_fit
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross, cross_matrix, inverse_3x3, identity
+    use gracecg_base_vectors, only: cross_matrix, identity
     use gracecg_base_quaternion, only: quaternion_rate, rate_matrix
+    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     implicit none
     private
-    public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, fitted_small_angles_t
+    public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t
     public :: new_attitude_fit, kinematic_partials
-
-    !> What is integrated beside the angular velocity and its transition matrix
-    integer, parameter :: NOTHING_ELSE = 0, FULL_ATTITUDE = 1, SMALL_ANGLES = 2
 
     !> What the rotation depends on.
     type :: attitude_fit_t
         integer :: steps = 0                        !! Number of integration steps n
         real(dp) :: interval = 0                    !! Step h, s
-        real(dp) :: inertia(3, 3) = 0               !! J_p about the proof-mass centre, kg m^2
-        real(dp) :: inverse_inertia(3, 3) = 0       !! 1/(kg m^2)
+        type(rigid_body_t) :: body                  !! With J_p about the proof-mass centre
         real(dp), allocatable :: torque(:, :)       !! m x B in body axes at j h/2, (3, 0:2n), N m
     contains
         procedure :: angular_acceleration   !! d omega/dt of (4-4) under the rods' torque
-        procedure :: rate_partials          !! Partials of the angular acceleration
-        procedure :: fit_rotation           !! Integrates attitude and rate with all partials
-        procedure :: fit_attitude           !! The state's integration, quaternion as attitude
-        procedure :: fit_small_angles       !! The same, small angles as attitude
+        procedure :: fit_rotation           !! Integrates the rate with its partials
+        procedure :: fit_attitude           !! The same and the attitude
     end type attitude_fit_t
 
     !> Angular velocity along the arc, at k h for k = 0..n.
@@ -37,27 +32,28 @@ module gracecg_estimation_attitude_fit
         real(dp), allocatable :: phi_22(:, :, :)    !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55)
     end type fitted_rotation_t
 
-    !> Attitude quaternion along the arc with its partials.
+    !> Attitude along the arc with its partials: of the quaternion (c = 4), or of small angles zeta that
+    !> turn the nominal into the true attitude (c = 3).
     type :: fitted_attitude_t
         real(dp), allocatable :: q(:, :)            !! (4, 0:n)
-        real(dp), allocatable :: phi_11(:, :, :)    !! dq(t)/dq(t0), (4, 4, 0:n), eq. (4-53)
-        real(dp), allocatable :: phi_12(:, :, :)    !! dq(t)/d omega(t0), (4, 3, 0:n), eq. (4-54), s
+        real(dp), allocatable :: phi_11(:, :, :)
+        !! dq(t)/dq(t0), eq. (4-53), or d zeta(t)/d zeta(t0), eq. (4-65): (c, c, 0:n)
+        real(dp), allocatable :: phi_12(:, :, :)
+        !! dq(t)/d omega(t0), eq. (4-54), or d zeta(t)/d omega(t0), eq. (4-66): (c, 3, 0:n), s
     end type fitted_attitude_t
 
-    !> Attitude along the arc with the partials of small angles zeta that turn the nominal into the
-    !> true attitude.
-    type :: fitted_small_angles_t
-        real(dp), allocatable :: q(:, :)            !! (4, 0:n)
-        real(dp), allocatable :: phi_11(:, :, :)    !! d zeta(t)/d zeta(t0), (3, 3, 0:n), eq. (4-65)
-        real(dp), allocatable :: phi_12(:, :, :)    !! d zeta(t)/d omega(t0), (3, 3, 0:n), eq. (4-66), s
-    end type fitted_small_angles_t
+    integer, parameter :: Q_PLACE = 13, PHI_PLACE = 17  !! Where q and Phi_11, Phi_12 begin in the state
 
-    !> What is integrated together, or its derivative; the parts that are not wanted stay zero.
-    type :: bundle_t
-        real(dp) :: q(4) = 0, omega(3) = 0, phi_22(3, 3) = 0
-        real(dp) :: phi_11(4, 4) = 0, phi_12(4, 3) = 0          ! full attitude
-        real(dp) :: zeta_11(3, 3) = 0, zeta_12(3, 3) = 0        ! small angles
-    end type bundle_t
+    !> The equations of one fit. State: omega, Phi_22, then q, Phi_11, Phi_12 if the attitude is wanted.
+    type, extends(rotation_t) :: fitted_arc_t
+        class(attitude_fit_t), pointer :: fit => null()
+        integer :: components = 0                   !! c of the attitude: 4, 3 or, if it is not wanted, 0
+        type(fitted_rotation_t), pointer :: rotation => null()
+        type(fitted_attitude_t), pointer :: attitude => null()
+    contains
+        procedure :: rate => rate_of_fit
+        procedure :: keep => keep_fit
+    end type fitted_arc_t
 
 contains
 
@@ -70,31 +66,19 @@ contains
 
         fit%steps = (size(torque, 2) - 1)/2
         fit%interval = interval
-        fit%inertia = inertia
-        fit%inverse_inertia = inverse_3x3(inertia)
+        fit%body = new_rigid_body(inertia)
         allocate (fit%torque(3, 0:2*fit%steps), source=torque)
     end function new_attitude_fit
 
-    !> d omega/dt = J_p^-1 (m x B - omega x (J_p omega)), eq. (4-7), at the half step `half`.
+    !> d omega/dt under m x B, eq. (4-7), at the half step `half`.
     pure function angular_acceleration(self, half, omega) result(omega_dot)
         class(attitude_fit_t), intent(in) :: self
         integer, intent(in) :: half         !! Time in half steps from the start
         real(dp), intent(in) :: omega(3)    !! rad/s
         real(dp) :: omega_dot(3)            !! rad/s^2
 
-        omega_dot = matmul(self%inverse_inertia, &
-                           self%torque(:, half) - cross(omega, matmul(self%inertia, omega)))
+        omega_dot = self%body%angular_acceleration(self%torque(:, half), omega)
     end function angular_acceleration
-
-    !> Lambda = d(d omega/dt)/d omega = -J_p^-1 [Pi(omega) J_p - Pi(J_p omega)], eqs. (4-11), (4-14).
-    pure function rate_partials(self, omega) result(lambda)
-        class(attitude_fit_t), intent(in) :: self
-        real(dp), intent(in) :: omega(3)    !! rad/s
-        real(dp) :: lambda(3, 3)            !! 1/s
-
-        lambda = -matmul(self%inverse_inertia, matmul(cross_matrix(omega), self%inertia) - &
-                         cross_matrix(matmul(self%inertia, omega)))
-    end function rate_partials
 
     !> Gamma = d(dq/dt)/d omega, eqs. (4-13), (4-15).
     pure function kinematic_partials(q) result(gamma)
@@ -108,155 +92,124 @@ contains
 
     !> Integrates the angular velocity and its state transition matrix.
     subroutine fit_rotation(self, omega_0, rotation)
-        class(attitude_fit_t), intent(in) :: self
+        class(attitude_fit_t), intent(in), target :: self
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_rotation_t), intent(out) :: rotation
+        type(fitted_rotation_t), intent(out), target :: rotation
 
-        type(bundle_t) :: state
-        integer :: k
+        type(fitted_arc_t) :: arc
 
-        call allocate_rotation(self%steps, rotation)
-        state = initial_bundle([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], omega_0)
-        call store_rotation(self, 0, state, rotation)
-        do k = 1, self%steps
-            call advance(self, k - 1, NOTHING_ELSE, state)
-            call store_rotation(self, k, state, rotation)
-        end do
+        call prepare_arc(self, rotation, arc)
+        call arc%integrate([omega_0, identity(3)])
     end subroutine fit_rotation
 
-    !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56).
-    subroutine fit_attitude(self, q_0, omega_0, attitude, rotation)
-        class(attitude_fit_t), intent(in) :: self
+    !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56), or,
+    !> reduced, with that of small angles, (4-58), (4-59), (4-65)-(4-67), whose sign of Pi is corrected:
+    !> d zeta/dt = -Pi(omega*) zeta + d omega.
+    subroutine fit_attitude(self, reduced, q_0, omega_0, attitude, rotation)
+        class(attitude_fit_t), intent(in), target :: self
+        logical, intent(in) :: reduced              !! Small angles in place of the quaternion's components
         real(dp), intent(in) :: q_0(4)              !! At t = 0, inertial to body
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_attitude_t), intent(out) :: attitude
-        type(fitted_rotation_t), intent(out) :: rotation
+        type(fitted_attitude_t), intent(out), target :: attitude
+        type(fitted_rotation_t), intent(out), target :: rotation
 
-        type(bundle_t) :: state
-        integer :: k, n
+        type(fitted_arc_t) :: arc
+        integer :: i
 
-        n = self%steps
-        call allocate_rotation(n, rotation)
-        allocate (attitude%q(4, 0:n), attitude%phi_11(4, 4, 0:n), attitude%phi_12(4, 3, 0:n))
-        state = initial_bundle(q_0, omega_0)
-        do k = 0, n
-            if (k > 0) call advance(self, k - 1, FULL_ATTITUDE, state)
-            attitude%q(:, k) = state%q
-            attitude%phi_11(:, :, k) = state%phi_11
-            attitude%phi_12(:, :, k) = state%phi_12
-            call store_rotation(self, k, state, rotation)
-        end do
+        call prepare_arc(self, rotation, arc)
+        arc%components = merge(3, 4, reduced)
+        arc%attitude => attitude
+        associate (n => self%steps, c => arc%components)
+            allocate (attitude%q(4, 0:n), attitude%phi_11(c, c, 0:n), attitude%phi_12(c, 3, 0:n))
+            call arc%integrate([omega_0, identity(3), q_0, identity(c), (0.0_dp, i=1, 3*c)])
+        end associate
     end subroutine fit_attitude
 
-    !> Integrates attitude and angular velocity with the transition matrix of the reduced state,
-    !> (4-58), (4-59), (4-65)-(4-67), whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
-    subroutine fit_small_angles(self, q_0, omega_0, attitude, rotation)
-        class(attitude_fit_t), intent(in) :: self
-        real(dp), intent(in) :: q_0(4)              !! At t = 0, inertial to body
-        real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_small_angles_t), intent(out) :: attitude
-        type(fitted_rotation_t), intent(out) :: rotation
+    subroutine prepare_arc(fit, rotation, arc)
+        class(attitude_fit_t), intent(in), target :: fit
+        type(fitted_rotation_t), intent(inout), target :: rotation
+        type(fitted_arc_t), intent(inout) :: arc
 
-        type(bundle_t) :: state
-        integer :: k, n
-
-        n = self%steps
-        call allocate_rotation(n, rotation)
-        allocate (attitude%q(4, 0:n), attitude%phi_11(3, 3, 0:n), attitude%phi_12(3, 3, 0:n))
-        state = initial_bundle(q_0, omega_0)
-        do k = 0, n
-            if (k > 0) call advance(self, k - 1, SMALL_ANGLES, state)
-            attitude%q(:, k) = state%q
-            attitude%phi_11(:, :, k) = state%zeta_11
-            attitude%phi_12(:, :, k) = state%zeta_12
-            call store_rotation(self, k, state, rotation)
-        end do
-    end subroutine fit_small_angles
-
-    subroutine allocate_rotation(n, rotation)
-        integer, intent(in) :: n
-        type(fitted_rotation_t), intent(out) :: rotation
-
-        allocate (rotation%omega(3, 0:n), rotation%omega_dot(3, 0:n), rotation%phi_22(3, 3, 0:n))
-    end subroutine allocate_rotation
-
-    subroutine store_rotation(self, k, state, rotation)
-        type(attitude_fit_t), intent(in) :: self
-        integer, intent(in) :: k
-        type(bundle_t), intent(in) :: state
-        type(fitted_rotation_t), intent(inout) :: rotation
-
-        rotation%omega(:, k) = state%omega
-        rotation%omega_dot(:, k) = self%angular_acceleration(2*k, state%omega)
-        rotation%phi_22(:, :, k) = state%phi_22
-    end subroutine store_rotation
-
-    pure function initial_bundle(q_0, omega_0) result(state)
-        real(dp), intent(in) :: q_0(4), omega_0(3)
-        type(bundle_t) :: state
-
-        state%q = q_0
-        state%omega = omega_0
-        state%phi_22 = identity(3)
-        state%phi_11 = identity(4)
-        state%zeta_11 = identity(3)
-    end function initial_bundle
-
-    !> One step of the classical Runge-Kutta method from step k.
-    pure subroutine advance(self, k, more, state)
-        type(attitude_fit_t), intent(in) :: self
-        integer, intent(in) :: k
-        integer, intent(in) :: more     !! NOTHING_ELSE, FULL_ATTITUDE or SMALL_ANGLES
-        type(bundle_t), intent(inout) :: state
-
-        type(bundle_t) :: k1, k2, k3, k4
-
-        call derivative(self, 2*k, more, state, k1)
-        call derivative(self, 2*k + 1, more, shifted(state, k1, self%interval/2), k2)
-        call derivative(self, 2*k + 1, more, shifted(state, k2, self%interval/2), k3)
-        call derivative(self, 2*k + 2, more, shifted(state, k3, self%interval), k4)
-        state = shifted(shifted(shifted(shifted(state, k1, self%interval/6), &
-                                        k2, self%interval/3), k3, self%interval/3), k4, self%interval/6)
-    end subroutine advance
+        arc%steps = fit%steps
+        arc%interval = fit%interval
+        arc%fit => fit
+        arc%rotation => rotation
+        associate (n => fit%steps)
+            allocate (rotation%omega(3, 0:n), rotation%omega_dot(3, 0:n), rotation%phi_22(3, 3, 0:n))
+        end associate
+    end subroutine prepare_arc
 
     !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55) and (4-65)-(4-67).
-    pure subroutine derivative(self, half, more, state, rate)
-        type(attitude_fit_t), intent(in) :: self
-        integer, intent(in) :: half
-        integer, intent(in) :: more
-        type(bundle_t), intent(in) :: state
-        type(bundle_t), intent(out) :: rate
+    pure subroutine rate_of_fit(self, half, n, y, dydt)
+        class(fitted_arc_t), intent(in) :: self
+        integer, intent(in) :: half, n
+        real(dp), intent(in) :: y(n)
+        real(dp), intent(out) :: dydt(n)
 
-        real(dp) :: half_omega_matrix(4, 4), minus_pi(3, 3)
-
-        rate%omega = self%angular_acceleration(half, state%omega)
-        rate%phi_22 = matmul(self%rate_partials(state%omega), state%phi_22)
-        if (more == NOTHING_ELSE) return
-        rate%q = quaternion_rate(state%q, state%omega)
-        if (more == FULL_ATTITUDE) then
-            half_omega_matrix = rate_matrix(state%omega)/2
-            rate%phi_11 = matmul(half_omega_matrix, state%phi_11)
-            rate%phi_12 = matmul(half_omega_matrix, state%phi_12) + &
-                          matmul(kinematic_partials(state%q), state%phi_22)
+        call rotation_rates(self%fit%body, self%fit%torque(:, half), y(1), y(4), dydt(1), dydt(4))
+        if (self%components == 0) return
+        dydt(Q_PLACE:Q_PLACE + 3) = quaternion_rate(y(Q_PLACE:Q_PLACE + 3), y(1:3))
+        if (self%components == 4) then
+            call full_rates(y(1), y(Q_PLACE), y(4), y(PHI_PLACE), y(PHI_PLACE + 16), dydt(PHI_PLACE), &
+                            dydt(PHI_PLACE + 16))
         else
-            minus_pi = -cross_matrix(state%omega)
-            rate%zeta_11 = matmul(minus_pi, state%zeta_11)
-            rate%zeta_12 = matmul(minus_pi, state%zeta_12) + state%phi_22
+            call small_angle_rates(y(1), y(4), y(PHI_PLACE), y(PHI_PLACE + 9), dydt(PHI_PLACE), &
+                                   dydt(PHI_PLACE + 9))
         end if
-    end subroutine derivative
+    end subroutine rate_of_fit
 
-    !> state + h rate
-    pure function shifted(state, rate, h) result(sum)
-        type(bundle_t), intent(in) :: state, rate
-        real(dp), intent(in) :: h
-        type(bundle_t) :: sum
+    pure subroutine rotation_rates(body, torque, omega, phi_22, omega_rate, phi_22_rate)
+        type(rigid_body_t), intent(in) :: body
+        real(dp), intent(in) :: torque(3), omega(3), phi_22(3, 3)
+        real(dp), intent(out) :: omega_rate(3), phi_22_rate(3, 3)
 
-        sum%q = state%q + h*rate%q
-        sum%omega = state%omega + h*rate%omega
-        sum%phi_22 = state%phi_22 + h*rate%phi_22
-        sum%phi_11 = state%phi_11 + h*rate%phi_11
-        sum%phi_12 = state%phi_12 + h*rate%phi_12
-        sum%zeta_11 = state%zeta_11 + h*rate%zeta_11
-        sum%zeta_12 = state%zeta_12 + h*rate%zeta_12
-    end function shifted
+        omega_rate = body%angular_acceleration(torque, omega)
+        phi_22_rate = matmul(body%rate_partials(omega), phi_22)
+    end subroutine rotation_rates
+
+    pure subroutine full_rates(omega, q, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
+        real(dp), intent(in) :: omega(3), q(4), phi_22(3, 3), phi_11(4, 4), phi_12(4, 3)
+        real(dp), intent(out) :: phi_11_rate(4, 4), phi_12_rate(4, 3)
+
+        real(dp) :: half_omega_matrix(4, 4)
+
+        half_omega_matrix = rate_matrix(omega)/2
+        phi_11_rate = matmul(half_omega_matrix, phi_11)
+        phi_12_rate = matmul(half_omega_matrix, phi_12) + matmul(kinematic_partials(q), phi_22)
+    end subroutine full_rates
+
+    pure subroutine small_angle_rates(omega, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
+        real(dp), intent(in) :: omega(3), phi_22(3, 3), phi_11(3, 3), phi_12(3, 3)
+        real(dp), intent(out) :: phi_11_rate(3, 3), phi_12_rate(3, 3)
+
+        real(dp) :: minus_pi(3, 3)
+
+        minus_pi = -cross_matrix(omega)
+        phi_11_rate = matmul(minus_pi, phi_11)
+        phi_12_rate = matmul(minus_pi, phi_12) + phi_22
+    end subroutine small_angle_rates
+
+    subroutine keep_fit(self, k, n, y, dydt)
+        class(fitted_arc_t), intent(inout) :: self
+        integer, intent(in) :: k, n
+        real(dp), intent(in) :: y(n), dydt(n)
+
+        self%rotation%omega(:, k) = y(1:3)
+        self%rotation%omega_dot(:, k) = dydt(1:3)
+        call keep_matrix(3, 3, y(4), self%rotation%phi_22(:, :, k))
+        associate (c => self%components)
+            if (c == 0) return
+            self%attitude%q(:, k) = y(Q_PLACE:Q_PLACE + 3)
+            call keep_matrix(c, c, y(PHI_PLACE), self%attitude%phi_11(:, :, k))
+            call keep_matrix(c, 3, y(PHI_PLACE + c*c), self%attitude%phi_12(:, :, k))
+        end associate
+    end subroutine keep_fit
+
+    pure subroutine keep_matrix(rows, columns, values, matrix)
+        integer, intent(in) :: rows, columns
+        real(dp), intent(in) :: values(rows, columns)
+        real(dp), intent(out) :: matrix(rows, columns)
+
+        matrix = values
+    end subroutine keep_matrix
 end module gracecg_estimation_attitude_fit

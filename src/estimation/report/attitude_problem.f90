@@ -11,7 +11,7 @@ module gracecg_estimation_attitude_problem
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, &
-        fitted_small_angles_t, new_attitude_fit, kinematic_partials
+        new_attitude_fit, kinematic_partials
     use gracecg_estimation_batch_processor, only: batch_problem_t
     implicit none
     private
@@ -98,31 +98,24 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! At least the attitude parameters x observations
         real(dp), intent(out) :: residuals(:)       !! Observed minus computed; quaternion components, or rad
 
-        type(fitted_attitude_t) :: full
-        type(fitted_small_angles_t) :: small
+        type(fitted_attitude_t) :: attitude
         integer :: i, k, first, n
 
         n = self%attitude_components()
-        if (self%reduced) then
-            call self%fit%fit_small_angles(self%quaternion, self%angular_velocity, small, self%rotation)
-        else
-            call self%fit%fit_attitude(self%quaternion, self%angular_velocity, full, self%rotation)
-        end if
+        call self%fit%fit_attitude(self%reduced, self%quaternion, self%angular_velocity, attitude, self%rotation)
         do i = 1, size(self%data%attitude_epoch)
             k = self%data%attitude_epoch(i)
             first = n*(i - 1)
             associate (block => partials(:n, first + 1:first + n), &
                        rate_block => partials(n + 1:n + 3, first + 1:first + n), &
                        residual => residuals(first + 1:first + n), observed => self%data%quaternion(:, i))
-                if (self%reduced) then              ! H~ = [I 0], (4-74)
-                    block = transpose(small%phi_11(:, :, k))
-                    rate_block = transpose(small%phi_12(:, :, k))
+                block = transpose(attitude%phi_11(:, :, k))     ! H~ = [I 0], (4-57), (4-74)
+                rate_block = transpose(attitude%phi_12(:, :, k))
+                if (self%reduced) then
                     residual = small_angles(matmul(rotation_matrix(observed), &
-                                                   transpose(rotation_matrix(normalised(small%q(:, k))))))
-                else                                ! H~ = [I 0], (4-57)
-                    block = transpose(full%phi_11(:, :, k))
-                    rate_block = transpose(full%phi_12(:, :, k))
-                    residual = observed - full%q(:, k)
+                                                   transpose(rotation_matrix(normalised(attitude%q(:, k))))))
+                else
+                    residual = observed - attitude%q(:, k)
                 end if
             end associate
         end do

@@ -16,7 +16,8 @@ module gracecg_estimation_combined
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
     use gracecg_estimation_solution, only: solution_t, store_offset
-    use gracecg_estimation_fit_record, only: fit_record_t, record_accelerations, STAR_CAMERA_NOISE
+    use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
+        STAR_CAMERA_NOISE
     implicit none
     private
     public :: estimate_combined, combined_problem_t, prepare_combined
@@ -78,9 +79,10 @@ contains
                     batch%residuals(problem%attitude_observations + 1:), &
                                          solution%warnings, error)
             if (.not. allocated(error)) &
-                call check_torque(observations%knowledge, problem, solution%warnings, error, record)
+                call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
+                                  problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
             if (present(record)) &
-                call record_accelerations(data, problem%rotation, &
+                call record_rotation(data, problem%rotation, &
                                           batch%residuals(problem%attitude_observations + 1:), record)
         end if
     end subroutine estimate_combined
@@ -129,7 +131,7 @@ contains
                 k = self%data%accelerometer_epoch(i)
                 column = last_attitude + 3*(i - 1)
                 partials(n + 1:n + 3, column + 1:column + 3) = transpose(matmul( &
-                    offset_rate_partials(rotation%omega(:, k), self%fit%rate_partials(rotation%omega(:, k)), &
+                    offset_rate_partials(rotation%omega(:, k), self%fit%body%rate_partials(rotation%omega(:, k)), &
                                          self%offset_state(1:3)), rotation%phi_22(:, :, k)))
             end do
         end associate
@@ -154,6 +156,7 @@ contains
         type(fit_record_t), intent(inout), optional :: record
 
         real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :)
+        real(dp) :: by_source(3, 3, NOISE_SOURCES)
         integer, allocatable :: rows(:)
         integer :: n, m, i
 
@@ -173,9 +176,10 @@ contains
         whole = whole + from_stars
         covariance = whole(:3, :3)
         if (.not. present(record)) return
-        record%names = [character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z']
-        record%covariance = whole
-        record%covariance_by_source(:, :, :3) = by_axis(:3, :3, :)
-        record%covariance_by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
+        by_source = 0
+        by_source(:, :, :3) = by_axis(:3, :3, :)
+        by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
+        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], whole, [1, 2, 3], &
+                               by_source, record)
     end subroutine propagate_noise
 end module gracecg_estimation_combined

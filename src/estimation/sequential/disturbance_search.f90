@@ -13,14 +13,16 @@
 module gracecg_estimation_disturbance_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
-    use gracecg_estimation_square_root_filter, only: constants_t
-    use gracecg_estimation_process_whitening, only: whiten_by_process
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, gather, gather_axis
+    use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
+    use gracecg_estimation_noise_whitening, only: whiten_by_process
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, filter_axis, gather, gather_axis, &
+        smooth_axis
     implicit none
     private
-    public :: disturbance_t, search_disturbance, with_disturbance
+    public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance
 
     integer, parameter :: MOST_DISTURBANCES = 2         !! Processes of an axis
 
@@ -31,7 +33,22 @@ module gracecg_estimation_disturbance_search
         real(dp) :: damping = 0         !! Damping ratio
     end type disturbance_t
 
-    real(dp), parameter :: SPECTRUM_LINES_PER_BIN = 4   !! Frequencies tried, in units of 1/arc
+    !> The disturbances found in one axis.
+    type :: found_t
+        type(disturbance_t), allocatable :: list(:)
+    end type found_t
+
+    !> The disturbances found in all axes.
+    type :: disturbances_t
+        type(found_t) :: axis(3)                !! Not allocated: not searched for
+        integer :: leading = 0                  !! Axis with the largest one; 0: none
+        real(dp) :: shared_part(size(SHARED)) = 0
+        !! A priori, the part of the leading axis' disturbance that the others see
+    end type disturbances_t
+
+    real(dp), parameter :: ALONG_THE_AIRFLOW = 0.7_dp   !! Cosine of the angle to an axis that drag acts along
+    real(dp), parameter :: LEAST_CYCLES = 0.5_dp        !! Of a disturbance in the arc
+    real(dp), parameter :: NEAR_LINE = 0.25_dp          !! First change of a frequency, in units of 1/arc
     real(dp), parameter :: HIGHEST_FREQUENCY = 0.5_dp   !! Of a disturbance, Hz
     real(dp), parameter :: LINE_LIKELY_NOISE = 20
     !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, exceeds 20
@@ -55,8 +72,78 @@ contains
                                                                disturbance%damping, interval))
     end function with_disturbance
 
+    !> Searches all axes for disturbances and adds them to their processes. Drag varies along its own
+    !> direction: of what the axis with the largest disturbance shows, the others see a part that is estimated,
+    !> even where it is too small to be found by itself. So that axis comes first, and the others know of it.
+    subroutine search_disturbances(needed_gain, white_sigma, airflow, problem, remainder, found, error)
+        real(dp), intent(in) :: needed_gain             !! Of 2 ln L
+        real(dp), intent(in) :: white_sigma(3)          !! Of the accelerometer, m/s^2
+        real(dp), intent(in) :: airflow(3)              !! Its direction, body axes
+        type(filter_problem_t), intent(inout) :: problem
+        real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
+        type(disturbances_t), intent(out) :: found
+        type(error_t), allocatable, intent(out) :: error
+
+        type(gauss_markov_t) :: noise(3)
+        real(dp) :: largest(3), unused
+        integer :: axis
+
+        noise = problem%process
+        problem%acceleration(SHARED, :, :) = 0
+        do axis = 1, 3
+            call search_axis(problem, axis, needed_gain, remainder, found%axis(axis)%list)
+            largest(axis) = white_sigma(axis)*maxval([0.0_dp, found%axis(axis)%list%sigma])
+        end do
+        if (.not. maxval(largest) > 0) return
+        found%leading = maxloc(largest, 1)
+        call share_disturbance(found%leading, noise(found%leading)%n, white_sigma, airflow, problem, remainder, &
+                               found%shared_part, error)
+        if (allocated(error)) return
+        do axis = 1, 3
+            if (axis == found%leading) cycle
+            problem%process(axis) = noise(axis)
+            call whiten_by_process(noise(axis), problem%epoch, problem%kept(:, axis), &
+                                   problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
+            call search_axis(problem, axis, needed_gain, remainder, found%axis(axis)%list)
+        end do
+    end subroutine search_disturbances
+
+    !> Smooths the disturbance of the leading axis and lets the other two see a part of it: a priori that
+    !> of an acceleration along the airflow, if that is anywhere near the leading axis.
+    subroutine share_disturbance(leading, noise_states, white_sigma, airflow, problem, remainder, part, error)
+        integer, intent(in) :: leading              !! Axis
+        integer, intent(in) :: noise_states         !! Of its process: those of the instrument's noise
+        real(dp), intent(in) :: white_sigma(3), airflow(3)
+        type(filter_problem_t), intent(inout) :: problem
+        real(dp), intent(inout) :: remainder(:, :, :)
+        real(dp), intent(out) :: part(:)            !! A priori
+        type(error_t), allocatable, intent(out) :: error
+
+        type(process_filter_t) :: filter
+        type(constants_t) :: constants
+        real(dp), dimension(size(problem%epoch)) :: disturbance, unused_residual, unused_chi_square
+        real(dp) :: signal(problem%process(leading)%n)
+        integer :: axis, other
+
+        part = 0
+        call filter_axis(problem, leading, problem%process(leading), .true., filter, remainder(:, :, leading), error)
+        if (allocated(error)) return
+        call gather(problem, constants, remainder)
+        signal = problem%process(leading)%output
+        signal(:noise_states) = 0
+        call smooth_axis(problem, leading, filter, constants, signal, disturbance, unused_residual, &
+                         unused_chi_square)
+        other = 0
+        do axis = 1, 3
+            if (axis == leading) cycle
+            other = other + 1
+            if (abs(airflow(leading)) > ALONG_THE_AIRFLOW) part(other) = airflow(axis)/airflow(leading)
+            problem%acceleration(SHARED(other), :, axis) = disturbance*white_sigma(leading)/white_sigma(axis)
+        end do
+    end subroutine share_disturbance
+
     !> Finds the disturbances of one axis and adds them to its process.
-    subroutine search_disturbance(problem, axis, needed_gain, remainder, found)
+    subroutine search_axis(problem, axis, needed_gain, remainder, found)
         type(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
@@ -70,7 +157,7 @@ contains
 
         allocate (found(0))
         allocate (trial, mold=remainder(:, :, axis))
-        call gather(problem, remainder, others, without=axis)
+        call gather(problem, others, remainder, without=axis)
         call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current)
         do while (size(found) < MOST_DISTURBANCES)
             call line_of_residuals(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
@@ -82,7 +169,7 @@ contains
             call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), &
                                           current)
         end do
-    end subroutine search_disturbance
+    end subroutine search_axis
 
     !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
     subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, value)
@@ -114,7 +201,7 @@ contains
         real(dp), intent(out) :: amplitude              !! Of the whitened residuals
 
         type(constants_t) :: constants
-        real(dp) :: residual(size(remainder, 2)), y(problem%m), spacing
+        real(dp) :: residual(size(remainder, 2)), y(problem%m)
         integer :: i, m, kept
 
         m = problem%m
@@ -124,11 +211,9 @@ contains
         do i = 1, size(residual)
             residual(i) = remainder(m + 1, i) - dot_product(remainder(:m, i), y)
         end do
-        spacing = 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval)
         kept = count(problem%kept(:, axis))
-        call strongest_line(problem%epoch, residual, kept, problem%interval, spacing, &
-                            nint(SPECTRUM_LINES_PER_BIN)/2, &
-                            int(min(HIGHEST_FREQUENCY, 0.5_dp/problem%interval)/spacing), line, frequency)
+        call strongest_line(problem%epoch, residual, kept, problem%interval, problem%steps*problem%interval, &
+                            LEAST_CYCLES, HIGHEST_FREQUENCY, line, frequency)
         amplitude = sqrt(2*line/kept)
     end subroutine line_of_residuals
 
@@ -158,7 +243,7 @@ contains
                 best = trial
             end if
         end do
-        shift = max(best%damping*frequency, 1/(SPECTRUM_LINES_PER_BIN*problem%steps*problem%interval))
+        shift = max(best%damping*frequency, NEAR_LINE/(problem%steps*problem%interval))
         call improve_frequency(best, value, shift)
         call improve_frequency(best, value, shift/4)
         call improve_frequency(best, value, shift/16)

@@ -1,8 +1,8 @@
 !> The calibration as a filter sees it: linearised samples of accelerometer and star camera in the
 !> order of time, the disturbances of each accelerometer axis as Gauss-Markov processes.
 !>
-!> The constants are the parameters of the physical model at the epoch (attitude angles, angular
-!> velocity, torque, drift, bias) and, last, the CG offset. Every axis has a process of its own (the
+!> The constants are the parts of a disturbance that two axes share with a third, the parameters of the
+!> physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every axis has a process of its own (the
 !> flicker noise of the instrument, and what the non-gravitational acceleration does beside its
 !> straight line); given the constants, the axes are independent, so each is filtered by itself and
 !> the remainders meet in the array of the constants (gracecg_estimation_square_root_filter).
@@ -16,8 +16,10 @@ module gracecg_estimation_linearised_samples
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
-    public :: filter_problem_t
+    public :: filter_problem_t, SHARED
     public :: flicker_process, filter_axis, gather, gather_axis, run_through_time, smooth_axis, smooth_star_camera
+
+    integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
 
     !> A calibration, linearised about a nominal trajectory.
     type :: filter_problem_t
@@ -87,12 +89,12 @@ contains
         end do
     end subroutine filter_axis
 
-    !> The constants from what is known a priori, the star camera and the axes' remainders, but for one
-    !> axis if `without` names it.
-    pure subroutine gather(problem, remainder, constants, without)
+    !> The constants from what is known a priori, the star camera and, if given, the axes' remainders, but for
+    !> one axis if `without` names it.
+    pure subroutine gather(problem, constants, remainder, without)
         type(filter_problem_t), intent(in) :: problem
-        real(dp), intent(in) :: remainder(:, :, :)      !! (m + 1, samples, axis)
         type(constants_t), intent(out) :: constants
+        real(dp), intent(in), optional :: remainder(:, :, :)    !! (m + 1, samples, axis)
         integer, intent(in), optional :: without    !! The axis to leave out, 1, 2 or 3
 
         integer :: i, axis
@@ -101,6 +103,7 @@ contains
         do i = 1, size(problem%star_time)
             call gather_star(problem, i, constants)
         end do
+        if (.not. present(remainder)) return
         do axis = 1, 3
             if (present(without)) then
                 if (axis == without) cycle

@@ -111,21 +111,10 @@ contains
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: row(:)          !! (n + 1)
 
-        real(dp) :: radius, c, s, kept
-        integer :: i, j
+        real(dp) :: contraction
 
         self%row = row
-        do i = 1, self%n
-            if (.not. abs(self%row(i)) > 0) cycle
-            radius = sqrt(self%array(i, i)**2 + self%row(i)**2)
-            c = self%array(i, i)/radius
-            s = self%row(i)/radius
-            do j = i, self%n + 1
-                kept = self%array(j, i)
-                self%array(j, i) = c*kept + s*self%row(j)
-                self%row(j) = c*self%row(j) - s*kept
-            end do
-        end do
+        call fold_row(self%n, self%n + 1, self%array, self%row, contraction)
         self%squares = self%squares + self%row(self%n + 1)**2
     end subroutine fold_in
 
@@ -260,28 +249,41 @@ contains
         real(dp), intent(in) :: row(:)          !! (m + 1): [g, r]
         real(dp), intent(out) :: remainder(:)   !! (m + 1)
 
-        real(dp) :: radius, c, s, kept, gain
-        integer :: i, j, n
+        real(dp) :: contraction
 
-        n = self%n
-        self%row(:n) = h
-        self%row(n + 1:) = row
-        gain = 1
+        associate (n => self%n)
+            self%row(:n) = h
+            self%row(n + 1:) = row
+            call fold_row(n, n + self%m + 1, self%array, self%row, contraction)
+            self%log_variance = self%log_variance - 2*log(contraction)
+            remainder = self%row(n + 1:)
+        end associate
+    end subroutine observe
+
+    !> Folds a row into triangular rows by Givens' rotations; what is left of it stays in its other columns. The
+    !> columns of `array` are its rows.
+    pure subroutine fold_row(n, columns, array, row, contraction)
+        integer, intent(in) :: n, columns
+        real(dp), intent(inout) :: array(columns, n), row(columns)
+        real(dp), intent(out) :: contraction        !! Product of the cosines
+
+        real(dp) :: radius, c, s, kept
+        integer :: i, j
+
+        contraction = 1
         do i = 1, n
-            if (.not. abs(self%row(i)) > 0) cycle
-            radius = sqrt(self%array(i, i)**2 + self%row(i)**2)
-            c = self%array(i, i)/radius
-            s = self%row(i)/radius
-            gain = gain*abs(c)
-            do j = i, n + self%m + 1
-                kept = self%array(j, i)
-                self%array(j, i) = c*kept + s*self%row(j)
-                self%row(j) = c*self%row(j) - s*kept
+            if (.not. abs(row(i)) > 0) cycle
+            radius = sqrt(array(i, i)**2 + row(i)**2)
+            c = array(i, i)/radius
+            s = row(i)/radius
+            contraction = contraction*abs(c)
+            do j = i, columns
+                kept = array(j, i)
+                array(j, i) = c*kept + s*row(j)
+                row(j) = c*row(j) - s*kept
             end do
         end do
-        self%log_variance = self%log_variance - 2*log(gain)
-        remainder = self%row(n + 1:)
-    end subroutine observe
+    end subroutine fold_row
 
     !> To the next epoch: p(k+1) in place of p(k). With p(k) = Phi^-1 (p(k+1) - L w) the rows
     !>

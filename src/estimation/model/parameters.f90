@@ -1,0 +1,120 @@
+!> The parameters of the physical model (gracecg_estimation_physical_model) in one table: name, unit, what
+!> they act on, size, and what is known of them before a fit.
+!>
+!> A new one gets a place and a row here, its effect and its partials in the physical model
+!> (`generalised_torque` or `acceleration_partials`), and, if it is known to a standard deviation, a line in
+!> `a_priori_sigmas`.
+module gracecg_estimation_parameters
+    use gracecg_base_kinds, only: dp
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    implicit none
+    private
+    public :: PARAMETERS, PARAMETER_NAMES, PARAMETER_UNITS, ALWAYS_ESTIMATED
+    public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
+    public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
+    public :: is_rotational, typical_sizes, loose_sigmas, a_priori_sigmas
+
+    integer, parameter :: PARAMETERS = 38    !! Number of all parameters
+    !> Places of the parameters, as index vectors
+    integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch
+    integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch
+    integer, parameter :: TORQUE(3) = [7, 8, 9]             !! T
+    integer, parameter :: OFFSET(3) = [10, 11, 12]          !! d
+    integer, parameter :: DRIFT(3) = [13, 14, 15]           !! alpha
+    integer, parameter :: BIAS(3) = [16, 17, 18]            !! beta
+    integer, parameter :: SCALE_FACTORS(3) = [19, 20, 21]   !! s: scale factor minus 1
+    integer, parameter :: ROD_GAIN = 22                     !! g: gain minus 1
+    integer, parameter :: FIELD_BIAS(3) = [23, 24, 25]      !! b
+    integer, parameter :: DRAG_CURVATURE = 26               !! gamma
+    integer, parameter :: WAVE_SINE = 27, WAVE_COSINE = 28  !! Amplitudes of the density wave
+    integer, parameter :: WAVE_FREQUENCY = 29               !! Error of the wave's frequency
+    integer, parameter :: INERTIA(6) = [30, 31, 32, 33, 34, 35] !! Errors of J's xx, yy, zz, xy, yz, zx
+    integer, parameter :: TORQUE_CHANGE(3) = [36, 37, 38]   !! T'
+    integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
+    !! Parameters of every fit; `optimal` adds to them
+
+    !> What a parameter acts on
+    integer, parameter :: ROTATION = 1, ACCELERATION = 2
+
+    !> A row of the table: what the parameters of a group have in common.
+    type :: group_t
+        character(8) :: unit
+        integer :: acts_on          !! ROTATION (the accelerometer sees it, too) or ACCELERATION
+        real(dp) :: size            !! Typical, for convergence
+        logical :: over_arc         !! `size` is what the parameter makes in the whole arc: divided by its length
+        real(dp) :: loose           !! A standard deviation so large that it weighs nothing
+    end type group_t
+
+    logical, parameter :: YES = .true., NO = .false.
+    !> In the order of the places
+    type(group_t), parameter :: TABLE(15) = [ &
+        group_t('rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &            ! ATTITUDE_ANGLES
+        group_t('rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &          ! RATE
+        group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
+        group_t('m', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &          ! OFFSET
+        group_t('m/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &    ! DRIFT
+        group_t('m/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &     ! BIAS
+        group_t('1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &           ! SCALE_FACTORS
+        group_t('1', ROTATION, 1.0_dp, NO, 1.0_dp), &               ! ROD_GAIN
+        group_t('T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &             ! FIELD_BIAS
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! DRAG_CURVATURE
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! WAVE_SINE
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! WAVE_COSINE
+        group_t('Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &        ! WAVE_FREQUENCY
+        group_t('kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &          ! INERTIA
+        group_t('N m', ROTATION, 1.0_dp, NO, 0.01_dp)]              ! TORQUE_CHANGE
+    !> The row of each parameter
+    integer, parameter :: GROUP(PARAMETERS) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 7, 7, 7, 8, &
+                                               9, 9, 9, 10, 11, 12, 13, 14, 14, 14, 14, 14, 14, 15, 15, 15]
+
+    character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
+        'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
+        'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
+        'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
+        'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
+        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
+    !! By place
+    character(8), parameter :: PARAMETER_UNITS(PARAMETERS) = TABLE(GROUP)%unit    !! By place
+
+contains
+
+    !> Does a parameter act on attitude and angular velocity?
+    elemental logical function is_rotational(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_rotational = TABLE(GROUP(parameter))%acts_on == ROTATION
+    end function is_rotational
+
+    !> Sizes of parameters, for convergence.
+    pure function typical_sizes(estimated, duration) result(sizes)
+        integer, intent(in) :: estimated(:)         !! Places
+        real(dp), intent(in) :: duration            !! Of the arc, s
+        real(dp) :: sizes(size(estimated))
+
+        sizes = TABLE(GROUP(estimated))%size/merge(duration, 1.0_dp, TABLE(GROUP(estimated))%over_arc)
+    end function typical_sizes
+
+    !> Standard deviations so large that they weigh nothing.
+    pure function loose_sigmas(estimated) result(sigmas)
+        integer, intent(in) :: estimated(:)         !! Places
+        real(dp) :: sigmas(size(estimated))
+
+        sigmas = TABLE(GROUP(estimated))%loose
+    end function loose_sigmas
+
+    !> How well the operator knows the parameters beforehand: standard deviations by place, 0 where nothing
+    !> is known. They are a-priori knowledge of what is estimated, and limits of what is only considered.
+    pure function a_priori_sigmas(knowledge) result(sigmas)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp) :: sigmas(PARAMETERS)
+
+        integer :: i
+
+        sigmas = 0
+        sigmas(SCALE_FACTORS) = knowledge%a_priori%sigma_scale_factors
+        sigmas(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
+        sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
+        sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
+        sigmas(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
+    end function a_priori_sigmas
+end module gracecg_estimation_parameters
