@@ -58,8 +58,8 @@ contains
         if (allocated(misuse)) return
         call check_writable(request%path, error)
         if (allocated(error)) return
-        call study_magnetometer_loss(request%satellite, request%deviation_nt*NANOTESLA, request%seed, request%runs, request%threads, &
-                                     studies, error, console)
+        call study_magnetometer_loss(request%satellite, request%deviation_nt*NANOTESLA, request%seed, request%runs, &
+                                     request%threads, studies, error, console)
         if (allocated(error)) return
         call show(request, studies, console)
         if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &

@@ -146,7 +146,8 @@ contains
         call parse_integer(text(slash + 1:), request%shards, ok(2))
         call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
                        'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N', misuse)
-        call refuse_if(request%shard > request%runs, 'option --shard: shard '//text//' of '//integer_text(request%runs)// &
+        call refuse_if(request%shard > request%runs, &
+                       'option --shard: shard '//text//' of '//integer_text(request%runs)// &
                        ' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
 
@@ -169,7 +170,8 @@ contains
         call run_case(campaign, i, calibration, simulator, request%threads, error, console)
         if (allocated(error)) return
         if (i == 1) call show_heading(request, console)
-        call show_one_calibration(simulator, calibration%options, request, campaign%entries(1, i)%predicted, console, error)
+        call show_one_calibration(simulator, calibration%options, request, campaign%entries(1, i)%predicted, &
+                                  console, error)
     end subroutine do_case
 
     subroutine show_heading(request, console)
