@@ -61,10 +61,14 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, dipole_moment, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, WAVEFORM_NAMES
+    use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
     use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
+    use gracecg_simulation_satellite, only: satellite_t
+    use gracecg_simulation_operator_errors, only: operator_t, OPERATOR_ERRORS => SOURCES
+    use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
     use gracecg_simulation_case_library, only: find_case
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
@@ -81,7 +85,8 @@ module gracecg
     use gracecg_simulation_quest, only: quest, q_method
     use gracecg_simulation_magnetometer, only: magnetometer_t
     ! Simulation, observation sets, estimation
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case, &
+        tell_operator, operator_of_run
     use gracecg_observations_knowledge, only: operator_knowledge_t, a_priori_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
@@ -132,11 +137,12 @@ module gracecg
     public :: drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
-    public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES
+    public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
+    public :: WAVEFORM_NAMES, motion_limits_t
     public :: gravity_gradient_torque
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
+    public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
     public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state
@@ -147,6 +153,7 @@ module gracecg
     public :: quest, q_method, magnetometer_t
 
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
+    public :: tell_operator, operator_of_run, operator_knowledge
     public :: observation_set_t, operator_knowledge_t, check_observations
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
     public :: a_priori_t, estimation_options_t, read_options, write_options, options_from_text, options_text

@@ -61,11 +61,13 @@ program tester
     use test_bound_command, only: collect_bound_command
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
+    use test_knowledge_errors, only: collect_knowledge_errors
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
     use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
+    use test_operator, only: collect_operator
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
     use test_orbit_scan, only: collect_orbit_scan
@@ -151,11 +153,13 @@ program tester
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &
+             new_testsuite('knowledge-errors', collect_knowledge_errors), &
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
              new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
+             new_testsuite('operator', collect_operator), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
              new_testsuite('orbit-scan', collect_orbit_scan), &

@@ -7,6 +7,9 @@ module gracecg_cli_bound
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, SOURCES
     use gracecg_cli_calibration_argument, only: add_options_option, take_calibration
+    use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
+    use gracecg_studies_consider_check, only: consider_check_t, check_consider, relative_deviation
+    use gracecg_studies_knowledge_errors, only: size_text
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, number_fields
     implicit none
@@ -16,7 +19,7 @@ module gracecg_cli_bound
     character(*), parameter :: COLUMNS = &
         'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
-    integer, parameter :: MOST_CASES = 1000
+    integer, parameter :: MOST_CASES = 1000, MOST_RUNS = 10000000
 
 contains
 
@@ -33,6 +36,10 @@ contains
                                 'group `a_priori` of the case file (consider covariance).', &
                                 'gracecg bound front-1 back-1')
         call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
+                                  '`optimal` from observations without noise, and compare')
+        call arguments%add_option('--seed', 'S', 'of the draws (default 1)')
+        call arguments%add_option('--threads', 'N', 'for the draws (default: the processors of the machine)')
         call add_options_option(arguments)
     end subroutine declare_bound
 
@@ -45,9 +52,12 @@ contains
         type(calibration_t) :: calibration
         type(case_bound_t) :: bound
         character(:), allocatable :: output_format
-        integer :: i
+        integer :: i, runs, seed, threads
 
         call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        call arguments%get('--check', runs, misuse, default=0, low=1, high=MOST_RUNS)
+        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
         do i = 1, arguments%positional_count()
             call take_calibration(arguments, arguments%positional(i), console, calibration, error)
@@ -60,6 +70,8 @@ contains
             else
                 if (i > 1) call console%line('')
                 call print_text(calibration, bound, console)
+                if (runs > 0) call print_checks(calibration, seed, runs, threads, console, error)
+                if (allocated(error)) return
             end if
         end do
     end subroutine run_bound
@@ -89,6 +101,12 @@ contains
             write (line, '(a9, a18, 3f12.5)') '  adds by', ' '//SOURCES(i), bound%by_source(:, i)/MILLIMETRE
             call console%line(trim(line))
         end do
+        do i = 1, size(KNOWLEDGE_SOURCES)
+            if (.not. any(bound%by_knowledge(:, i) > 0)) cycle
+            write (line, '(a27, 3f12.5)') '  '//KNOWLEDGE_SOURCES(i)%name//'     ', &
+                bound%by_knowledge(:, i)/MILLIMETRE
+            call console%line(trim(line))
+        end do
         write (line, '(a27, 3f12.5)') 'all (consider covariance)  ', bound%consider_sigma/MILLIMETRE
         call console%line(trim(line))
         call console%line('error ellipsoid of the bound')
@@ -99,4 +117,29 @@ contains
             call console%line(trim(line))
         end do
     end subroutine print_text
+
+    !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.
+    subroutine print_checks(calibration, seed, runs, threads, console, error)
+        type(calibration_t), intent(in) :: calibration
+        integer, intent(in) :: seed, runs, threads
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: NOTHING = 1e-3_dp        ! of the noise
+        type(consider_check_t) :: check
+        character(160) :: line
+        integer :: i, axis
+
+        call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
+                          'drawn minus considered, %')
+        do i = 1, size(KNOWLEDGE_SOURCES)
+            call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
+            call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error)
+            if (allocated(error)) return
+            write (line, '(t3, 3(f11.6, f8.1), 2x, a)') (check%considered(axis)/MILLIMETRE, &
+                100*relative_deviation(check%rms(axis), check%considered(axis), NOTHING*check%noise(axis)), &
+                axis=1, 3), trim(size_text(check%knowledge_study_t))
+            call console%line(trim(line))
+        end do
+    end subroutine print_checks
 end module gracecg_cli_bound

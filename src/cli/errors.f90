@@ -6,6 +6,8 @@ module gracecg_cli_errors
     use gracecg_base_text, only: integer_text, join
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
+    use gracecg_simulation_operator_errors, only: SOURCES
+    use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_all_knowledge, size_text
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, write_error_sources, STUDY_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
@@ -26,7 +28,9 @@ contains
                                 'at a time, as in Figure 6.5 of CSR-TM-00-01: all-noise, linear-ng (the '// &
                                 'non-gravitational acceleration is a straight line in time), no-acc-noise, '// &
                                 'no-sca-noise, no-mag-noise (neither noise nor bias of the magnetometer). '// &
-                                'The estimator and its weights stay the same.', &
+                                'The estimator and its weights stay the same. Then what the operator may '// &
+                                'know wrongly (group operator of the case file), each source alone: '// &
+                                'its sigma is that of the case, else a priori, else a default size.', &
                                 'gracecg errors --runs 50')
         call arguments%add_option('--runs', 'N', 'of each simulation (default 100)')
         call arguments%add_option('--case', 'CASE', 'name or namelist file (default front-1, as in the report)')
@@ -47,6 +51,7 @@ contains
         type(calibration_t) :: calibration
         character(:), allocatable :: case_name, algorithm, path
         type(error_study_t) :: studies(size(STUDY_NAMES))
+        type(knowledge_study_t) :: knowledge(size(SOURCES))
         integer :: runs, seed, threads
 
         call arguments%get('--runs', runs, misuse, default=100, low=1, high=MOST_RUNS)
@@ -62,10 +67,13 @@ contains
                                                                      calibration, error)
         if (allocated(error)) return
         call study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, console)
+        if (.not. allocated(error)) call study_all_knowledge(calibration, algorithm, seed, runs, threads, knowledge, &
+                                                             error, console)
         if (allocated(error)) return
         call show(trim(calibration%case%name)//', '//algorithm//', '//integer_text(runs)//' runs', studies, console)
+        call show_knowledge(knowledge, console)
         if (path /= '') call write_error_sources(path, 'errors', trim(calibration%case%name)//', '//algorithm// &
-                                                 ', seed '//integer_text(seed), studies, error)
+                                                 ', seed '//integer_text(seed), studies, error, knowledge)
     end subroutine run_errors
 
     subroutine show(title, studies, console)
@@ -84,4 +92,22 @@ contains
             call console%line(trim(row))
         end do
     end subroutine show
+
+    subroutine show_knowledge(studies, console)
+        type(knowledge_study_t), intent(in) :: studies(:)
+        type(console_t), intent(inout) :: console
+
+        character(160) :: row
+        integer :: i, axis
+
+        call console%line('')
+        call console%line('Knowledge of the operator that is wrong, each source alone, without noise: '// &
+                          'RMS change of the CG offset, mm')
+        call console%line('            x here  x theory    y here  y theory    z here  z theory  source')
+        do i = 1, size(studies)
+            write (row, '(t9, 6f10.5, 2x, a)') (studies(i)%rms(axis)/MILLIMETRE, &
+                studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3), trim(size_text(studies(i)))
+            call console%line(trim(row))
+        end do
+    end subroutine show_knowledge
 end module gracecg_cli_errors

@@ -2,7 +2,7 @@
 !> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE
+    use gracecg_base_constants, only: DEGREE, NANOTESLA, MILLIMETRE
     use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t
@@ -63,6 +63,11 @@ module gracecg_observations_knowledge
         real(dp) :: mounting(4, HEADS) = 0              !! Quaternions, body to camera, scalar last
         integer :: camera = 1                           !! The head whose quaternions are used
         type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, m^2 s^-4/Hz
+        real(dp) :: accelerometer_scale(3) = 1          !! Sample by acceleration, as far as it is known
+        real(dp) :: accelerometer_delay = 0             !! Time tag minus time of its samples, s
+        real(dp) :: magnetometer_bias(3) = 0            !! Sample minus flux density, T
+        real(dp) :: torque_change(3) = 0
+        !! Of the torque that is not modelled, from the beginning to the end of the arc, body axes, N m
         real(dp) :: star_camera_sigma(3) = 0            !! About camera x, y, boresight, rad
         character(16) :: field_model = NO_FIELD_MODEL
         !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
@@ -94,6 +99,10 @@ contains
         call settings%group('accelerometer', 'Accelerometer: sampling and noise spectrum level (1 + corner/f)')
         call settings%real_value('interval', knowledge%accelerometer_interval, 1e-3_dp, 10.0_dp, 's', unit='s')
         call describe_noise_spectra(settings, knowledge%accelerometer_noise)
+        call settings%real_values('scale', knowledge%accelerometer_scale, 0.1_dp, 10.0_dp, 'x, y, z: by which '// &
+                                  'samples are divided')
+        call settings%real_value('delay', knowledge%accelerometer_delay, -0.1_dp, 0.1_dp, &
+                                 's, by which the time tags are late', unit='s')
         call settings%end_group()
         call settings%group('star_camera', 'Star camera: mounting and noise')
         call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
@@ -110,6 +119,12 @@ contains
         call settings%end_group()
         call settings%group('magnetometer', 'Magnetometer')
         call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
+        call settings%real_values('bias_nt', knowledge%magnetometer_bias, -1e6_dp, 1e6_dp, &
+                                  'nT, that is taken off the samples', NANOTESLA, 'nT')
+        call settings%end_group()
+        call settings%group('torque', 'Torque that is not modelled: a constant one is estimated')
+        call settings%real_values('change', knowledge%torque_change, -1.0_dp, 1.0_dp, &
+                                  'N m, from the beginning to the end of the arc', unit='N m')
         call settings%end_group()
         call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
         call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &

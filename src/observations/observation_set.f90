@@ -112,10 +112,25 @@ contains
             call fail(error, 'star camera: head '//integer_text(knowledge%camera)//' does not exist')
         else
             call validate_mass_properties(mass_properties_t(knowledge%mass, knowledge%inertia), error)
+            if (.not. allocated(error)) call check_instruments(knowledge, error)
             if (.not. allocated(error)) &
                 call check_rod_sampling(knowledge%rods, knowledge%accelerometer_interval, error)
         end if
     end subroutine check_setup
+
+    !> What is known of instruments and torque has to be finite, and a scale factor positive.
+    subroutine check_instruments(knowledge, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. all(knowledge%accelerometer_scale > 0)) then
+            call fail(error, 'the scale factors of the accelerometer must be positive')
+        else if (.not. all(abs([knowledge%accelerometer_scale, knowledge%accelerometer_delay, &
+                                knowledge%magnetometer_bias, knowledge%torque_change, knowledge%rods%gain, &
+                                knowledge%rods%misalignment, knowledge%rods%delay]) <= huge(1.0_dp))) then
+            call fail(error, 'what is known of accelerometer, magnetometer, rods and torque must be finite')
+        end if
+    end subroutine check_instruments
 
     subroutine check_accelerometer(observations, error)
         type(observation_set_t), intent(in) :: observations

@@ -4,6 +4,7 @@
 module gracecg_planning_bound
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -12,24 +13,33 @@ module gracecg_planning_bound
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
         FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
+    use gracecg_estimation_physical_model, only: model_state_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
         information_matrix, estimated_parameters
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise
+    use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
+        ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE
+    use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
-    public :: case_bound_t, bound_of_case, SOURCES
+    public :: case_bound_t, bound_of_case, SOURCES, OPERATOR_PLACES
 
     character(18), parameter :: SOURCES(5) = [character(18) :: 'scale factors', 'rod gain', &
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
     !! What the consider covariance is made of
 
+    integer, parameter :: OPERATOR_PLACES(5) = [ACCELEROMETER_SCALE, COMMON_ROD_GAIN, MAGNETOMETER_BIAS, &
+                                                KNOWN_INERTIA, KNOWN_CHANGE]
+    !! Places of SOURCES among the errors of an operator
+
     !> The bound of a case.
     type, extends(offset_bound_t) :: case_bound_t
         real(dp) :: by_source(3, size(SOURCES)) = 0
         !! Standard deviation of d by each of SOURCES, m; 0 for what is estimated
+        real(dp) :: by_knowledge(3, size(KNOWLEDGE_SOURCES)) = 0
+        !! The same by what the operator's errors have a standard deviation of, m; 0 for what SOURCES has, too
     end type case_bound_t
 
 contains
@@ -98,7 +108,83 @@ contains
                 sum = sqrt(sum**2 + bound%considered(:, i)**2)
             end associate
         end do
+        call consider_knowledge(simulator, observations, options, estimated, problem%state, bound, error)
     end subroutine bound_at_truth
+
+    !> What the errors in the operator's knowledge add: to first order, by the difference of one Gauss-Newton
+    !> step with each component one sigma up and one down. The steps start where right knowledge leads to: with
+    !> small residuals, so that partials that change do not matter.
+    subroutine consider_knowledge(simulator, observations, options, estimated, start, bound, error)
+        type(simulator_t), intent(in) :: simulator
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: estimated(:)             !! Parameters
+        type(model_state_t), intent(in) :: start        !! The true one
+        type(case_bound_t), intent(inout) :: bound
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: STEPS = 3     ! to the estimate
+        type(operator_t) :: operator
+        type(model_state_t) :: state
+        real(dp) :: up(size(estimated)), down(size(estimated)), sigma
+        integer :: source, i, place(3)
+
+        place = [(findloc(estimated, OFFSET(i), 1), i=1, 3)]
+        operator = simulator%case%operator
+        if (.not. any(operator%sigma > 0)) return
+        state = start
+        do i = 1, STEPS
+            call find_step(0.0_dp, up, advance=.true.)
+            if (allocated(error)) return
+        end do
+        do source = 1, size(KNOWLEDGE_SOURCES)
+            if (any(OPERATOR_PLACES == source)) cycle
+            do i = 1, KNOWLEDGE_SOURCES(source)%components
+                sigma = operator%sigma(i, source)
+                if (.not. sigma > 0) cycle
+                call find_step(sigma, up, advance=.false.)
+                if (.not. allocated(error)) call find_step(-sigma, down, advance=.false.)
+                if (allocated(error)) return
+                associate (total => bound%by_knowledge(:, source))
+                    total = sqrt(total**2 + ((up(place) - down(place))/2)**2)
+                end associate
+            end do
+        end do
+        bound%consider_sigma = sqrt(bound%consider_sigma**2 + sum(bound%by_knowledge**2, 2))
+
+    contains
+
+        !> The Gauss-Newton step from the state, with a change of component i of the source.
+        subroutine find_step(change, step, advance)
+            real(dp), intent(in) :: change      !! 0 before there is a source
+            real(dp), intent(out) :: step(:)
+            logical, intent(in) :: advance      !! Take it
+
+            type(operator_t) :: wrong
+            type(observation_set_t) :: told
+            type(fitting_data_t) :: data
+            type(whitened_problem_t) :: problem
+            real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+            real(dp) :: covariance(size(estimated), size(estimated)), condition
+
+            step = 0
+            wrong = operator
+            if (abs(change) > 0) wrong%value(i, source) = wrong%value(i, source) + change
+            told = observations
+            call tell_operator(simulator, wrong, told)
+            call preprocess(told, options, data, error)
+            if (allocated(error)) return
+            call prepare_calibration(told%knowledge, options, data, estimated, problem)
+            problem%state = state
+            call set_noise(problem, error)
+            if (allocated(error)) return
+            call information_matrix(problem, information, rhs, residuals)
+            call solve_normal_equations(information, rhs, step, covariance, condition, error, PARAMETER_NAMES(estimated))
+            if (allocated(error) .or. .not. advance) return
+            call problem%correct(step)
+            state = problem%state
+        end subroutine find_step
+    end subroutine consider_knowledge
 
     !> The parameters that are not estimated, and the source that each belongs to.
     subroutine find_considered(estimated, considered, source)

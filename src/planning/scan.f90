@@ -18,7 +18,7 @@ module gracecg_planning_scan
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: operator_knowledge
+    use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, ORBIT_INTERVAL
     implicit none
@@ -71,7 +71,7 @@ contains
         end if
         work%case => case
         work%orbit => orbit
-        work%knowledge = operator_knowledge(case)
+        work%knowledge = operator_knowledge(case, case%operator)
         work%options = options
         work%times = times
         allocate (work%places(size(times)))

@@ -21,7 +21,7 @@ module gracecg_planning_site
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: operator_knowledge
+    use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
     use gracecg_simulation_limits, only: attitude_motion_t
     implicit none
@@ -97,7 +97,7 @@ contains
         real(dp) :: angle
         integer :: k, axis
 
-        arc%knowledge = operator_knowledge(case)
+        arc%knowledge = operator_knowledge(case, case%operator)
         arc%interval = arc%knowledge%accelerometer_interval
         arc%samples = nint(arc%knowledge%duration/arc%interval)
         call accelerometer_whiteners(arc%knowledge%accelerometer_noise, arc%interval, [(k, k=1, arc%samples)], &

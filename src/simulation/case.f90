@@ -25,7 +25,7 @@ module gracecg_simulation_case
     use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
-    use gracecg_simulation_operator_errors, only: operator_t
+    use gracecg_simulation_operator_errors, only: operator_t, describe_operator
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -157,6 +157,7 @@ contains
         call describe_accelerometer(settings, case%satellite%accelerometer)
         call describe_star_camera(settings, case%satellite%star_camera, case%star_catalogue_file, case%operator%head)
         call describe_magnetometer(settings, case%satellite%magnetometer)
+        call describe_operator(settings, case%operator)
         call describe_a_priori(settings, case%operator%a_priori)
     end subroutine describe_case
 

@@ -1,4 +1,4 @@
-!> From a case to its models: the satellite's dynamics, its initial state, the operator's knowledge.
+!> From a case to its models: the satellite's dynamics, its initial state.
 module gracecg_simulation_case_models
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: SECONDS_PER_DAY
@@ -16,11 +16,10 @@ module gracecg_simulation_case_models
     use gracecg_spacecraft_plates, only: new_trapezoid
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_simulation_case, only: case_t
     implicit none
     private
-    public :: build_dynamics, initial_state, operator_knowledge, case_star_catalogue
+    public :: build_dynamics, initial_state, sidereal_angle_at_epoch, case_star_catalogue
 
     real(dp), parameter :: MJD_TO_JD = 2400000.5_dp
 
@@ -52,35 +51,6 @@ contains
 
         state = [case%position, case%velocity, case%angular_velocity, case%quaternion]
     end function initial_state
-
-    !> What the operator knows: the case's setup with the instruments' nominal performance, and the
-    !> field model of the case to stand in for the magnetometer (IGRF-14 for one from a file).
-    function operator_knowledge(case) result(knowledge)
-        type(case_t), intent(in) :: case
-        type(operator_knowledge_t) :: knowledge
-
-        integer :: head
-
-        knowledge%name = case%name
-        knowledge%epoch = case%epoch
-        knowledge%duration = case%duration
-        knowledge%mass = case%satellite%mass
-        knowledge%inertia = case%satellite%inertia
-        knowledge%rods = case%satellite%rods
-        knowledge%limits = case%limits
-        knowledge%star_camera_interval = case%satellite%star_camera%sampling_interval
-        knowledge%magnetometer_interval = case%satellite%magnetometer%sampling_interval
-        knowledge%camera = case%operator%head
-        knowledge%a_priori = case%operator%a_priori
-        knowledge%accelerometer_interval = case%satellite%accelerometer%sampling_interval
-        knowledge%accelerometer_noise = case%satellite%accelerometer%noise
-        knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
-        knowledge%field_model = case%field_model
-        if (case%field_model == 'file') knowledge%field_model = 'igrf14'
-        do head = 1, HEADS
-            knowledge%mounting(:, head) = case%satellite%star_camera%mounting(head)
-        end do
-    end function operator_knowledge
 
     !> The catalogue of stars: that of the case's file, or the embedded one. Fails as `read_star_catalogue`.
     subroutine case_star_catalogue(case, catalogue, error)

@@ -8,7 +8,7 @@ module gracecg_simulation_simulator
     use gracecg_environment_time, only: time_tag
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, POSITION, OMEGA, ATTITUDE
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, POSITION, VELOCITY, OMEGA, ATTITUDE
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
@@ -17,12 +17,14 @@ module gracecg_simulation_simulator
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_models, only: build_dynamics, initial_state, operator_knowledge, case_star_catalogue
+    use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
+    use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
+    use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
     use gracecg_simulation_limits, only: check_manoeuvre_limits
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
-    public :: lose_magnetometer
+    public :: lose_magnetometer, tell_operator, operator_of_run
     public :: propagate_case, disturbance_at
 
     !> Streams of random numbers of one run
@@ -217,7 +219,8 @@ contains
         wave%phase = TWO_PI*stream%uniform()
     end function drawn_wave
 
-    !> One noisy observation set. The same seed and run give the same numbers, whatever else is done.
+    !> One noisy observation set. The same seed and run give the same numbers, whatever else is done; what the
+    !> operator's errors have a standard deviation of is drawn, too.
     subroutine observe(self, seed, run, observations, error, only_used_head)
         type(simulator_t), intent(in) :: self
         integer, intent(in) :: seed, run                    !! They name the random numbers
@@ -228,7 +231,8 @@ contains
         type(random_stream_t) :: stream
         real(dp), allocatable :: true_values(:, :)
 
-        call lay_out(self, observations, only_used_head)
+        call lay_out(self, operator_of_run(self%case, self%case%operator, seed, run), observations, &
+                     only_used_head)
         true_values = true_accelerations(self, drawn_wave(self, seed, run))
         stream = run_stream(self, seed, run, STREAM_ACCELEROMETER)
         call self%case%satellite%accelerometer%measure(true_values, stream, observations%acceleration, error)
@@ -248,7 +252,7 @@ contains
 
         integer :: i
 
-        call lay_out(self, observations, .true.)
+        call lay_out(self, self%case%operator, observations, .true.)
         observations%acceleration = true_accelerations(self, wave)
         do i = 1, size(observations%acceleration, 2)
             observations%acceleration(:, i) = self%case%satellite%accelerometer%response(observations%acceleration(:, i))
@@ -274,8 +278,9 @@ contains
     end subroutine lose_magnetometer
 
     !> Epochs, heads and the operator's knowledge; no values yet.
-    subroutine lay_out(self, observations, only_used_head)
+    subroutine lay_out(self, operator, observations, only_used_head)
         type(simulator_t), intent(in) :: self
+        type(operator_t), intent(in) :: operator    !! Of the run
         type(observation_set_t), intent(inout) :: observations
         logical, intent(in), optional :: only_used_head
 
@@ -284,8 +289,6 @@ contains
 
         one_head = .false.
         if (present(only_used_head)) one_head = only_used_head
-        observations%knowledge = operator_knowledge(self%case)
-        observations%knowledge%star_camera_sigma = self%star_camera_sigma
         observations%accelerometer_time = epochs(self, self%accelerometer_stride)
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
         allocate (observations%acceleration(3, size(observations%accelerometer_time)))
@@ -300,24 +303,51 @@ contains
             observations%star_camera_head = [((head, head=1, HEADS), i=1, n)]
         end if
         allocate (observations%quaternion(4, size(observations%star_camera_time)))
-        call lay_out_orbit(self, observations)
+        call tell_operator(self, operator, observations)
     end subroutine lay_out
 
-    !> The orbit as GPS gives it: true positions every second and at the end of the arc.
-    pure subroutine lay_out_orbit(self, observations)
+    !> Puts what an operator knows into an observation set: side knowledge and the orbit. Samples stay.
+    subroutine tell_operator(self, operator, observations)
         type(simulator_t), intent(in) :: self
+        type(operator_t), intent(in) :: operator    !! The case's own, or that of a run
+        type(observation_set_t), intent(inout) :: observations
+
+        observations%knowledge = operator_knowledge(self%case, operator)
+        observations%knowledge%star_camera_sigma = self%star_camera_sigma*errors_of(operator, STAR_CAMERA_NOISE)
+        call lay_out_orbit(self, operator, observations)
+    end subroutine tell_operator
+
+    !> The operator of a run: what has a standard deviation is drawn.
+    function operator_of_run(case, operator, seed, run) result(drawn)
+        type(case_t), intent(in) :: case
+        type(operator_t), intent(in) :: operator    !! The case's own, or another one
+        integer, intent(in) :: seed, run            !! They name the random numbers
+        type(operator_t) :: drawn
+
+        drawn = drawn_operator(operator, seed, case%number, merge(1, 2, case%satellite%name == 'front'), run)
+    end function operator_of_run
+
+    !> The orbit as GPS gives it: positions every second and at the end of the arc, true but for the operator's
+    !> errors.
+    subroutine lay_out_orbit(self, operator, observations)
+        type(simulator_t), intent(in) :: self
+        type(operator_t), intent(in) :: operator
         type(observation_set_t), intent(inout) :: observations
 
         integer, allocatable :: epoch(:)
+        real(dp), allocatable :: position_told(:, :)
         integer :: stride, i
 
         stride = max(1, nint(ORBIT_INTERVAL/self%arc%interval))
         epoch = [(min(i*stride, self%arc%steps), i=0, (self%arc%steps + stride - 1)/stride)]
         observations%orbit_time = time_tag(epoch, self%arc%interval)
-        allocate (observations%orbit_position(3, size(epoch)))
+        allocate (position_told(3, size(epoch)))
         do i = 1, size(epoch)
-            observations%orbit_position(:, i) = self%arc%state(POSITION, epoch(i))
+            position_told(:, i) = believed_position(operator, self%arc%state([POSITION, VELOCITY], 0), &
+                                                    self%arc%state([POSITION, VELOCITY], epoch(i)), &
+                                                    observations%orbit_time(i))
         end do
+        call move_alloc(position_told, observations%orbit_position)
     end subroutine lay_out_orbit
 
     pure function epochs(self, stride) result(times)

@@ -12,7 +12,9 @@ module gracecg_studies_error_sources
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
+    use gracecg_simulation_operator_errors, only: SOURCES
     use gracecg_planning_calibration, only: calibration_t
+    use gracecg_studies_knowledge_errors, only: knowledge_study_t, size_text
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
         error_statistics_t, statistics_of
     implicit none
@@ -92,16 +94,20 @@ contains
     end subroutine study_all_errors
 
     !> Figure 6.5: RMS errors with one error source off at a time.
-    subroutine write_error_sources(path, command, settings, studies, error)
+    subroutine write_error_sources(path, command, settings, studies, error, knowledge)
         character(*), intent(in) :: path, command, settings
         !! The file; the command that computed it, and its settings, for the comments
         type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
+        type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
 
         type(csv_writer_t) :: file
+        character(160), allocatable :: comments(:)
         integer :: i, axis
 
-        call file%open(path, 'source,axis,runs,rms_mm', file_comments(command, settings), error)
+        comments = file_comments(command, settings)
+        if (present(knowledge)) comments = [character(160) :: comments, [(size_text(knowledge(i)), i=1, size(knowledge))]]
+        call file%open(path, 'source,axis,runs,rms_mm', comments, error)
         if (allocated(error)) return
         do i = 1, size(studies)
             do axis = 1, 3
@@ -109,6 +115,14 @@ contains
                               [character(12) :: STUDY_NAMES(i), AXES(axis)])
             end do
         end do
+        if (present(knowledge)) then
+            do i = 1, size(knowledge)
+                do axis = 1, 3
+                    call file%row([real(knowledge(i)%runs, dp), knowledge(i)%rms(axis)/MILLIMETRE], &
+                                  [character(20) :: SOURCES(knowledge(i)%source)%name, AXES(axis)])
+                end do
+            end do
+        end if
         call file%commit(error)
     end subroutine write_error_sources
 end module gracecg_studies_error_sources

@@ -8,6 +8,7 @@ module gracecg_estimation_fitting_data
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: normalised
+    use gracecg_environment_time, only: sidereal_angle
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
@@ -32,7 +33,9 @@ module gracecg_estimation_fitting_data
         type(star_attitude_t) :: stars                  !! Star-camera samples before interpolation
         real(dp) :: guess_quaternion(4) = 0             !! First guess at the epoch, inertial to body
         real(dp) :: guess_angular_velocity(3) = 0       !! The same of the angular velocity, rad/s
-        real(dp), allocatable :: torque(:, :)           !! m x B at 0, h/2 ... n h: (3, 2n + 1), N m
+        real(dp), allocatable :: dipole(:, :)           !! m at 0, h/2 ... n h: (3, 2n + 1), A m^2
+        real(dp), allocatable :: torque(:, :)
+        !! m x B, and what is known of other torques, at the same times: (3, 2n + 1), N m
         real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
         real(dp), allocatable :: orbit_position(:, :)   !! (3, positions), inertial J2000, m
         type(string_t), allocatable :: warnings(:)      !! What is wrong with the data and bridged
@@ -60,6 +63,7 @@ contains
         clean = observations
         call drop_repeated_samples(clean, data%warnings)
         call drop_stuck_field(clean, data%warnings)
+        call apply_knowledge(clean)
         data%interval = clean%knowledge%accelerometer_interval
         data%steps = nint(clean%knowledge%duration/data%interval)
         call take_accelerations(clean, data, error)
@@ -81,6 +85,29 @@ contains
         if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
         if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity
     end subroutine preprocess
+
+    !> Takes out of the samples what the operator knows of their errors: accelerometer scale factors and
+    !> magnetometer bias. The accelerometer's delay is taken out of all other times, which from then on count
+    !> as its time tags do, so that its samples stay at the fitting epochs.
+    subroutine apply_knowledge(observations)
+        type(observation_set_t), intent(inout) :: observations
+
+        associate (knowledge => observations%knowledge)
+            if (any(abs(knowledge%accelerometer_scale - 1) > 0)) &
+                observations%acceleration = observations%acceleration/ &
+                    spread(knowledge%accelerometer_scale, 2, size(observations%acceleration, 2))
+            if (any(abs(knowledge%magnetometer_bias) > 0)) &
+                observations%field = observations%field - &
+                    spread(knowledge%magnetometer_bias, 2, size(observations%field, 2))
+            if (.not. abs(knowledge%accelerometer_delay) > 0) return
+            observations%star_camera_time = observations%star_camera_time + knowledge%accelerometer_delay
+            observations%magnetometer_time = observations%magnetometer_time + knowledge%accelerometer_delay
+            if (has_orbit(observations)) &
+                observations%orbit_time = observations%orbit_time + knowledge%accelerometer_delay
+            knowledge%rods%delay = knowledge%rods%delay + knowledge%accelerometer_delay
+            knowledge%sidereal_angle = sidereal_angle(knowledge%sidereal_angle, -knowledge%accelerometer_delay)
+        end associate
+    end subroutine apply_knowledge
 
     !> An option of which 0 says that it is not given.
     pure logical function is_given(values)
@@ -152,7 +179,7 @@ contains
     end subroutine take_attitude
 
     !> The magnetic torque m x B of the manoeuvre at every half step, with the interpolated field
-    !> (4-39), (4-41), (4-43).
+    !> (4-39), (4-41), (4-43), and the known change of the other torques over the arc, which is 0 in its middle.
     subroutine take_torque(observations, data, error)
         type(observation_set_t), intent(in) :: observations
         type(fitting_data_t), intent(inout) :: data
@@ -160,23 +187,27 @@ contains
 
         real(dp), allocatable :: times(:), field(:, :)
         type(interpolation_t) :: source
-        real(dp) :: t
+        real(dp) :: t, late
         integer :: j
 
+        late = observations%knowledge%accelerometer_delay
         call complete_field(observations, data%stars, times, field, data%warnings, error)
         if (allocated(error)) return
-        allocate (data%torque(3, 2*data%steps + 1))
+        allocate (data%dipole(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1))
         do j = 0, 2*data%steps
             t = j*data%interval/2
-            source = interpolation_at(times, t, observations%knowledge%magnetometer_interval)
+            ! a delay moves the samples beyond the reach of an end: the field there stays
+            source = interpolation_at(times, min(max(t, late), data%steps*data%interval + late), &
+                                      observations%knowledge%magnetometer_interval)
             if (.not. source%supported) then
                 call fail(error, 'magnetometer: no samples near '//number_text(t)//' s (repetitions of one value do not count)')
                 if (.not. has_orbit(observations)) error%message = error%message// &
                     '; with the orbit in the set, a field model would stand in'
                 return
             end if
-            data%torque(:, j + 1) = cross(dipole_moment(observations%knowledge%rods, t), &
-                                          interpolated(field, source))
+            data%dipole(:, j + 1) = dipole_moment(observations%knowledge%rods, t)
+            data%torque(:, j + 1) = cross(data%dipole(:, j + 1), interpolated(field, source)) + &
+                                    (j/(2.0_dp*data%steps) - 0.5_dp)*observations%knowledge%torque_change
         end do
     end subroutine take_torque
 end module gracecg_estimation_fitting_data

@@ -19,7 +19,6 @@ module gracecg_estimation_physical_model
     use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
-    use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -103,10 +102,7 @@ contains
         model%interval = data%interval
         model%inertia = knowledge%inertia
         allocate (model%magnetic_torque(3, 0:2*n), source=data%torque)
-        allocate (model%dipole(3, 0:2*n))
-        do j = 0, 2*n
-            model%dipole(:, j) = dipole_moment(knowledge%rods, j*data%interval/2)
-        end do
+        allocate (model%dipole(3, 0:2*n), source=data%dipole)
         call take_gravity(data, model)
         do head = 1, HEADS
             model%camera_from_body(:, :, head) = rotation_matrix(knowledge%mounting(:, head))
