@@ -8,9 +8,9 @@ module gracecg_cli_bound
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, SOURCES
     use gracecg_cli_calibration_argument, only: add_options_option, take_calibration
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
-    use gracecg_studies_consider_check, only: consider_check_t, check_consider, relative_deviation
+    use gracecg_studies_consider_check, only: consider_check_t, check_consider
     use gracecg_studies_knowledge_errors, only: size_text
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t, number_fields
     implicit none
     private
@@ -19,7 +19,7 @@ module gracecg_cli_bound
     character(*), parameter :: COLUMNS = &
         'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z'
     character(4), parameter :: FORMATS(2) = ['text', 'csv ']
-    integer, parameter :: MOST_CASES = 1000, MOST_RUNS = 10000000
+    integer, parameter :: MOST_CASES = 1000
 
 contains
 
@@ -125,19 +125,24 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: NOTHING = 1e-3_dp        ! of the noise
+        real(dp), parameter :: NOTHING = 1e-3_dp        ! of the noise: estimates are not iterated farther
         type(consider_check_t) :: check
         character(160) :: line
+        character(8) :: deviation(3)
         integer :: i, axis
 
         call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
-                          'drawn minus considered, %')
+                          'drawn minus considered, % (-: less than a thousandth of the noise)')
         do i = 1, size(KNOWLEDGE_SOURCES)
             call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
             call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error)
             if (allocated(error)) return
-            write (line, '(t3, 3(f11.6, f8.1), 2x, a)') (check%considered(axis)/MILLIMETRE, &
-                100*relative_deviation(check%rms(axis), check%considered(axis), NOTHING*check%noise(axis)), &
+            deviation = '       -'
+            do axis = 1, 3
+                if (min(check%rms(axis), check%considered(axis)) > NOTHING*check%noise(axis)) &
+                    write (deviation(axis), '(f8.1)') 100*(check%rms(axis)/check%considered(axis) - 1)
+            end do
+            write (line, '(t3, 3(f11.6, a8), 2x, a)') (check%considered(axis)/MILLIMETRE, deviation(axis), &
                 axis=1, 3), trim(size_text(check%knowledge_study_t))
             call console%line(trim(line))
         end do

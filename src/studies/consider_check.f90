@@ -15,7 +15,7 @@ module gracecg_studies_consider_check
     use gracecg_studies_knowledge_errors, only: knowledge_study_t, study_knowledge, source_sigma
     implicit none
     private
-    public :: consider_check_t, check_consider, relative_deviation
+    public :: consider_check_t, check_consider
 
     !> One source of a case.
     type, extends(knowledge_study_t) :: consider_check_t
@@ -64,14 +64,4 @@ contains
             check%considered = bound%by_knowledge(:, source)
         end if
     end subroutine check_consider
-
-    !> The Monte Carlo's standard deviation by that of the bound, minus 1; 0 where both are below `least`, and
-    !> where the bound has none, because the source is estimated.
-    elemental real(dp) function relative_deviation(drawn, considered, least) result(deviation)
-        real(dp), intent(in) :: drawn, considered   !! m
-        real(dp), intent(in) :: least               !! m
-
-        deviation = 0
-        if (considered > 0 .and. max(drawn, considered) > least) deviation = drawn/considered - 1
-    end function relative_deviation
 end module gracecg_studies_consider_check

@@ -102,11 +102,11 @@ contains
         type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
 
         type(csv_writer_t) :: file
-        character(160), allocatable :: comments(:)
+        character(200), allocatable :: comments(:)
         integer :: i, axis
 
         comments = file_comments(command, settings)
-        if (present(knowledge)) comments = [character(160) :: comments, [(size_text(knowledge(i)), i=1, size(knowledge))]]
+        if (present(knowledge)) comments = [character(200) :: comments, [(size_text(knowledge(i)), i=1, size(knowledge))]]
         call file%open(path, 'source,axis,runs,rms_mm', comments, error)
         if (allocated(error)) return
         do i = 1, size(studies)
