@@ -372,6 +372,7 @@ contains
     subroutine get_threads(self, threads, error)
         class(arguments_t), intent(in) :: self
         integer, intent(out) :: threads
+        !! How many; at least 1
         type(error_t), allocatable, intent(inout) :: error
 
         call self%get('--threads', threads, error, default=omp_get_num_procs(), low=1, high=MOST_THREADS)
@@ -381,6 +382,7 @@ contains
     subroutine refuse_if(condition, message, error)
         logical, intent(in) :: condition            !! The usage is wrong
         character(*), intent(in) :: message
+        !! Said when the condition holds
         type(error_t), allocatable, intent(inout) :: error
 
         if (condition .and. .not. allocated(error)) call fail(error, message)

@@ -12,6 +12,7 @@ module gracecg_environment_density_models
     private
     public :: DENSITY_MODELS, new_density_model, density_settings_t
 
+    !> Names of the density models
     character(16), parameter :: DENSITY_MODELS(2) = [character(16) :: 'dtm77', 'exponential']
 
     !> What the models are made of; each takes its own.

@@ -27,6 +27,7 @@ module gracecg_environment_space_weather
         procedure :: indices_at !! F10.7, its mean and Kp at a time
     end type space_weather_t
 
+    !> Where flux and Kp come from
     character(16), parameter :: SPACE_WEATHER_SOURCES(3) = [character(16) :: 'table', 'given', 'file']
 
     type :: space_weather_source_t

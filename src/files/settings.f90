@@ -136,6 +136,7 @@ contains
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: name    !! Without the &
         integer, intent(inout) :: n
+        !! Number of groups of that name
 
         if (self%reading) n = self%source%group_count(name)
     end subroutine count_groups
@@ -160,6 +161,7 @@ contains
         real(dp), intent(in), optional :: factor        !! 1 when absent
         character(*), intent(in), optional :: unit      !! In the file, for messages
         logical, intent(in), optional :: required
+        !! Must stand in a file; absent: no
 
         real(dp) :: values(1)
 
@@ -172,11 +174,17 @@ contains
     subroutine real_values(self, key, values, low, high, meaning, factor, unit, required)
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: key, meaning
+        !! Name of the setting
         real(dp), intent(inout) :: values(:)
+        !! The settings, in SI units
         real(dp), intent(in) :: low, high
+        !! Greatest value allowed, in the file's unit
         real(dp), intent(in), optional :: factor
+        !! SI units in a unit of the file; absent: 1
         character(*), intent(in), optional :: unit
+        !! Of the file, for messages; absent: none
         logical, intent(in), optional :: required
+        !! Must stand in a file; absent: no
 
         real(dp) :: numbers(size(values)), scale
         integer :: i
@@ -218,6 +226,7 @@ contains
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: key, meaning    !! Its name; written behind the value
         integer, intent(inout) :: value
+        !! The setting, in SI units
         integer, intent(in) :: low, high            !! Allowed range
 
         integer :: default
@@ -236,6 +245,7 @@ contains
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: key, meaning    !! Its name; written behind the value
         logical, intent(inout) :: value
+        !! The setting, in SI units
 
         logical :: default
 
@@ -254,8 +264,11 @@ contains
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: key, meaning        !! Its name; written behind the value
         character(*), intent(inout) :: value
+        !! The setting, in SI units
         character(*), intent(in), optional :: choices(:)
+        !! Allowed texts; absent: any
         logical, intent(in), optional :: required
+        !! Must stand in a file; absent: no
 
         character(:), allocatable :: text
 

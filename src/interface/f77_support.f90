@@ -77,6 +77,7 @@ contains
     !> Numbers of samples of an observation set.
     function observation_counts(iobs, n, error) result(status)
         integer(c_intptr_t), intent(in) :: iobs
+        !! Handle of an observation set
         integer, intent(inout) :: n(4)          !! Accelerometer, star camera, magnetometer, orbit
         type(c_error_t), intent(inout) :: error
         integer(c_int) :: status                !! A gracecg_status
@@ -91,6 +92,7 @@ contains
     !> An observation set from arrays; those that end with their own size.
     function observation_arrays(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, error) result(status)
         integer(c_intptr_t), intent(in) :: iset
+        !! Handle of an observation set
         integer, intent(in) :: na, ns, nm, no           !! Samples
         real(dp), intent(in) :: ta(*), a(3, *)          !! Accelerometer: s; body axes, m/s^2
         real(dp), intent(in) :: ts(*), q(4, *)          !! Star camera: s; inertial to camera, scalar last
@@ -115,6 +117,7 @@ contains
     function estimate_arrays(algo, iobs, d, cov, rms, cond, niter, iconv, error) result(status)
         character(*), intent(in) :: algo                !! As C wants it
         integer(c_intptr_t), intent(in) :: iobs
+        !! Handle of an observation set
         real(dp), intent(inout) :: d(3), cov(3, 3)      !! Offset and covariance, m, m^2
         real(dp), intent(inout) :: rms(3), cond         !! Of the residuals, m/s^2; condition number
         integer, intent(inout) :: niter, iconv          !! Iterations; 1: converged
@@ -139,6 +142,7 @@ contains
     !> The bound of a case.
     function bound_arrays(icas, sig, cov, psig, dir, csig, error) result(status)
         integer(c_intptr_t), intent(in) :: icas
+        !! Handle of a case
         real(dp), intent(inout) :: sig(3), cov(3, 3)    !! m, m^2
         real(dp), intent(inout) :: psig(3), dir(3, 3)   !! Of the error ellipsoid, m; directions as columns
         real(dp), intent(inout) :: csig(3)              !! With what is known only within limits, m
@@ -159,6 +163,7 @@ contains
     !> The settings of the planner for a case.
     function design_defaults_arrays(icas, opt, iopt, error) result(status)
         integer(c_intptr_t), intent(in) :: icas
+        !! Handle of a case
         real(dp), intent(inout) :: opt(9)               !! The numbers of c_design_settings_t in their order
         integer, intent(inout) :: iopt(8)               !! Its integers likewise
         type(c_error_t), intent(inout) :: error
@@ -177,8 +182,11 @@ contains
     !> Searches a manoeuvre with settings as design_defaults_arrays gives them.
     function design_arrays(icas, opt, iopt, jcas, sig, wave, frc, amot, error) result(status)
         integer(c_intptr_t), intent(in) :: icas
+        !! Handle of a case
         real(dp), intent(in) :: opt(9)
+        !! Real settings of the search, see docs/api.md
         integer, intent(in) :: iopt(8)
+        !! Integer settings of the search, see docs/api.md
         integer(c_intptr_t), intent(inout) :: jcas      !! The case with the manoeuvre
         real(dp), intent(inout) :: sig(3), wave(3), frc(3)    !! Limit; errors by wave and forces, m
         real(dp), intent(inout) :: amot(2)              !! Greatest angular velocity, rad/s, and turn, rad
@@ -200,6 +208,7 @@ contains
     !> The torque rods of a case, one a column.
     function rod_arrays(icas, nmax, n, rod, irod, error) result(status)
         integer(c_intptr_t), intent(in) :: icas
+        !! Handle of a case
         integer, intent(in) :: nmax                     !! Columns of the arrays
         integer, intent(inout) :: n                     !! Activations
         real(dp), intent(inout) :: rod(7, *)            !! The numbers of c_rod_t in their order
@@ -233,6 +242,7 @@ contains
     !> The manoeuvre of a case at places of its orbit, one a column.
     function map_arrays(icas, nplc, t, nthr, plc, sig, wrst, error) result(status)
         integer(c_intptr_t), intent(in) :: icas
+        !! Handle of a case
         integer, intent(in) :: nplc                     !! Places
         real(dp), intent(in) :: t(*)                    !! Starts of the calibration, s from the case's epoch
         integer, intent(in) :: nthr                     !! Threads

@@ -20,6 +20,7 @@ module gracecg_observations_observation_files
     public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
+    !> What an operator knows
     integer, parameter :: TABLE_COUNT = 4, SETUP_FILE = 5
     !> The files of an observation set, in its folder
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &

@@ -50,6 +50,7 @@ module gracecg_planning_planner
         type(calibration_t) :: calibration  !! At its epoch; in the end with the arc and manoeuvre planned
         type(planned_arc_t) :: arc          !! Its samples, noise and limits
         type(nominal_orbit_t) :: orbit
+        !! Nominal orbit of the case
         type(manoeuvre_site_t), allocatable :: sites(:)     !! Where the manoeuvre is to be good
         real(dp) :: time = 0                !! Of the start, s from the case's epoch
         type(manoeuvre_design_t) :: design  !! The manoeuvre, judged at all sites

@@ -82,6 +82,7 @@ contains
     !> Whether a ratio of RMS error and bound is 1 but for the sampling error of so many runs.
     elemental logical function at_the_bound(ratio, runs)
         real(dp), intent(in) :: ratio
+        !! RMS over bound
         integer, intent(in) :: runs                     !! Of the Monte Carlo
 
         at_the_bound = abs(ratio - 1) <= SIGMAS*sampling_error(runs)

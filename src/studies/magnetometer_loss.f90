@@ -36,6 +36,7 @@ module gracecg_studies_magnetometer_loss
 
     integer, parameter :: LOSS_CASES(2) = [2, 3]            !! Of Figure 6.6
     character(7), parameter :: LOSS_ALGORITHMS(2) = [character(7) :: 'ascfest', 'ascrest']  !! Likewise
+    !> The studies of Figure 6.6, by name
     integer, parameter :: LOSS_STUDIES = size(LOSS_CASES)*size(LOSS_ALGORITHMS)*size(FIELD_SOURCES)
 
     !> Many calibrations of one case with one source of the field.

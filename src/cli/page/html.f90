@@ -32,6 +32,7 @@ module gracecg_cli_html
         character(:), allocatable :: first          !! Cells of the first row
     contains
         procedure :: add => add_row
+        !! Adds a row of cells
     end type table_rows_t
 
     type :: html_page_t
@@ -281,6 +282,7 @@ contains
     !> Numbers with so many decimals, a cell each.
     function number_cells(values, decimals) result(cells)
         real(dp), intent(in) :: values(:)
+        !! Numbers, in the unit that the caller names
         integer, intent(in) :: decimals                 !! Digits behind the point
         character(:), allocatable :: cells
 

@@ -10,6 +10,7 @@ module gracecg_cli_report_book
     public :: report_book_t, claim_t, add_claim, add_rms_table, rms_cells, COMMAND, SATELLITES
 
     character(*), parameter :: COMMAND = 'report'       !! Its name, for messages
+    !> Of the pair
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
 
     !> One line of the summary: what the report shows, and what is found here.

@@ -29,7 +29,9 @@ module gracecg_estimation_linearisation
     !> What an estimate begins with and does not change.
     type :: given_t
         type(fitting_data_t) :: data
+        !! Preprocessed observations
         type(physical_model_t) :: model
+        !! What is fitted
         type(model_state_t) :: guess                        !! Where the a-priori knowledge stands
         real(dp) :: prior_sigma(size(ESTIMATED)) = 1        !! A priori, of the parameters
         real(dp) :: shared_sigma = 1                        !! A priori, of the shared parts
@@ -43,7 +45,9 @@ module gracecg_estimation_linearisation
     !> The nominal trajectory.
     type :: nominal_t
         type(model_state_t) :: state
+        !! At which it is linearised
         type(model_trajectory_t) :: trajectory
+        !! Along the arc, at that state
         real(dp), allocatable :: partials(:, :, :)          !! Of the accelerometer, (ESTIMATED, 3, samples)
     end type nominal_t
 
@@ -134,6 +138,7 @@ contains
     subroutine move_nominal(model, correction, nominal, error)
         type(physical_model_t), intent(in) :: model
         real(dp), intent(in) :: correction(N_CONSTANTS)
+        !! Of the state, in the parameters' units
         type(nominal_t), intent(inout) :: nominal
         type(error_t), allocatable, intent(out) :: error
 
