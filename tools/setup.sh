@@ -4,7 +4,7 @@
 #   tools/setup.sh           what builds: gfortran, OpenBLAS (found through pkg-config, as fpm does), and
 #                            fpm 0.12 or later; prints the path of fpm
 #   tools/setup.sh ford      what makes the documentation: FORD; prints the path of a Python that has it
-#   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff
+#   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff, patch
 #
 # On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm and
 # FORD come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
@@ -71,6 +71,7 @@ missing_packages() {
             command -v valgrind >/dev/null || packages+=' valgrind'
             command -v c++ >/dev/null || packages+=' g++'
             command -v groff >/dev/null || packages+=' groff-base'
+            command -v patch >/dev/null || packages+=' patch'
             ;;
     esac
     printf '%s\n' "${packages# }"

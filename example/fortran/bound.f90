@@ -5,7 +5,7 @@
 !>
 !> The numbers are those of `gracecg bound front-2`.
 program bound
-    use gracecg, only: dp, MILLIMETRE, error_t, case_t, find_case, estimation_options_t, case_bound_t, &
+    use gracecg, only: MILLIMETRE, error_t, case_t, find_case, estimation_options_t, case_bound_t, &
         bound_of_case, BOUND_SOURCES
     implicit none
     type(case_t) :: case

@@ -18,11 +18,11 @@ module gracecg_cli_magnetometer_loss
     real(dp), parameter :: MOST_FIELD_ERROR = 1e5_dp    !! nT
 
     !> What the user asks for.
-    type :: plan_t
+    type :: request_t
         character(:), allocatable :: satellite, path
         integer :: runs = 0, seed = 1, threads = 1
         real(dp) :: deviation_nt = 0                !! Of the model's error, nT
-    end type plan_t
+    end type request_t
 
 contains
 
@@ -51,45 +51,45 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(plan_t) :: plan
+        type(request_t) :: request
         type(field_study_t) :: studies(LOSS_STUDIES)
 
-        call read_plan(arguments, plan, misuse)
+        call read_request(arguments, request, misuse)
         if (allocated(misuse)) return
-        call check_writable(plan%path, error)
+        call check_writable(request%path, error)
         if (allocated(error)) return
-        call study_magnetometer_loss(plan%satellite, plan%deviation_nt*NANOTESLA, plan%seed, plan%runs, plan%threads, &
-                                     studies, error, console)
+        call study_magnetometer_loss(request%satellite, request%deviation_nt*NANOTESLA, request%seed, request%runs, &
+                                     request%threads, studies, error, console)
         if (allocated(error)) return
-        call show(plan, studies, console)
-        if (plan%path /= '') call write_field_studies(plan%path, 'magnetometer-loss', plan%seed, &
-                                                      plan%deviation_nt*NANOTESLA, studies, error)
+        call show(request, studies, console)
+        if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &
+                                                      request%deviation_nt*NANOTESLA, studies, error)
     end subroutine run_magnetometer_loss
 
-    subroutine read_plan(arguments, plan, misuse)
+    subroutine read_request(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
-        type(plan_t), intent(out) :: plan
+        type(request_t), intent(out) :: request
         type(error_t), allocatable, intent(out) :: misuse
 
-        call arguments%get('--runs', plan%runs, misuse, default=100, low=1, high=MOST_RUNS)
-        call arguments%get('--satellite', plan%satellite, misuse, default='front', choices=SATELLITES)
-        call arguments%get('--field-error', plan%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
+        call arguments%get('--runs', request%runs, misuse, default=100, low=1, high=MOST_RUNS)
+        call arguments%get('--satellite', request%satellite, misuse, default='front', choices=SATELLITES)
+        call arguments%get('--field-error', request%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
                            low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
-        call arguments%get('--seed', plan%seed, misuse, default=1)
-        call arguments%get_threads(plan%threads, misuse)
-        call arguments%get('--out', plan%path, misuse, default='')
-    end subroutine read_plan
+        call arguments%get('--seed', request%seed, misuse, default=1)
+        call arguments%get_threads(request%threads, misuse)
+        call arguments%get('--out', request%path, misuse, default='')
+    end subroutine read_request
 
-    subroutine show(plan, studies, console)
-        type(plan_t), intent(in) :: plan
+    subroutine show(request, studies, console)
+        type(request_t), intent(in) :: request
         type(field_study_t), intent(in) :: studies(:)
         type(console_t), intent(inout) :: console
 
         character(100) :: row
         integer :: i, axis
 
-        call console%line('RMS error of the CG offset, mm: '//integer_text(plan%runs)// &
-                          ' runs; error of the field model '//real_text(plan%deviation_nt)// &
+        call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
+                          ' runs; error of the field model '//real_text(request%deviation_nt)// &
                           ' nT on each axis')
         call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')

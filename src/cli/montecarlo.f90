@@ -27,14 +27,14 @@ module gracecg_cli_montecarlo
     character(*), parameter :: COMMAND = 'montecarlo'
 
     !> What the user asks for.
-    type :: plan_t
+    type :: request_t
         type(string_t), allocatable :: cases(:), algorithms(:)
         integer :: runs = REPORT_RUNS, seed = 1, threads = 1
         integer :: shard = 1, shards = 1
         type(error_switches_t) :: switches
         character(:), allocatable :: without    !! Error sources that are switched off, as given; empty: none
         character(:), allocatable :: table_file, runs_file      !! Empty: none
-    end type plan_t
+    end type request_t
 
 contains
 
@@ -72,68 +72,68 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(plan_t) :: plan
+        type(request_t) :: request
         type(campaign_t) :: campaign
         integer :: i
 
-        call read_plan(arguments, plan, misuse)
+        call read_request(arguments, request, misuse)
         if (allocated(misuse)) return
-        call check_writable(plan%table_file, error)
-        if (.not. allocated(error)) call check_writable(plan%runs_file, error)
+        call check_writable(request%table_file, error)
+        if (.not. allocated(error)) call check_writable(request%runs_file, error)
         if (allocated(error)) return
-        campaign = new_campaign(padded(plan%algorithms), size(plan%cases), plan%seed, plan%runs, &
-                                plan%shard, plan%shards)
-        do i = 1, size(plan%cases)
-            call do_case(arguments, plan, i, campaign, console, error)
+        campaign = new_campaign(padded(request%algorithms), size(request%cases), request%seed, request%runs, &
+                                request%shard, request%shards)
+        do i = 1, size(request%cases)
+            call do_case(arguments, request, i, campaign, console, error)
             if (allocated(error)) return
         end do
         call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
-        if (plan%without /= '') call console%line('(error sources switched off here: '//plan%without// &
+        if (request%without /= '') call console%line('(error sources switched off here: '//request%without// &
                                                     '; the report''s values have them all)')
         call console%line('')
         call show_campaign(campaign, console)
-        if (plan%table_file /= '') call write_table(plan%table_file, campaign, COMMAND, error)
+        if (request%table_file /= '') call write_table(request%table_file, campaign, COMMAND, error)
         if (allocated(error)) return
-        if (plan%runs_file /= '') call write_runs(plan%runs_file, campaign, COMMAND, error)
+        if (request%runs_file /= '') call write_runs(request%runs_file, campaign, COMMAND, error)
     end subroutine run_montecarlo
 
-    subroutine read_plan(arguments, plan, misuse)
+    subroutine read_request(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
-        type(plan_t), intent(out) :: plan
+        type(request_t), intent(out) :: request
         type(error_t), allocatable, intent(out) :: misuse
 
-        call arguments%get('--cases', plan%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
-        call arguments%get('--algorithms', plan%algorithms, misuse, default=join(REPORT_ESTIMATORS, ','), &
+        call arguments%get('--cases', request%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
+        call arguments%get('--algorithms', request%algorithms, misuse, default=join(REPORT_ESTIMATORS, ','), &
                            choices=ESTIMATOR_NAMES)
-        call arguments%get('--runs', plan%runs, misuse, default=REPORT_RUNS, low=1, high=MOST_RUNS)
-        call read_shard(arguments, plan, misuse)
-        call read_switches(arguments, plan, misuse)
-        call arguments%get('--seed', plan%seed, misuse, default=1)
-        call arguments%get_threads(plan%threads, misuse)
-        call read_campaign_files(arguments, plan%table_file, plan%runs_file, misuse)
-    end subroutine read_plan
+        call arguments%get('--runs', request%runs, misuse, default=REPORT_RUNS, low=1, high=MOST_RUNS)
+        call read_shard(arguments, request, misuse)
+        call read_switches(arguments, request, misuse)
+        call arguments%get('--seed', request%seed, misuse, default=1)
+        call arguments%get_threads(request%threads, misuse)
+        call read_campaign_files(arguments, request%table_file, request%runs_file, misuse)
+    end subroutine read_request
 
-    subroutine read_switches(arguments, plan, misuse)
+    subroutine read_switches(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
-        type(plan_t), intent(inout) :: plan
+        type(request_t), intent(inout) :: request
         type(error_t), allocatable, intent(inout) :: misuse
 
         type(string_t), allocatable :: names(:)
         integer :: i
 
-        call arguments%get('--without', plan%without, misuse, default='')
-        if (plan%without == '') return
-        names = split(plan%without, ',')
+        call arguments%get('--without', request%without, misuse, default='')
+        if (request%without == '') return
+        names = split(request%without, ',')
         do i = 1, size(names)
             if (allocated(misuse)) return
-            call switch_off(plan%switches, names(i)%text, misuse)
+            call switch_off(request%switches, names(i)%text, misuse)
             call add_context(misuse, 'option --without')
         end do
     end subroutine read_switches
 
-    subroutine read_shard(arguments, plan, misuse)
+    subroutine read_shard(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
-        type(plan_t), intent(inout) :: plan
+        type(request_t), intent(inout) :: request
         type(error_t), allocatable, intent(inout) :: misuse
 
         character(:), allocatable :: text
@@ -142,18 +142,19 @@ contains
 
         call arguments%get('--shard', text, misuse, default='1/1')
         slash = index(text, '/')
-        call parse_integer(text(:slash - 1), plan%shard, ok(1))
-        call parse_integer(text(slash + 1:), plan%shards, ok(2))
-        call refuse_if(slash == 0 .or. .not. all(ok) .or. plan%shard < 1 .or. plan%shard > plan%shards, &
+        call parse_integer(text(:slash - 1), request%shard, ok(1))
+        call parse_integer(text(slash + 1:), request%shards, ok(2))
+        call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
                        'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N', misuse)
-        call refuse_if(plan%shard > plan%runs, 'option --shard: shard '//text//' of '//integer_text(plan%runs)// &
+        call refuse_if(request%shard > request%runs, &
+                       'option --shard: shard '//text//' of '//integer_text(request%runs)// &
                        ' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
 
     !> Simulates case number i, with all algorithms.
-    subroutine do_case(arguments, plan, i, campaign, console, error)
+    subroutine do_case(arguments, request, i, campaign, console, error)
         type(arguments_t), intent(in) :: arguments
-        type(plan_t), intent(in) :: plan
+        type(request_t), intent(in) :: request
         integer, intent(in) :: i
         type(campaign_t), intent(inout) :: campaign
         type(console_t), intent(inout) :: console
@@ -162,31 +163,32 @@ contains
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
 
-        call take_firing_calibration(arguments, plan%cases(i)%text, console, calibration, error)
-        if (.not. allocated(error)) call new_switched_simulator(calibration%case, plan%switches, simulator, error)
+        call take_firing_calibration(arguments, request%cases(i)%text, console, calibration, error)
+        if (.not. allocated(error)) call new_switched_simulator(calibration%case, request%switches, simulator, error)
         if (allocated(error)) return
         calibration%case = simulator%case
-        call run_case(campaign, i, calibration, simulator, plan%threads, error, console)
+        call run_case(campaign, i, calibration, simulator, request%threads, error, console)
         if (allocated(error)) return
-        if (i == 1) call show_heading(plan, console)
-        call show_one_calibration(simulator, calibration%options, plan, campaign%entries(1, i)%predicted, console, error)
+        if (i == 1) call show_heading(request, console)
+        call show_one_calibration(simulator, calibration%options, request, campaign%entries(1, i)%predicted, &
+                                  console, error)
     end subroutine do_case
 
-    subroutine show_heading(plan, console)
-        type(plan_t), intent(in) :: plan
+    subroutine show_heading(request, console)
+        type(request_t), intent(in) :: request
         type(console_t), intent(inout) :: console
 
         call console%line('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated '// &
-                          'calibration: '//plan%algorithms(1)%text//', run 1, seed '//integer_text(plan%seed))
+                          'calibration: '//request%algorithms(1)%text//', run 1, seed '//integer_text(request%seed))
         call console%line('case          d_x true  estimate  error*    d_y true  estimate  error*    '// &
                           'd_z true  estimate  error*')
     end subroutine show_heading
 
     !> The first run of a case, as an operator would see it.
-    subroutine show_one_calibration(simulator, options, plan, predicted, console, error)
+    subroutine show_one_calibration(simulator, options, request, predicted, console, error)
         type(simulator_t), intent(in) :: simulator
         type(estimation_options_t), intent(in) :: options
-        type(plan_t), intent(in) :: plan
+        type(request_t), intent(in) :: request
         real(dp), intent(in) :: predicted(3)        !! RMS error by theory, mm
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
@@ -197,11 +199,11 @@ contains
         character(120) :: row
         integer :: i
 
-        call observe(simulator, plan%seed, 1, observations, error)
+        call observe(simulator, request%seed, 1, observations, error)
         if (allocated(error)) return
         own = options
         own%covariance = .false.
-        call estimate_offset(plan%algorithms(1)%text, observations, own, solution, error)
+        call estimate_offset(request%algorithms(1)%text, observations, own, solution, error)
         if (allocated(error)) return
         write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
             (simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &

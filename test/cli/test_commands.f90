@@ -635,8 +635,9 @@ contains
                                            '--options'])
         if (allocated(error)) return
         call make_file(error, 'old/empty.nml', '&estimation /')
-        call succeeds(error, 'estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER// &
-                      'old/empty.nml', output)
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'old --algorithm ascfest --format csv --options '//FOLDER//'old/empty.nml', &
+                 status, output, messages)
         if (.not. allocated(error)) call check(error, output == untold, '--options takes their place')
         call refused(error, 'estimate '//FOLDER//'old --algorithm ascfest --options '//FOLDER//'old/none.nml', &
                      STATUS_FAILED, [character(W) :: 'old/none.nml'])
