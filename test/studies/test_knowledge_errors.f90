@@ -47,7 +47,7 @@ contains
             call check_consider(case, report_options('front-1'), CHECKED(i), 1, RUNS, 2, result, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
-            associate (small => result%considered < 1e-3_dp*result%noise)
+            associate (small => result%considered < 1e-4_dp*result%noise)
                 call check(error, all(small .or. abs(result%predicted/result%considered - 1) < CURVATURE), &
                            'differences, '//SOURCES(CHECKED(i))%name)
                 if (allocated(error)) return
