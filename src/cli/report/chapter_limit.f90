@@ -21,9 +21,10 @@ module gracecg_cli_chapter_limit
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), ALGORITHMS = size(ESTIMATOR_NAMES)
     character(*), parameter :: BOUND_FILE = 'bound.csv'
     character(1), parameter :: LF = achar(10)
-    character(32), parameter :: COLOURS(ALGORITHMS) = [character(32) :: 'linetype 1', 'linetype 2', &
+    integer, parameter :: STYLES = 6    !! Of the estimators, in turn; a seventh takes the first again
+    character(32), parameter :: COLOURS(STYLES) = [character(32) :: 'linetype 1', 'linetype 2', &
         'linetype 3', 'linetype 4', 'linetype 1 linecolor rgb ink', 'linetype 1 linecolor rgb grey']
-    integer, parameter :: LEGEND_TYPES(ALGORITHMS) = [1, 2, 3, 4, 0, 5]
+    integer, parameter :: LEGEND_TYPES(STYLES) = [1, 2, 3, 4, 0, 5]
 
 contains
 
@@ -157,7 +158,7 @@ contains
             panels(axis)%plot = trim(panels(axis)%plot)//', 1 with lines linetype 5'
         end do
         do a = 1, ALGORITHMS
-            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), LEGEND_TYPES(a), 5)
+            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), LEGEND_TYPES(1 + modulo(a - 1, STYLES)), 5)
         end do
         legend(ALGORITHMS + 1) = legend_item_t('bound', 5)
         script = panel_grid('figure_bound', 'RMS error of the CG offset relative to its bound, '// &
@@ -185,6 +186,6 @@ contains
 
         plot = '"'//BOUND_FILE//'" using (strcol("axis") eq "'//AXES(axis)//'" && strcol("algorithm") eq "'// &
             trim(ESTIMATOR_NAMES(a))//'" ? place(strcol("case")) + ('//shift//') : NaN):"ratio":'// &
-            '"sampling_error" with boxerrorbars '//trim(COLOURS(a))//' linewidth 1'
+            '"sampling_error" with boxerrorbars '//trim(COLOURS(1 + modulo(a - 1, STYLES)))//' linewidth 1'
     end function bars_of
 end module gracecg_cli_chapter_limit
