@@ -125,14 +125,14 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: NOTHING = 1e-3_dp        ! of the noise: estimates are not iterated farther
+        real(dp), parameter :: NOTHING = 1e-4_dp        ! of the noise: estimates are not iterated farther
         type(consider_check_t) :: check
         character(160) :: line
         character(8) :: deviation(3)
         integer :: i, axis
 
         call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
-                          'drawn minus considered, % (-: less than a thousandth of the noise)')
+                          'drawn minus considered, % (-: less than 1e-4 of the noise)')
         do i = 1, size(KNOWLEDGE_SOURCES)
             call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
             call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error)
