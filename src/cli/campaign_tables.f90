@@ -6,6 +6,7 @@ module gracecg_cli_campaign_tables
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -67,6 +68,12 @@ contains
         end do
         call show_honesty(campaign, width, console)
         call show_agreement(agreement_of(campaign), runs, console)
+        do i = 1, size(campaign%cases)
+            associate (case => campaign%cases(i))
+                if (case%published == '' .and. any(REPORT_CASE_NAMES == case%name)) &
+                    call console%line(trim(case%name)//': edited, not the case of the report; nothing is published for it')
+            end associate
+        end do
     end subroutine show_campaign
 
     !> A number, or a dash for 0.
