@@ -6,7 +6,8 @@ module gracecg_cli_verify
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case
+    use gracecg_simulation_case_library, only: find_case, expanded_cases
+    use gracecg_simulation_report_cases, only: published_name
     use gracecg_studies_campaign, only: campaign_t, report_campaign
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
         check_windows, window_counts_t, count_windows, write_curves, curves_file_name, CURVE_NAMES
@@ -45,8 +46,8 @@ contains
                                 'and named as edited: that measures what the comparison can see. When no case is '// &
                                 'named, the points of Figures 6.2, 6.3 and 6.6 are compared as well.', &
                                 'gracecg verify front-1 back-1 --out curves')
-        call arguments%add_option('--cases', 'LIST', 'the cases, names or namelist files, separated by commas; the '// &
-                                  'same as CASE ...')
+        call arguments%add_option('--cases', 'LIST', 'the cases, names or namelist files, separated by commas, in '// &
+                                  'place of CASE ...; printed: the six with the input cards as printed')
         call arguments%add_option('--runs', 'N', 'of Figures 6.2, 6.3 and 6.6, for whose points no case may be '// &
                                   'named (default '//integer_text(POINTS_OF_CASE)//', as in the report, and at least that)')
         call arguments%add_option('--seed', 'S', 'of their random numbers (default 1)')
@@ -120,7 +121,7 @@ contains
         type(string_t), allocatable :: wanted(:)
         integer :: i, k
 
-        wanted = names
+        call expanded_cases(names, wanted)
         do i = 1, size(DEFAULT_CASES)
             if (size(names) == 0) call append(wanted, trim(DEFAULT_CASES(i)))
         end do
@@ -152,7 +153,7 @@ contains
             return
         end if
         call built_in_case(case, published)
-        if (published == reference) then
+        if (published_name(published) == reference) then
             call console%line(trim(case%name)//': curves and the printed axis windows, SI units, body axes')
         else
             call changed_settings(case, reference, changed, error)

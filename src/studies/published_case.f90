@@ -5,18 +5,21 @@ module gracecg_studies_published_case
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, split, append
     use gracecg_simulation_case, only: case_t, case_text
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     implicit none
     private
     public :: built_in_case, built_in_calibration, settings_checksum, changed_settings
+
+    !> The cases that are the report's: as they are built in, and with the cards as printed
+    character(15), parameter :: CASES(12) = [character(15) :: REPORT_CASE_NAMES, PRINTED_CASE_NAMES]
 
 contains
 
     !> The name of the built-in case that has every setting of a case but its name; empty when there is none.
     subroutine built_in_case(case, name)
         type(case_t), intent(in) :: case
-        character(*), intent(out) :: name           !! 'front-1' ... 'back-3', or empty
+        character(*), intent(out) :: name           !! 'front-1' ... 'back-3-printed', or empty
 
         type(case_t) :: candidate
         character(:), allocatable :: text, other
@@ -25,12 +28,12 @@ contains
 
         name = ''
         call case_text(case, text, error)
-        do i = 1, size(REPORT_CASE_NAMES)
-            if (.not. allocated(error)) call report_case(REPORT_CASE_NAMES(i), candidate, error)
+        do i = 1, size(CASES)
+            if (.not. allocated(error)) call report_case(trim(CASES(i)), candidate, error)
             candidate%name = case%name
             if (.not. allocated(error)) call case_text(candidate, other, error)
             if (allocated(error)) return            ! a setting that is not finite is none of the report's
-            if (text == other) name = REPORT_CASE_NAMES(i)
+            if (text == other) name = CASES(i)
         end do
     end subroutine built_in_case
 
@@ -45,13 +48,13 @@ contains
         integer :: i, other
 
         name = ''
-        do i = 1, size(REPORT_CASE_NAMES)
-            call find_calibration(REPORT_CASE_NAMES(i), candidate, error)
+        do i = 1, size(CASES)
+            call find_calibration(trim(CASES(i)), candidate, error)
             if (allocated(error)) return
             candidate%case%name = calibration_name
             call settings_checksum(candidate, other, error)
             if (allocated(error)) return
-            if (other == checksum) name = REPORT_CASE_NAMES(i)
+            if (other == checksum) name = CASES(i)
         end do
     end subroutine built_in_calibration
 

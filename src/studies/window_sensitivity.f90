@@ -104,15 +104,17 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
+        character(64) :: label(1)
         integer :: i
 
         call file%open(path, 'change,attitude_windows,inside,on_ticks,by_rule,least_fill', &
                        file_comments(command, 'front-1 and back-1, windows of Figures 5.4 to 5.8'), error)
         if (allocated(error)) return
         do i = 1, size(variation)
+            label(1) = variation(i)%name
             associate (c => variation(i)%counts)
                 call file%row([real(c%attitude, dp), real(c%attitude_inside, dp), real(c%attitude_on_ticks, dp), &
-                               real(c%attitude_automatic, dp), c%attitude_fill], [character(64) :: variation(i)%name])
+                               real(c%attitude_automatic, dp), c%attitude_fill], label)
             end associate
         end do
         call file%commit(error)
