@@ -38,7 +38,7 @@ MODULE = re.compile(r"\s*(?:module\s+(?!procedure\b|subroutine\b|function\b)|pro
 END = re.compile(r"\s*end\s+(subroutine|function|type|module|program)\b", re.I)
 
 Equation = collections.namedtuple("Equation", "number state title remark section")
-Section = collections.namedtuple("Section", "number title theory modules remark")
+Section = collections.namedtuple("Section", "number title theory modules suites remark")
 Item = collections.namedtuple("Item", "kind name title places remark line")
 
 
@@ -234,8 +234,8 @@ def read_table(root, mistakes):
         where = f"{TABLE}:{line_number}"
         fields = [f.strip() for f in line.split("|")]
         kind, _, name = fields[0].partition(" ")
-        if kind == "section" and len(fields) == 5:
-            sections.append(Section(name, fields[1], fields[2].split(), fields[3].split(), fields[4]))
+        if kind == "section" and len(fields) == 6:
+            sections.append(Section(name, fields[1], *(f.split() for f in fields[2:5]), fields[5]))
         elif kind in ("figure", "table", "card", "name") and len(fields) in (3, 4):
             if len(fields) == 3:
                 fields.append("")
@@ -309,6 +309,9 @@ def check_names(root, names, equations, sections, items, headings, mistakes):
         for module in section.modules:
             if module not in names:
                 mistakes.append(f"{TABLE}, section {section.number}: the module {module} does not exist")
+        for suite in section.suites:
+            if suite not in names:
+                mistakes.append(f"{TABLE}, section {section.number}: the suite {suite} does not exist")
 
 
 # --- the document ---
@@ -382,6 +385,8 @@ def document(equations, sections, items, places, by_module):
             parts.append("theory " + ", ".join(theory_link(n, headings) for n in s.theory))
         if s.modules:
             parts.append(", ".join(f"[{m}](../{by_module[m].path})" for m in s.modules if m in by_module))
+        if s.suites:
+            parts.append("tests " + ", ".join(s.suites))
         if s.remark:
             parts.append(s.remark)
         yield "; ".join(parts)[:1].upper() + "; ".join(parts)[1:] + ".\n"
@@ -457,7 +462,7 @@ def main():
 HOUSE = {
     "tools/concordance.txt": """\
 # a comment
-section 2.1 | All | 1 | gracecg_base_all | `whole`
+section 2.1 | All | 1 | gracecg_base_all | all | `whole`
 EQUATIONS
 figure 2.1 | Axes | `docs/theory.md`, `all: test` |
 card AL 0 0 .34 | albedo | `earth/rings` |
@@ -527,6 +532,7 @@ FAULTS = (  # file, what is replaced, by what, what is found
     ("tools/concordance.txt", "4-17 | printed |", "4-17 printed |", "cannot be read"),
     ("tools/concordance.txt", "`whole`", "`half`", "`half` does not exist"),
     ("tools/concordance.txt", "| gracecg_base_all |", "| gracecg_base_none |", "gracecg_base_none does not exist"),
+    ("tools/concordance.txt", "| all | `whole`", "| al | `whole`", "the suite al does not exist"),
     ("tools/concordance.txt", "| All | 1 |", "| All | 7 |", "has no section 7"),
     ("tools/concordance.txt", "`all: test`", "`all: toast`", "`all: toast` does not exist"),
     ("tools/concordance.txt", "`earth/rings`", "`earth/ring`", "`earth/ring` does not exist"),
