@@ -74,6 +74,9 @@ contains
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, problem, batch, solution%covariance, error, record)
+            if (present(record)) &
+                call record_rotation(data, problem%rotation, &
+                                          batch%residuals(problem%attitude_observations + 1:), record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, &
                     batch%residuals(problem%attitude_observations + 1:), &
@@ -81,9 +84,6 @@ contains
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
                                   problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
-            if (present(record)) &
-                call record_rotation(data, problem%rotation, &
-                                          batch%residuals(problem%attitude_observations + 1:), record)
         end if
     end subroutine estimate_combined
 
