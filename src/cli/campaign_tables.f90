@@ -71,7 +71,8 @@ contains
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
                 if (case%published == '' .and. any(REPORT_CASE_NAMES == case%name)) &
-                    call console%line(trim(case%name)//': edited or switched, not the case of the report: nothing is published for it')
+                    call console%line(trim(case%name)//': edited or switched, not the case of the report: nothing is '// &
+                                      'published for it')
             end associate
         end do
     end subroutine show_campaign
