@@ -12,6 +12,7 @@ module gracecg_cli_montecarlo
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
+    use gracecg_simulation_case_library, only: expanded_cases
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
     use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case
@@ -49,8 +50,8 @@ contains
                                 'covariance analysis. A large campaign can be done in shards, on as many '// &
                                 'machines as there are, and put together by gracecg merge.', &
                                 'gracecg montecarlo --cases front-3,back-3 --algorithms assest-fde --runs 100')
-        call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas (default: '// &
-                                  'the six built-in cases)')
+        call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas; printed: '// &
+                                  'the six with the input cards as printed (default: the six built-in cases)')
         call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
                                   ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
@@ -102,7 +103,10 @@ contains
         type(request_t), intent(out) :: request
         type(error_t), allocatable, intent(out) :: misuse
 
-        call arguments%get('--cases', request%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
+        type(string_t), allocatable :: names(:)
+
+        call arguments%get('--cases', names, misuse, default=join(REPORT_CASE_NAMES, ','))
+        if (.not. allocated(misuse)) call expanded_cases(names, request%cases)
         call arguments%get('--algorithms', request%algorithms, misuse, default=join(REPORT_ESTIMATORS, ','), &
                            choices=ESTIMATOR_NAMES)
         call arguments%get('--runs', request%runs, misuse, default=REPORT_RUNS, low=1, high=MOST_RUNS)
