@@ -192,7 +192,8 @@ contains
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
         if (allocated(error)) return
-        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x_m_s2', 'y_m_s2', 'z_m_s2'], residuals, failure)
+        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x_m_s2', 'y_m_s2', 'z_m_s2'], &
+                      residuals, failure)
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'page_files/spectrum.csv', [character(23) :: 'frequency_hz', &
                 'x_m_s2_sqrt_hz', 'y_m_s2_sqrt_hz', 'z_m_s2_sqrt_hz', 'expected_x_m_s2_sqrt_hz', 'expected_y_m_s2_sqrt_hz', &
