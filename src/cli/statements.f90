@@ -97,7 +97,7 @@ contains
         call say(trim(statement%name)//' ('//trim(statement%place)//'): '//trim(statement%claim))
         call say('here: '//trim(statement%method))
         if (any(statement%rows%condition > 0)) then
-            call console%line('case      setting                              condition')
+            call console%line('case      setting                                  condition')
         else if (any(statement%rows%runs > 0)) then
             call console%line('errors of d, mm: RMS of '//integer_text(maxval(statement%rows%runs))//' runs, and theory')
             call console%line('case      setting                      x here  theory    y here  theory    z here  theory')
@@ -109,7 +109,7 @@ contains
             associate (row => statement%rows(i))
                 line = row%case_name(:10)//row%setting
                 if (row%condition > 0) then
-                    write (line(41:), '(es14.3)') row%condition
+                    write (line(46:), '(es14.3)') row%condition
                 else if (row%runs > 0) then
                     write (line(34:), '(3(2f9.4, 2x))') (row%rms(axis)/MILLIMETRE, row%predicted(axis)/MILLIMETRE, axis=1, 3)
                 else

@@ -6,6 +6,7 @@ module gracecg_studies_statements
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_quaternion, only: normalised
     use gracecg_base_text, only: integer_text, join
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_version, only: file_comments
@@ -52,7 +53,7 @@ module gracecg_studies_statements
         character(240) :: claim = ''        !! What the report says
         character(200) :: method = ''       !! What is computed
         integer :: verdict = 0              !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
-        character(400) :: found = ''        !! The verdict in a sentence, with its numbers
+        character(480) :: found = ''        !! The verdict in a sentence, with its numbers
         type(statement_row_t), allocatable :: rows(:)
     end type statement_t
 
@@ -240,7 +241,7 @@ contains
 
         real(dp) :: worst(size(LENGTHS))
         integer :: i, k, n, best, axis, turns, shortest
-        character(120) :: lengths_text
+        character(240) :: lengths_text
 
         lengths_text = ''
         turns = 0
@@ -419,6 +420,7 @@ contains
         type(batch_settings_t) :: settings
         type(batch_solution_t) :: batch
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), values(:), vectors(:, :), scale(:)
+        real(dp) :: q(4)
         integer :: i, n
 
         condition = 0
@@ -437,7 +439,8 @@ contains
         if (allocated(error)) return
         if (kind == 3) then
             do i = 1, size(data%attitude_epoch)
-                associate (block => partials(:, 4*i - 3:4*i), q => data%quaternion(:, i))
+                associate (block => partials(:, 4*i - 3:4*i))
+                    q = normalised(matmul(problem%quaternion, block(:4, :)))    ! of the fit, Phi_11 q(t0)
                     block = block - spread(matmul(block, q), 2, 4)*spread(q, 1, n)
                 end associate
             end do
