@@ -10,7 +10,7 @@ module gracecg_files_table
     use gracecg_files_value, only: real_from_text
     implicit none
     private
-    public :: table_file_t, read_table, read_csv
+    public :: table_file_t, read_table, read_csv, csv_of_text
 
     character(*), parameter :: BLANKS = ' '//achar(9)
     character(1), parameter :: COMMA = ',', COMMENT = '#', NOTHING = '-'
@@ -77,12 +77,25 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: rows_needed    !! True when absent
 
+        type(text_file_t) :: text
+
+        call read_text_file(path, text, error)
+        if (.not. allocated(error)) call csv_of_text(text, columns, file, error, rows_needed)
+    end subroutine read_csv_rows
+
+    !> The same of a text in memory.
+    subroutine csv_of_text(text, columns, file, error, rows_needed)
+        type(text_file_t), intent(in) :: text
+        character(*), intent(in) :: columns(:)  !! Names in the header, in their order
+        type(table_file_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: rows_needed    !! True when absent
+
         integer :: header, last, i
         logical :: needed
 
         file%is_csv = .true.
-        call read_text_file(path, file%text, error)
-        if (allocated(error)) return
+        file%text = text
         header = 1
         do while (index(file%text%line(header), COMMENT) == 1)
             header = header + 1
@@ -105,7 +118,7 @@ contains
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
             call fail_in_file(error, file%text%name, 0, 'the file has no row below its header')
-    end subroutine read_csv_rows
+    end subroutine csv_of_text
 
     !> All numbers of a CSV file. Fails as `read_csv_rows` and `get_numbers`.
     subroutine read_csv_numbers(path, columns, numbers, error, comments)
