@@ -5,7 +5,7 @@ module gracecg_cli_calibration_argument
     use gracecg_base_text, only: string_t, append, integer_text, join
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_estimation_options, only: read_options
-    use gracecg_simulation_case_library, only: CASE_GROUPS, cases_of_group
+    use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -129,14 +129,7 @@ contains
                 call append(given, listed(i)%text)
             end do
         end if
-        allocate (names(0))
-        do i = 1, size(given)
-            if (any(CASE_GROUPS == given(i)%text)) then
-                names = [names, cases_of_group(given(i)%text)]
-            else
-                call append(names, given(i)%text)
-            end if
-        end do
+        call expanded_cases(given, names)
     end subroutine take_names
 
     !> The calibration of a name or path, with the options of --options if the command has it. Says on

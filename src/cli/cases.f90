@@ -27,7 +27,10 @@ contains
 
         call arguments%describe('cases', '[show CASE]', 0, 2, &
                                 'Lists the built-in cases, those of CSR-TM-00-01 sections 5.2 '// &
-                                'and 6.1. `cases show CASE` prints one as a namelist file, '// &
+                                'and 6.1. front-1-printed ... back-3-printed are the same with '// &
+                                'the input cards of section 5.2 as printed, where the built-in '// &
+                                'cases have constants that were fitted to its figures. '// &
+                                '`cases show CASE` prints one as a namelist file, '// &
                                 'which can be edited and stands wherever a CASE is asked for.', &
                                 'gracecg cases show front-1 > my-case.nml'//new_line('a')// &
                                 'gracecg simulate my-case.nml --out run1')
@@ -66,6 +69,8 @@ contains
             if (.not. allocated(error)) call describe_line(case, console, error)
             if (allocated(error)) return
         end do
+        call console%line('NAME-printed: the same with the input cards of section 5.2 as printed, and nothing '// &
+                          'fitted to density and wind')
     end subroutine list_cases
 
     !> A line of the list: where the satellite stands at the epoch, and its manoeuvre.

@@ -273,7 +273,7 @@ contains
         call succeeds(error, 'cases', output)
         if (allocated(error)) return
         list = text_file_of(output, 'list')
-        call check(error, list%line_count(), size(REPORT_CASE_NAMES) + 1)
+        call check(error, list%line_count(), size(REPORT_CASE_NAMES) + 2)      ! a heading, a sentence
         do i = 1, size(REPORT_CASE_NAMES)
             if (allocated(error)) return
             call check(error, index(list%line(i + 1), REPORT_CASE_NAMES(i)), 1)
