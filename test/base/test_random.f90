@@ -115,7 +115,7 @@ contains
     subroutine test_long_seeds(error)
         type(error_type), allocatable, intent(out) :: error
         integer(i8), parameter :: TWO_32 = 2_i8**32, SEEDS(14) = [0_i8, 1_i8, -1_i8, 2_i8**31 - 1, 2_i8**31, &
-            TWO_32 - 1, TWO_32, TWO_32 + 1, -TWO_32, 2_i8**61, 2_i8**62, 2_i8**63 - 1 - TWO_32, huge(1_i8), -huge(1_i8)]
+            TWO_32 - 1, TWO_32, TWO_32 + 1, -TWO_32, 2_i8**61, 2_i8**62, huge(1_i8) - TWO_32, huge(1_i8), -huge(1_i8)]
         integer, parameter :: SHORT(5) = [0, 1, -1, huge(1), -huge(1)]
         integer, parameter :: INSTRUMENTS(3) = [0, 1, 2**30 - 1]
         type(random_stream_t) :: a, b

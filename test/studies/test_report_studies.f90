@@ -91,7 +91,7 @@ contains
         if (.not. allocated(error)) &
             call check(error, any(abs(cut%entries(1, 1)%statistics%rms - three%entries(1, 1)%statistics%rms) > 0))
         if (.not. allocated(error)) call check(error, listener%told, 2)
-        if (.not. allocated(error)) call check(error, trim(listener%latest), 'campaign: back-3, ascfest, 3 runs')
+        if (.not. allocated(error)) call check(error, trim(listener%latest), 'back-3, ascfest')
     end subroutine test_first_runs
 
     subroutine test_windows(error)
@@ -202,7 +202,7 @@ contains
         call find_calibration('front-1', calibration, failure)
         if (.not. allocated(failure)) call study_all_errors(calibration, 'ascfest', 2_i8, 2, 2, all_studies, failure)
         if (.not. allocated(failure)) call study_errors(calibration%case, 'no-acc-noise', 'ascfest', &
-                                                          calibration%options, 2, 2, 1, study, failure)
+                                                          calibration%options, 2_i8, 2, 1, study, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, all(abs(all_studies(3)%rms - study%rms) <= 0))
         if (.not. allocated(error)) call check(error, all(all_studies(3)%predicted < all_studies(1)%predicted))
