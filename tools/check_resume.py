@@ -20,6 +20,7 @@ import time
 
 CASES = ["front-3", "back-1"]
 ALGORITHMS = "assest-fde,ascfest"
+KINDS = (".csv", ".csv.meta.json", "_table.csv", "_table.csv.meta.json")
 STATUS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}
 
 
@@ -76,7 +77,8 @@ def interrupted(program, runs, folder, name, kills, duration, chance, *more):
             message = process.communicate()[1]
             if process.returncode == 0:
                 # it was quicker: all is done. From the beginning again
-                runs_file.unlink()
+                for kind in KINDS:
+                    (folder / (name + kind)).unlink()
                 continue
             # before the program has come so far as to catch a signal, the system kills it
             expect(process.returncode in (STATUS[number], -number), f"{number.name}: status {process.returncode}: {message}")
@@ -103,11 +105,11 @@ def main():
         began = time.monotonic()
         complete(words(program, runs, ["--runs-out", "whole.csv", "--out", "whole_table.csv"]), folder)
         duration = time.monotonic() - began
-        whole = {kind: (folder / f"whole{kind}").read_bytes() for kind in (".csv", "_table.csv")}
+        whole = {kind: content(folder, "whole", kind) for kind in KINDS}
 
         hit = interrupted(program, runs, folder, "killed", kills, duration, chance)
         for kind, text in whole.items():
-            expect((folder / f"killed{kind}").read_bytes() == text, f"killed{kind} differs from whole{kind}")
+            expect(content(folder, "killed", kind) == text, f"killed{kind} differs from whole{kind}")
         print(f"{sum(hit.values())} interruptions ({', '.join(f'{n.name} {k}' for n, k in hit.items())}): "
               f"runs file and table as of a campaign never stopped, {len(whole['.csv'])} bytes")
 
@@ -116,21 +118,19 @@ def main():
             process = start(words(program, runs, [], "--resume", "killed.csv", *other), folder)
             message = process.communicate()[1]
             expect(process.returncode == 1 and "different" in message, f"{other} is taken: {message}")
-        expect((folder / "killed.csv").read_bytes() == whole[".csv"], "a refused campaign changed the runs file")
+        expect(content(folder, "killed", ".csv") == whole[".csv"], "a refused campaign changed the runs file")
 
         for shard in (1, 2):
             interrupted(program, runs, folder, f"shard{shard}", 2, duration/2, chance, "--shard", f"{shard}/2")
         subprocess.run([program, "merge", "shard2.csv", "shard1.csv", "--runs-out", "merged.csv"], cwd=folder, check=True,
                        stdout=subprocess.DEVNULL)
-        expect(without_first_line(folder / "merged.csv") == without_first_line(folder / "whole.csv"),
-               "merged shards differ from the whole")
+        expect(content(folder, "merged", ".csv") == whole[".csv"], "merged shards differ from the whole")
         print("interrupted shards, merged, are the whole campaign; other seeds, shards and switches are refused")
 
 
-def without_first_line(path):
-    """The first line of version 0.1 names the command."""
-    text = path.read_bytes()
-    return text.split(b"\n", 1)[1] if text.startswith(b"#") else text
+def content(folder, name, kind):
+    """A file of a campaign; in what stands beside it, its own name is taken out."""
+    return (folder / (name + kind)).read_bytes().replace(f'"{name}'.encode(), b'"')
 
 
 if __name__ == "__main__":

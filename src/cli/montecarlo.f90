@@ -5,6 +5,7 @@ module gracecg_cli_montecarlo
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_progress, only: tell
+    use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
     use gracecg_files_file, only: check_writable, file_exists, is_device
     use gracecg_observations_observation_set, only: observation_set_t
@@ -135,6 +136,7 @@ contains
 
         campaign = new_campaign(padded(request%algorithms), size(calibrations), request%seed, request%runs, &
                                 request%shard, request%shards)
+        campaign%version = VERSION
         allocate (simulators(size(calibrations)))
         do i = 1, size(calibrations)
             call new_switched_simulator(calibrations(i)%case, request%switches, simulators(i), error)
