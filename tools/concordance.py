@@ -10,8 +10,9 @@ The places of an equation are where its number stands, in the form (4-17), a ran
 or type that says it in place of its procedures), in the comments of test/. Titles, states, remarks and what
 is no equation stand in tools/concordance.txt, which says itself how it is written.
 
-A mistake, which ends in status 1: an equation that is missing from the table or stands nowhere; a number
-that the report does not have; a place that does not exist.
+A mistake, which ends in status 1: an equation that is missing from the table, from the theory or from src/;
+one called corrected that the theory's list of slips lacks; a number that the report does not have; a place
+that does not exist.
 """
 import collections
 import pathlib
@@ -37,7 +38,7 @@ MODULE = re.compile(r"\s*(?:module\s+(?!procedure\b|subroutine\b|function\b)|pro
 END = re.compile(r"\s*end\s+(subroutine|function|type|module|program)\b", re.I)
 
 Equation = collections.namedtuple("Equation", "number state title remark section")
-Section = collections.namedtuple("Section", "number title theory modules remark")
+Section = collections.namedtuple("Section", "number title theory modules suites remark")
 Item = collections.namedtuple("Item", "kind name title places remark line")
 
 
@@ -207,15 +208,18 @@ def theory_sections(root):
 
 
 def places_in_theory(root):
-    places, headings, unknown = collections.defaultdict(list), {}, set()
+    """Of each equation: its sections; the headings; (number, place) of what the report has not; the slips."""
+    places, headings, unknown, slips = collections.defaultdict(list), {}, set(), set()
     for name, heading, text in theory_sections(root):
         headings[name] = heading
         for number in cited(text):
             if number not in EQUATIONS:
                 unknown.add((number, f"{THEORY}, {heading}"))
-            elif name not in places[number] and not name.startswith(SLIPS):
+            elif name.startswith(SLIPS):
+                slips.add(number)
+            elif name not in places[number]:
                 places[number].append(name)
-    return places, headings, unknown
+    return places, headings, unknown, slips
 
 
 # --- the table ---
@@ -230,8 +234,8 @@ def read_table(root, mistakes):
         where = f"{TABLE}:{line_number}"
         fields = [f.strip() for f in line.split("|")]
         kind, _, name = fields[0].partition(" ")
-        if kind == "section" and len(fields) == 5:
-            sections.append(Section(name, fields[1], fields[2].split(), fields[3].split(), fields[4]))
+        if kind == "section" and len(fields) == 6:
+            sections.append(Section(name, fields[1], *(f.split() for f in fields[2:5]), fields[5]))
         elif kind in ("figure", "table", "card", "name") and len(fields) in (3, 4):
             if len(fields) == 3:
                 fields.append("")
@@ -305,6 +309,9 @@ def check_names(root, names, equations, sections, items, headings, mistakes):
         for module in section.modules:
             if module not in names:
                 mistakes.append(f"{TABLE}, section {section.number}: the module {module} does not exist")
+        for suite in section.suites:
+            if suite not in names:
+                mistakes.append(f"{TABLE}, section {section.number}: the suite {suite} does not exist")
 
 
 # --- the document ---
@@ -378,6 +385,8 @@ def document(equations, sections, items, places, by_module):
             parts.append("theory " + ", ".join(theory_link(n, headings) for n in s.theory))
         if s.modules:
             parts.append(", ".join(f"[{m}](../{by_module[m].path})" for m in s.modules if m in by_module))
+        if s.suites:
+            parts.append("tests " + ", ".join(s.suites))
         if s.remark:
             parts.append(s.remark)
         yield "; ".join(parts)[:1].upper() + "; ".join(parts)[1:] + ".\n"
@@ -404,7 +413,7 @@ def build(root):
     in_test = sources(root, "test")
     by_source = places_in_source(in_src)
     by_test, tests = places_in_tests(root, in_test)
-    by_theory, headings, unknown = places_in_theory(root)
+    by_theory, headings, unknown, slips = places_in_theory(root)
     for source in in_src + in_test:
         unknown |= {(n, f"{source.path}, {name}") for n, _, name in source.citations() if n not in EQUATIONS}
     mistakes += [f"{where}: the report has no equation ({number})" for number, where in sorted(unknown)]
@@ -415,6 +424,8 @@ def build(root):
             mistakes.append(f"({e.number}) is called absent, but {THEORY} or src/ names it")
         elif e.state != "absent" and lacking:
             mistakes.append(f"({e.number}) {e.title}: not named in {' nor '.join(lacking)}")
+        if e.state == "corrected" and e.number not in slips:
+            mistakes.append(f"({e.number}) is called corrected, but the slips of {THEORY} lack it")
     names = known_names(root, in_src, tests)
     check_names(root, names, equations, sections, items, headings, mistakes)
     if mistakes:
@@ -448,26 +459,70 @@ def main():
 
 # --- the test of this tool ---
 
+HOUSE = {
+    "tools/concordance.txt": """\
+# a comment
+section 2.1 | All | 1 | gracecg_base_all | all | `whole`
+EQUATIONS
+figure 2.1 | Axes | `docs/theory.md`, `all: test` |
+card AL 0 0 .34 | albedo | `earth/rings` |
+""",
+    "docs/theory.md": """\
+# Theory
+
+## 1 All of it
+
+$$(2\\text{-}1) \\ldots (2\\text{-}35)$$ and (3-1) to (3-23), (4-1)-(4-103), (6.1)
+
+## The report's slips
+
+(2-7)
+""",
+    "src/base/all.f90": """\
+!> All.
+module gracecg_base_all
+    private
+    integer, parameter :: ONE = 1  !! Of (2-2)
+contains
+
+    !> (2-1) to
+    !> (2-35), (3-1)-(3-23), (4-1)-(4-103)
+    subroutine whole(error)
+        print *, '! (2-99)'   ! (6.1)
+        call settings%group('earth', '')
+        call settings%integer_value('rings', n)
+    end subroutine whole
+end module gracecg_base_all
+""",
+    "test/test_all.f90": """\
+module test_all
+contains
+    subroutine collect_all(testsuite)
+        testsuite = [new_unittest('test', test_it)]
+    end subroutine
+    subroutine test_it(error)
+        call helper()
+    end subroutine test_it
+
+    !> (4-17)
+    subroutine helper()
+    end subroutine helper
+end module test_all
+""",
+    "test/main.f90": """\
+program tester
+    suites = [new_testsuite('all', collect_all)]
+end program tester
+""",
+}
+
+
 def plant_house(root):
     """A small project in which every equation has its places."""
-    for folder in ("tools", "docs", "src/base", "test"):
-        (root / folder).mkdir(parents=True)
-    ranges = "(2-1) to (2-35), (3-1)-(3-23), (4-1)-(4-103), (6.1)"
-    (root / TABLE).write_text("".join(
-        ["section 2.1 | All | 1 | gracecg_base_all | `whole`\n", *(f"{n} | printed | what {n} is |\n" for n in EQUATIONS),
-         "figure 2.1 | Axes | `docs/theory.md`, `all: test` |\n", "card AL 0 0 .34 | albedo | `earth/rings` |\n"]), encoding="utf-8")
-    latex = re.sub(r"(\d)-(\d+)", r"\1\\text{-}\2", ranges)
-    (root / THEORY).write_text(f"# Theory\n\n## 1 All of it\n\n$${latex}$$\n\n## {SLIPS}\n\n(2-7)\n", encoding="utf-8")
-    (root / "src/base/all.f90").write_text(
-        "!> All.\nmodule gracecg_base_all\n    private\ncontains\n\n    !> (2-1) to\n    !> (2-35), (3-1)-(3-23), (4-1)-(4-103)\n"
-        "    subroutine whole(error)\n        print *, '! (2-99)'   ! (6.1)\n        call settings%group('earth', '')\n"
-        "        call settings%integer_value('rings', n)\n    end subroutine whole\nend module gracecg_base_all\n", encoding="utf-8")
-    (root / "test/test_all.f90").write_text(
-        "module test_all\ncontains\n    subroutine collect_all(testsuite)\n        testsuite = [new_unittest('test', test_it)]\n"
-        "    end subroutine\n    subroutine test_it(error)\n        call helper()\n    end subroutine test_it\n\n    !> (4-17)\n"
-        "    subroutine helper()\n    end subroutine helper\nend module test_all\n", encoding="utf-8")
-    (root / "test/main.f90").write_text("program tester\n    suites = [new_testsuite('all', collect_all)]\nend program tester\n",
-                                        encoding="utf-8")
+    equations = "\n".join(f"{n} | {'corrected' if n == '2-7' else 'printed'} | what {n} is |" for n in EQUATIONS)
+    for path, text in HOUSE.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(text.replace("EQUATIONS", equations), encoding="utf-8")
 
 
 FAULTS = (  # file, what is replaced, by what, what is found
@@ -477,10 +532,12 @@ FAULTS = (  # file, what is replaced, by what, what is found
     ("tools/concordance.txt", "4-17 | printed |", "4-17 printed |", "cannot be read"),
     ("tools/concordance.txt", "`whole`", "`half`", "`half` does not exist"),
     ("tools/concordance.txt", "| gracecg_base_all |", "| gracecg_base_none |", "gracecg_base_none does not exist"),
+    ("tools/concordance.txt", "| all | `whole`", "| al | `whole`", "the suite al does not exist"),
     ("tools/concordance.txt", "| All | 1 |", "| All | 7 |", "has no section 7"),
     ("tools/concordance.txt", "`all: test`", "`all: toast`", "`all: toast` does not exist"),
     ("tools/concordance.txt", "`earth/rings`", "`earth/ring`", "`earth/ring` does not exist"),
     ("docs/theory.md", "(6.1)", "", "(6.1) what 6.1 is: not named in docs/theory.md"),
+    ("docs/theory.md", "(2-7)", "", "the slips of docs/theory.md lack it"),
     ("docs/theory.md", "(2-7)", "(2-77)", "the report has no equation (2-77)"),
     ("src/base/all.f90", "! (6.1)", "! 6.1", "(6.1) what 6.1 is: not named in src/"),
     ("src/base/all.f90", "! (6.1)", "! (6.1), (3-24)", "the report has no equation (3-24)"),
@@ -494,10 +551,10 @@ def self_test():
         plant_house(root)
         text, mistakes = build(root)
         failures += [f"the clean house: {m}" for m in mistakes]
-        for part in ("Of the 162 equations: printed 162. Named by a test: 1.",
+        for part in ("Of the 162 equations: printed 161, corrected 1. Named by a test: 1.",
                      "| (4-17) | what 4-17 is | printed | [1](theory.md#1-all-of-it) "
                      "| [gracecg_base_all](../src/base/all.f90): `whole` | all: test |",
-                     "| (2-7) | what 2-7 is | printed | [1](theory.md#1-all-of-it) "
+                     "| (2-7) | what 2-7 is | corrected | [1](theory.md#1-all-of-it) "
                      "| [gracecg_base_all](../src/base/all.f90): `whole` | none |"):
             if part not in text:
                 failures.append(f"the clean house lacks: {part}")
