@@ -13,7 +13,7 @@ module gracecg_cli_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(77) = [character(118) :: &
+    character(*), parameter :: RULES(78) = [character(118) :: &
         ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;--shade:#a3acb7;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
@@ -86,8 +86,9 @@ module gracecg_cli_html_style
         '.stacks tr{padding:.4rem 0}.stacks thead{position:absolute;clip-path:inset(50%)}}', &
         '@media print{@page{size:A4;margin:18mm 16mm;@bottom-center{content:counter(page) " / " counter(pages);', &
         'font:9pt sans-serif;color:#545b64}}body{font-size:10pt}nav{display:none}header,section{padding:0}', &
-        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
-        'figure svg{max-height:210mm}.scroll{overflow:visible;background:none}pre{white-space:pre-wrap}', &
+        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:135mm}', &
+        'figure svg{max-height:190mm}.scroll{overflow:visible;background:none}div.scroll{break-inside:avoid}', &
+        'pre{white-space:pre-wrap}', &
         'table{font-size:8.5pt;max-width:100%}a{color:inherit;text-decoration:none}', &
         'th,td{padding:.15rem .35rem;white-space:normal}td.number{white-space:nowrap}', &
         'thead{display:table-header-group}th:first-child,caption{position:static}}']
