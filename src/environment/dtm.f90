@@ -137,7 +137,7 @@ contains
         end select
         model%hydrogen%beta = 1
         model%helium%beta = 1
-        mean_temperature = model%temperature%a(1)*(model%temperature%flux + geomagnetic(model%temperature, kp, 0.0_dp))
+        mean_temperature = model%temperature%a(1)*(model%temperature%flux + model%temperature%a(7)*kp)
         if (mean_temperature < LOWEST_MEAN_TEMPERATURE) then
             call fail(error, 'f107 = '//number_text(f107)//' and f107_mean = '// &
                       number_text(f107_mean)//' sfu are too far apart for '//edition//': they give a '// &
@@ -164,16 +164,6 @@ contains
         e%antisymmetric_annual = cosine_sine(TWO_PI*a(18)/YEAR)
         e%antisymmetric_semiannual = cosine_sine(2*TWO_PI*a(20)/YEAR)
     end function new_expansion
-
-    !> The geomagnetic term M = (A7 + A8 P20) Kp, in DTM-94 with A39 exp(Kp) or A39 Kp^2.
-    pure real(dp) function geomagnetic(e, kp, p20) result(m)
-        type(expansion_t), intent(in) :: e
-        real(dp), intent(in) :: kp
-        real(dp), intent(in) :: p20     !! Legendre function
-
-        m = (e%a(7) + e%a(8)*p20)*kp
-        if (abs(e%a(39)) > 0) m = m + e%a(39)*merge(exp(kp), kp**2, e%exponential_kp)
-    end function geomagnetic
 
     !> Temperature by the profile of Bates, constituents in diffusive equilibrium above 120 km:
     !> Barlier et al. (1978). Hydrogen and helium carry thermal diffusion. DTM-94 has the temperature's gradient
@@ -233,7 +223,7 @@ contains
     end subroutine evaluate_dtm
 
     !> G(L) = 1 + F1 + M + Q + beta (AN1 + SAN1 + AN2 + SAN2 + D + SD + TD), Barlier et al. (1978); A(37) P10 in Q
-    !> is of DTM-94.
+    !> and A(39) exp(Kp) or A(39) Kp^2 in M are of DTM-94.
     pure real(dp) function expansion(e, h) result(g)
         type(expansion_t), intent(in) :: e
         type(harmonics_t), intent(in) :: h
@@ -242,7 +232,8 @@ contains
         real(dp) :: diurnal, semidiurnal, terdiurnal
 
         associate (a => e%a)
-            steady = e%flux + geomagnetic(e, h%kp, h%p20) + a(2)*h%p20 + a(3)*h%p40 + a(37)*h%p10
+            steady = e%flux + a(7)*h%kp + (a(2) + a(8)*h%kp)*h%p20 + a(3)*h%p40 + a(37)*h%p10 + &
+                     a(39)*merge(exp(h%kp), h%kp**2, e%exponential_kp)
             annual = (a(9) + a(10)*h%p20)*dot_product(e%annual, h%year)
             semiannual = (a(12) + a(13)*h%p20)*dot_product(e%semiannual, h%half_year)
             season = dot_product(e%antisymmetric_annual, h%year)
