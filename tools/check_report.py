@@ -31,8 +31,10 @@ COLUMNS = {
     "errors.csv": "source,axis,runs,rms_mm",
     "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm",
     "magnetometer_loss_runs.csv": "case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm",
-    "gravity_gradient.csv": "time_s,central_r,central_t,central_n,others_r,others_t,others_n",
-    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,"
+    "gravity_gradient.csv": "time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,"
+                            "others_r_m_s2,others_t_m_s2,others_n_m_s2",
+    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2,"
+                        "alpha_y_rad_s2,alpha_z_rad_s2,"
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
 COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error"
@@ -44,8 +46,17 @@ for satellite in ("front", "back"):
 COLUMNS["timing_back.csv"] = COLUMNS["timing_front.csv"]
 CURVES = ["drag", "srp", "erp", "non_gravitational", "a_vel", "a_gg", "a_acc", "a_total", "torque_aero",
           "torque_solar", "torque_gravity", "torque_magnetic", "torque_total", "omega", "omega_dot"]
+
+
+def unit_of(curve):
+    """As the names of columns end."""
+    if curve.startswith("omega"):
+        return "rad_s2" if curve == "omega_dot" else "rad_s"
+    return "n_m" if curve.startswith("torque") else "m_s2"
+
+
 for case in ("front-1", "back-1"):
-    COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}" for c in CURVES for a in "xyz"])
+    COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}_{unit_of(c)}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
         "errors.csv": 15, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
          "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}

@@ -11,7 +11,7 @@ module gracecg_files_file
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: file_exists, directory_exists, make_directory, remove_file, check_writable
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device
     public :: text_file_t, read_text_file, text_file_of, output_file_t
 
     type :: text_file_t

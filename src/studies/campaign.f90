@@ -50,6 +50,7 @@ module gracecg_studies_campaign
         character(16), allocatable :: algorithms(:) !! Each one of ESTIMATOR_NAMES
         type(campaign_case_t), allocatable :: cases(:)  !! The cases, in the order of the tables
         type(campaign_entry_t), allocatable :: entries(:, :)    !! (algorithm, case)
+        character(8) :: version = ''                !! Of the program whose file it comes from; blank: of none
     end type campaign_t
 
     !> How a campaign, theory and the published values agree.

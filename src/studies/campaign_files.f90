@@ -1,21 +1,21 @@
 !> The files of a Monte Carlo campaign: the table of its statistics, and the estimates of every run,
 !> which can be read back.
 !>
-!> Comment lines of a runs file, in this order:
+!> What FILE.meta.json tells of a runs file, in this order; in files of version 0.1 these are comment lines
+!> of the file itself:
 !>
-!>     # gracecg VERSION COMMAND
-!>     # seed S, runs 1 to N
-!>     # shard K of M                                     (where it is not the whole)
-!>     # case NAME checksum C offset_mm X Y Z             (each case)
-!>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
+!>     gracecg VERSION COMMAND
+!>     seed S, runs 1 to N
+!>     shard K of M                                     (where it is not the whole)
+!>     case NAME checksum C offset_mm X Y Z             (each case)
+!>     predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
 module gracecg_studies_campaign_files
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
-        real_text, join, split_words
-    use gracecg_files_file, only: text_file_t, output_file_t
+        real_text, join, split_words, logical_text, parse_logical
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: table_file_t, read_csv
     use gracecg_studies_campaign, only: campaign_t, campaign_case_t
@@ -27,6 +27,8 @@ module gracecg_studies_campaign_files
         'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
     character(9), parameter :: RUNS_COLUMNS(7) = [character(9) :: &
         'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged']
+    character(*), parameter :: CASE_COMMENT = 'case ', PREDICTED_COMMENT = 'predicted '    !! How they begin
+    character(8), parameter :: VERSIONS(2) = [character(8) :: '0.1.0', VERSION]     !! Whose files are read
     integer, parameter :: COMMENT_LENGTH = 200
 
 contains
@@ -51,30 +53,27 @@ contains
         character(*), intent(in) :: command         !! That made the campaign, for the comments
         type(error_t), allocatable, intent(out) :: error
 
-        type(output_file_t) :: file
-        character(COMMENT_LENGTH), allocatable :: comments(:)
-        character(:), allocatable :: published
+        type(csv_writer_t) :: file
+        type(string_t) :: fields(9)
         integer :: a, i, axis
 
-        call file%open(path, error)
+        call file%open(path, TABLE_COLUMNS, settings_comments(campaign, command), error)
         if (allocated(error)) return
-        comments = settings_comments(campaign, command)
-        do i = 1, size(comments)
-            call file%line('# '//trim(comments(i)))
-        end do
-        call file%line(TABLE_COLUMNS)
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
                     do axis = 1, 3
-                        published = ''
-                        if (entry%published(axis) > 0) published = real_text(entry%published(axis))
-                        call file%line(trim(campaign%cases(i)%name)//','//trim(campaign%algorithms(a))// &
-                                       ','//AXES(axis)//','//integer_text(size(entry%run))//','// &
-                                       real_text(entry%statistics%rms(axis))//','// &
-                                       real_text(entry%statistics%mean(axis))//','// &
-                                       real_text(entry%statistics%deviation(axis))//','// &
-                                       real_text(entry%predicted(axis))//','//published)
+                        fields(1)%text = trim(campaign%cases(i)%name)
+                        fields(2)%text = trim(campaign%algorithms(a))
+                        fields(3)%text = AXES(axis)
+                        fields(4)%text = integer_text(size(entry%run))
+                        fields(5)%text = real_text(entry%statistics%rms(axis))
+                        fields(6)%text = real_text(entry%statistics%mean(axis))
+                        fields(7)%text = real_text(entry%statistics%deviation(axis))
+                        fields(8)%text = real_text(entry%predicted(axis))
+                        fields(9)%text = ''
+                        if (entry%published(axis) > 0) fields(9)%text = real_text(entry%published(axis))
+                        call file%fields(fields)
                     end do
                 end associate
             end do
@@ -86,23 +85,28 @@ contains
     subroutine write_runs(path, campaign, command, error)
         character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
         type(campaign_t), intent(in) :: campaign
-        character(*), intent(in) :: command !! The command line, for the file's comments
+        character(*), intent(in) :: command !! The command line, for FILE.meta.json
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
-        character(64) :: labels(2)
-        integer :: a, i, k
+        type(string_t) :: fields(7)
+        integer :: a, i, k, axis
 
         call file%open(path, join(RUNS_COLUMNS, ','), [settings_comments(campaign, command), &
                                                        case_comments(campaign)], error)
         if (allocated(error)) return
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                labels = [character(64) :: campaign%cases(i)%name, campaign%algorithms(a)]
+                fields(1)%text = trim(campaign%cases(i)%name)
+                fields(2)%text = trim(campaign%algorithms(a))
                 associate (entry => campaign%entries(a, i))
                     do k = 1, size(entry%run)
-                        call file%row([real(entry%run(k), dp), entry%offset(:, k), &
-                                       merge(1.0_dp, 0.0_dp, entry%converged(k))], labels)
+                        fields(3)%text = integer_text(entry%run(k))
+                        do axis = 1, 3
+                            fields(3 + axis)%text = real_text(entry%offset(axis, k))
+                        end do
+                        fields(7)%text = trim(logical_text(entry%converged(k)))
+                        call file%fields(fields)
                     end do
                 end associate
             end do
@@ -122,11 +126,11 @@ contains
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
                 n = n + 1
-                comments(n) = comment('case '//trim(case%name)//' checksum '// &
+                comments(n) = comment(CASE_COMMENT//trim(case%name)//' checksum '// &
                                       integer_text(case%checksum)//' offset_mm', case%offset)
                 do a = 1, size(campaign%algorithms)
                     n = n + 1
-                    comments(n) = comment('predicted '//trim(case%name)//' '// &
+                    comments(n) = comment(PREDICTED_COMMENT//trim(case%name)//' '// &
                                           trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
                 end do
             end associate
@@ -143,8 +147,8 @@ contains
 
     !> Reads a runs file: a campaign, or a part of it, without its statistics.
     !>
-    !> Fails, naming file and line, when a comment line or a row is not as `write_runs` writes it, or
-    !> the file comes from another version.
+    !> Fails, naming file and line, when a comment or a row is not as `write_runs` writes it, or the file
+    !> comes from a version that is not known to write such files.
     subroutine read_runs(path, campaign, error)
         character(*), intent(in) :: path    !! Of the file
         type(campaign_t), intent(out) :: campaign
@@ -153,48 +157,49 @@ contains
         type(table_file_t) :: file
 
         call read_csv(path, RUNS_COLUMNS, file, error, rows_needed=.false.)
-        if (.not. allocated(error)) call read_settings(file%text, file%header_line(), campaign, error)
-        if (.not. allocated(error)) call read_cases(file%text, file%header_line(), campaign, error)
+        if (.not. allocated(error)) call read_settings(file, campaign, error)
+        if (.not. allocated(error)) call read_cases(file, campaign, error)
         if (.not. allocated(error)) call read_rows(file, campaign, error)
     end subroutine read_runs
 
-    !> The first two comment lines.
-    subroutine read_settings(file, header, campaign, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: header
+    !> The first two comments.
+    subroutine read_settings(file, campaign, error)
+        type(table_file_t), intent(in) :: file
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: words(:)
-        character(:), allocatable :: line
         logical :: ok(2)
+        integer :: i
 
-        if (header < 3) then
-            call file%fail_at(1, 'the comment lines with version, seed and cases are missing', error)
+        if (size(file%comments) < 2) then
+            call file%fail_at_comment(0, 'what tells of version, seed and cases is missing: it stands in this '// &
+                                      'file, which belongs beside the one with the runs', error)
             return
         end if
-        if (index(file%line(1), '# gracecg '//VERSION//' ') /= 1) then
-            call file%fail_at(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
+        do i = 1, size(VERSIONS)
+            if (index(file%comments(1)%text, 'gracecg '//trim(VERSIONS(i))//' ') == 1) campaign%version = VERSIONS(i)
+        end do
+        if (campaign%version == '') then
+            call file%fail_at_comment(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
             return
         end if
-        line = file%line(2)
-        words = split_words(line)
+        words = split_words(file%comments(2)%text)
         ok = .false.
-        if (size(words) == 7) then
-            if (words(2)%text == 'seed' .and. words(4)%text//' '//words(5)%text//' '//words(6)%text == &
+        if (size(words) == 6) then
+            if (words(1)%text == 'seed' .and. words(3)%text//' '//words(4)%text//' '//words(5)%text == &
                 'runs 1 to') then
-                call parse_integer(words(3)%text(:len(words(3)%text) - 1), campaign%seed, ok(1))
-                call parse_integer(words(7)%text, campaign%runs, ok(2))
+                call parse_integer(words(2)%text(:len(words(2)%text) - 1), campaign%seed, ok(1))
+                call parse_integer(words(6)%text, campaign%runs, ok(2))
             end if
         end if
         if (.not. all(ok) .or. campaign%runs < 1) &
-            call file%fail_at(2, 'expected "# seed S, runs 1 to N"', error)
+            call file%fail_at_comment(2, 'expected "seed S, runs 1 to N"', error)
     end subroutine read_settings
 
-    !> The comment lines of cases and predictions.
-    subroutine read_cases(file, header, campaign, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: header
+    !> The comments with cases and predictions.
+    subroutine read_cases(file, campaign, error)
+        type(table_file_t), intent(in) :: file
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
@@ -203,42 +208,42 @@ contains
         character(64) :: name
         character(16) :: label
         real(dp) :: values(3)
-        integer, allocatable :: predicted_lines(:)
+        integer, allocatable :: predicted(:)
         integer :: i, n
         logical :: ok
 
-        allocate (algorithms(0), cases(0), predicted_lines(0))
-        do i = 3, header - 1
+        allocate (algorithms(0), cases(0), predicted(0))
+        do i = 3, size(file%comments)
             ok = .true.
-            if (index(file%line(i), '# case ') == 1) then
+            if (index(file%comments(i)%text, CASE_COMMENT) == 1) then
                 cases = [cases, campaign_case_t()]
-                call read_case_line(file%line(i), cases(size(cases)), ok)
-            else if (index(file%line(i), '# predicted ') == 1) then
-                call read_predicted_line(file%line(i), name, label, values, ok)
-                predicted_lines = [predicted_lines, i]
+                call read_case_comment(file%comments(i)%text, cases(size(cases)), ok)
+            else if (index(file%comments(i)%text, PREDICTED_COMMENT) == 1) then
+                call read_predicted_comment(file%comments(i)%text, name, label, values, ok)
+                predicted = [predicted, i]
                 if (size(cases) == 1) call append(algorithms, trim(label))
             end if
             if (.not. ok) then
-                call file%fail_at(i, 'expected "# case NAME checksum C offset_mm X Y Z" or '// &
-                                  '"# predicted NAME ALGORITHM X Y Z"', error)
+                call file%fail_at_comment(i, 'expected "case NAME checksum C offset_mm X Y Z" or '// &
+                                          '"predicted NAME ALGORITHM X Y Z"', error)
                 return
             end if
         end do
-        if (size(cases) == 0 .or. size(predicted_lines) /= size(cases)*size(algorithms)) then
-            call file%fail_at(header, 'the comment lines must have each case and a prediction of each '// &
-                              'algorithm', error)
+        if (size(cases) == 0 .or. size(predicted) /= size(cases)*size(algorithms)) then
+            call file%fail_at_comment(0, 'the comments must have each case and a prediction of each '// &
+                                      'algorithm', error)
             return
         end if
         campaign%cases = cases
         allocate (campaign%algorithms(size(algorithms)))
         campaign%algorithms = padded(algorithms)
         allocate (campaign%entries(size(algorithms), size(cases)))
-        do n = 1, size(predicted_lines)
-            call read_predicted_line(file%line(predicted_lines(n)), name, label, values, ok)
+        do n = 1, size(predicted)
+            call read_predicted_comment(file%comments(predicted(n))%text, name, label, values, ok)
             associate (a => mod(n - 1, size(algorithms)) + 1, k => (n - 1)/size(algorithms) + 1)
                 if (name /= cases(k)%name .or. label /= campaign%algorithms(a)) then
-                    call file%fail_at(predicted_lines(n), 'expected the prediction of '// &
-                                      trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
+                    call file%fail_at_comment(predicted(n), 'expected the prediction of '// &
+                                              trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
                     return
                 end if
                 campaign%entries(a, k)%predicted = values
@@ -246,8 +251,8 @@ contains
         end do
     end subroutine read_cases
 
-    !> "# case NAME checksum C offset_mm X Y Z"; a name may have blanks.
-    subroutine read_case_line(line, case, ok)
+    !> "case NAME checksum C offset_mm X Y Z"; a name may have blanks.
+    subroutine read_case_comment(line, case, ok)
         character(*), intent(in) :: line
         type(campaign_case_t), intent(out) :: case
         logical, intent(out) :: ok
@@ -257,19 +262,19 @@ contains
 
         words = split_words(line)
         n = size(words)
-        ok = n >= 9
+        ok = n >= 8
         if (.not. ok) return
         call read_three(words(n - 2:), case%offset, ok)
         if (.not. ok) return
         last = index(line, ' checksum ', back=.true.)
         ok = last > 0 .and. words(n - 3)%text == 'offset_mm' .and. words(n - 5)%text == 'checksum'
         if (.not. ok) return
-        case%name = line(len('# case ') + 1:last - 1)
+        case%name = line(len(CASE_COMMENT) + 1:last - 1)
         call parse_integer(words(n - 4)%text, case%checksum, ok)
-    end subroutine read_case_line
+    end subroutine read_case_comment
 
-    !> "# predicted NAME ALGORITHM X Y Z"
-    subroutine read_predicted_line(line, name, algorithm, values, ok)
+    !> "predicted NAME ALGORITHM X Y Z"
+    subroutine read_predicted_comment(line, name, algorithm, values, ok)
         character(*), intent(in) :: line
         character(*), intent(out) :: name, algorithm
         real(dp), intent(out) :: values(3)
@@ -283,12 +288,12 @@ contains
         values = 0
         words = split_words(line)
         n = size(words)
-        ok = n >= 7
+        ok = n >= 6
         if (.not. ok) return
         algorithm = words(n - 3)%text
-        name = line(len('# predicted ') + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
+        name = line(len(PREDICTED_COMMENT) + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
         call read_three(words(n - 2:), values, ok)
-    end subroutine read_predicted_line
+    end subroutine read_predicted_comment
 
     subroutine read_three(words, values, ok)
         type(string_t), intent(in) :: words(:)
@@ -362,7 +367,7 @@ contains
         k = findloc(campaign%cases%name == fields(1)%text, .true., 1)
         a = findloc(campaign%algorithms == fields(2)%text, .true., 1)
         if (k == 0 .or. a == 0) then
-            call file%fail_at(row, 'no comment line tells of this case and algorithm', error)
+            call file%fail_at(row, 'nothing tells of this case and algorithm above the rows or in FILE.meta.json', error)
             return
         end if
         entry = a + (k - 1)*size(campaign%algorithms)
@@ -378,8 +383,7 @@ contains
             call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
             return
         end if
-        converged = fields(7)%text == '1'
-        if (.not. converged .and. fields(7)%text /= '0') &
-            call file%fail_at(row, 'column converged: 0 or 1 is expected', error)
+        call parse_logical(fields(7)%text, converged, ok)
+        if (.not. ok) call file%fail_at(row, 'column converged: true or false is expected', error)
     end subroutine read_row
 end module gracecg_studies_campaign_files

@@ -54,7 +54,10 @@ contains
 
         integer :: i
 
-        if (first%seed /= other%seed) then
+        if (first%version /= other%version) then
+            call fail(error, files//' are of different versions: gracecg '//trim(first%version)//' and '// &
+                      trim(other%version)//'; make them with one of them')
+        else if (first%seed /= other%seed) then
             call fail(error, files//' have different seeds: '//integer_text(first%seed)//' and '// &
                       integer_text(other%seed))
         else if (first%runs /= other%runs) then

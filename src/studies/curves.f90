@@ -18,7 +18,7 @@ module gracecg_studies_curves
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
-    public :: write_curves, curves_file_name
+    public :: write_curves, curves_file_name, curve_column
     public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
@@ -212,15 +212,32 @@ contains
         header = 'time_s'
         do curve = 1, size(CURVE_NAMES)
             do axis = 1, size(AXES)
-                header = header//','//trim(CURVE_NAMES(curve))//'_'//AXES(axis)
+                header = header//','//trim(curve_column(CURVE_NAMES(curve), AXES(axis)))
             end do
         end do
         call file%open(path, header, file_comments(command, 'case '//trim(case_name)// &
-                                                 '; m/s^2, N m, rad/s, rad/s^2, body axes'), error)
+                                                 '; body axes'), error)
         if (allocated(error)) return
         do k = lbound(verification%time, 1), ubound(verification%time, 1)
             call file%row([verification%time(k), verification%curve(:, :, k)])
         end do
         call file%commit(error)
     end subroutine write_curves
+
+    !> The name of a curve's column: drag_x_m_s2.
+    pure function curve_column(curve, axis) result(column)
+        character(*), intent(in) :: curve       !! One of CURVE_NAMES
+        character(*), intent(in) :: axis        !! One of AXES
+        character(32) :: column
+
+        select case (curve)
+        case ('omega')
+            column = 'rad_s'
+        case ('omega_dot')
+            column = 'rad_s2'
+        case default
+            column = merge('n_m ', 'm_s2', index(curve, 'torque') == 1)
+        end select
+        column = trim(curve)//'_'//axis//'_'//column
+    end function curve_column
 end module gracecg_studies_curves

@@ -103,9 +103,10 @@ contains
         type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(path, 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,'// &
+        call file%open(path, 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2,'// &
+                       'alpha_y_rad_s2,alpha_z_rad_s2,'// &
                        'sigma_x_mm,sigma_y_mm,sigma_z_mm', &
-                       file_comments(command, trim(satellite)//' satellite; field in body axes; alpha in rad/s^2'), &
+                       file_comments(command, trim(satellite)//' satellite; field in body axes'), &
                        error)
         if (allocated(error)) return
         do i = 1, size(places)

@@ -193,16 +193,18 @@ contains
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
         if (allocated(error)) return
-        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x', 'y', 'z'], residuals, failure)
+        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x_m_s2', 'y_m_s2', 'z_m_s2'], &
+                      residuals, failure)
         if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/spectrum.csv', [character(12) :: 'frequency_hz', 'x', 'y', 'z', &
-                                                              'expected_x', 'expected_y', 'expected_z'], spectrum, failure)
+            call read_csv(FOLDER//'page_files/spectrum.csv', [character(23) :: 'frequency_hz', &
+                'x_m_s2_sqrt_hz', 'y_m_s2_sqrt_hz', 'z_m_s2_sqrt_hz', 'expected_x_m_s2_sqrt_hz', 'expected_y_m_s2_sqrt_hz', &
+                'expected_z_m_s2_sqrt_hz'], spectrum, failure)
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'page_files/ellipses.csv', [character(7) :: 'xy_x_mm', 'xy_y_mm', 'xz_x_mm', 'xz_z_mm', &
                                                               'yz_y_mm', 'yz_z_mm'], ellipses, failure)
         if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(6) :: 'time_s', 'mx', 'my', 'mz', 'wdx', 'wdy', &
-                                                               'wdz'], manoeuvre, failure)
+            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(10) :: 'time_s', 'mx_a_m2', 'my_a_m2', 'mz_a_m2', &
+                'wdx_rad_s2', 'wdy_rad_s2', 'wdz_rad_s2'], manoeuvre, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(residuals, 1) == 600 .and. size(manoeuvre, 1) == 600 .and. size(spectrum, 1) == 300)

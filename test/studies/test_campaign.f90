@@ -1,7 +1,8 @@
 !> Campaigns in shards: the files of the shards, and what merging makes of them.
 module test_campaign
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, remove_file
+    use gracecg_files_table, only: table_file_t, read_csv
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
@@ -28,7 +29,8 @@ contains
                     new_unittest('missing-and-repeated-runs', test_missing), &
                     new_unittest('what-does-not-fit-together', test_misfits), &
                     new_unittest('names-that-cannot-be-written', test_names), &
-                    new_unittest('broken-files', test_broken)]
+                    new_unittest('broken-files', test_broken), &
+                    new_unittest('what-stands-beside-a-file', test_side_file)]
     end subroutine collect_campaign
 
     subroutine test_shards(error)
@@ -210,7 +212,7 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names
 
-    !> A file of runs with one line changed.
+    !> A file of runs with one line changed, as version 0.1 wrote it: comments above the rows.
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: ROW = 'front-3,assest-fde,1,'
@@ -219,24 +221,23 @@ contains
         type(error_t), allocatable :: failure
 
         call run_campaign(error, 'sound', 1, 2, 2, campaign)
+        if (.not. allocated(error)) call read_as_former(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
-        call read_text_file(FOLDER//'sound_runs.csv', sound, failure)
-        call check_passes(error, message_of(failure))
         call broken('# gracecg', '# gracecg 0.0.0 montecarlo', [character(W) :: 'broken.csv:1', 'make it anew'])
-        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', '# seed S, runs 1 to N'])
+        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', 'seed S, runs 1 to N'])
         call broken('# seed', '# seed x, runs 1 to 5', [character(W) :: 'broken.csv:2'])
         call broken('# seed', '# seed 4, runs 1 to 0', [character(W) :: 'broken.csv:2'])
         call broken('# case front-3', '# case front-3 offset_mm 1 2 3', [character(W) :: 'broken.csv:4'])
         call broken('# case front-3', '# case front-3 checksum 1 offset_mm 1 2 x', &
                     [character(W) :: 'broken.csv:4'])
         call broken('# predicted front-3 ascrest', '# predicted front-3 1 2 3', &
-                    [character(W) :: 'broken.csv:6', '# predicted NAME'])
+                    [character(W) :: 'broken.csv:6', 'predicted NAME'])
         call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
         call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
                     [character(W) :: 'expected the prediction of my own case, ascrest'])
         call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
-        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'no comment line tells'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'nothing tells of this case'])
         call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
         call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
         call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
@@ -271,4 +272,73 @@ contains
             call check_fails(error, message_of(failure), parts)
         end subroutine broken
     end subroutine test_broken
+
+    !> A file of runs as version 0.1 wrote it: the comments above, and 1 or 0 for converged.
+    subroutine read_as_former(error, name, former)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name
+        type(text_file_t), intent(out) :: former
+
+        type(table_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, line
+        integer :: i
+
+        call read_csv(FOLDER//name, [character(9) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
+                                     'converged'], file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(file%comments) > 2 .and. index(file%text%text, '#') == 0, 'comments beside the file')
+        text = ''
+        do i = 1, size(file%comments)
+            text = text//'# '//file%comments(i)%text//LF
+        end do
+        do i = 1, file%text%line_count()
+            line = file%text%line(i)
+            if (index(line, ',true') > 0) line = line(:index(line, ',true'))//'1'
+            text = text//line//LF
+        end do
+        former = text_file_of(text, name)
+    end subroutine read_as_former
+
+    !> Files of version 0.1 are read as those of today; a file without what stands beside it is refused.
+    subroutine test_side_file(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, today, former
+        type(text_file_t) :: old, side
+        type(error_t), allocatable :: failure
+        integer :: i, a
+
+        call run_campaign(error, 'beside', 1, 2, 2, campaign)
+        if (.not. allocated(error)) call read_as_former(error, 'beside_runs.csv', old)
+        if (.not. allocated(error)) call make_file(error, 'former.csv', old%text)
+        if (allocated(error)) return
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_runs(FOLDER//'former.csv', former, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, today%seed == former%seed .and. today%runs == former%runs .and. &
+                   all(today%cases%checksum == former%cases%checksum))
+        do i = 1, size(today%cases)
+            do a = 1, size(today%algorithms)
+                if (allocated(error)) return
+                call check(error, all(today%entries(a, i)%run == former%entries(a, i)%run) .and. &
+                           all(abs(today%entries(a, i)%offset - former%entries(a, i)%offset) <= 0) .and. &
+                           all(today%entries(a, i)%converged .eqv. former%entries(a, i)%converged))
+            end do
+        end do
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'beside_runs.csv.meta.json', side, failure)
+        call remove_file(FOLDER//'beside_runs.csv.meta.json')
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'is missing'])
+        if (allocated(error)) return
+        i = index(side%text, 'seed 4')
+        call make_file(error, 'beside_runs.csv.meta.json', side%text(:i - 1)//'seed x'//side%text(i + 6:))
+        if (allocated(error)) return
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'seed S, runs'])
+    end subroutine test_side_file
 end module test_campaign

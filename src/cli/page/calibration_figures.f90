@@ -40,8 +40,8 @@ contains
         real(dp) :: t
         integer :: i
 
-        call open_table(file, book, 'manoeuvre', 'time_s,mx,my,mz,wdx,wdy,wdz', knowledge, &
-                        'dipole moment of the rods (A m^2), angular acceleration (rad/s^2), body axes', error)
+        call open_table(file, book, 'manoeuvre', 'time_s,mx_a_m2,my_a_m2,mz_a_m2,wdx_rad_s2,wdy_rad_s2,wdz_rad_s2', &
+                        knowledge, 'dipole moment of the rods, angular acceleration, body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
             t = time_tag(record%epoch(i), record%interval)
@@ -170,8 +170,8 @@ contains
         character(:), allocatable :: script
         integer :: i, axis
 
-        call open_table(file, book, 'residuals', 'time_s,x,y,z', knowledge, &
-                        'residuals of the accelerometer, observed minus fitted (m/s^2), body axes', error)
+        call open_table(file, book, 'residuals', 'time_s,x_m_s2,y_m_s2,z_m_s2', knowledge, &
+                        'residuals of the accelerometer, observed minus fitted, body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
             call file%row([time_tag(record%epoch(i), record%interval), record%residual(:, i)])
@@ -217,17 +217,17 @@ contains
         integer :: k, axis, i
 
         associate (d => diagnostics)
-            call open_table(file, book, 'spectrum', 'frequency_hz,x,y,z,expected_x,expected_y,expected_z', &
-                knowledge, &
-                            'amplitude spectrum of the residuals and of the noise of the setup, one-sided '// &
-                            '(m/s^2/sqrt(Hz))', error)
+            call open_table(file, book, 'spectrum', 'frequency_hz,x_m_s2_sqrt_hz,y_m_s2_sqrt_hz,z_m_s2_sqrt_hz,'// &
+                            'expected_x_m_s2_sqrt_hz,expected_y_m_s2_sqrt_hz,expected_z_m_s2_sqrt_hz', knowledge, &
+                            'amplitude spectrum of the residuals and of the noise of the setup, one-sided', error)
             if (allocated(error)) return
             do k = 2, size(d%frequency)         ! 0 has no place on a logarithmic axis
                 call file%row([d%frequency(k), one_sided(d%density(:, k)), one_sided(d%expected_density(:, k))])
             end do
             call file%commit(error)
             if (allocated(error)) return
-            call open_table(file, book, 'spectrum_bands', 'frequency_hz,x,y,z', knowledge, &
+            call open_table(file, book, 'spectrum_bands', &
+                            'frequency_hz,x_m_s2_sqrt_hz,y_m_s2_sqrt_hz,z_m_s2_sqrt_hz', knowledge, &
                             'the same, means of the power over thirds of octaves', error)
             if (allocated(error)) return
             do k = 1, size(d%band_frequency)

@@ -4,7 +4,7 @@ module gracecg_cli_chapter_curves
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_studies_curves, only: verification_t, window_check_t, check_windows, window_counts_t, count_windows, &
-        write_curves, curves_file_name
+        write_curves, curves_file_name, curve_column
     use gracecg_cli_verify, only: window_verdict
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, verdict_cell, &
         VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
@@ -221,7 +221,7 @@ contains
         if (both) panel%title = trim(satellite)//' '//symbol(check%quantity, check%axis)//', 10^{'// &
                                 integer_text(exponent)//'}'//NO_BREAK_SPACE//plot_unit(check%quantity)
         panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" every 2 using "time_s":(column("'// &
-                     trim(check%quantity)//'_'//check%axis//'")*'//factor//') with lines linetype 1'
+                     trim(curve_column(check%quantity, check%axis))//'")*'//factor//') with lines linetype 1'
         panel%has_limits = .true.
         panel%low = check%low*10.0_dp**(-exponent)
         panel%high = check%high*10.0_dp**(-exponent)
