@@ -3,6 +3,7 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
+    use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, write_field_studies, &
@@ -26,6 +27,7 @@ module gracecg_cli_magnetometer_loss
         integer(i8) :: seed = 1        !! Of the random numbers
         integer :: runs = 0, threads = 1
         real(dp) :: deviation_nt = 0                !! Of the model's error, nT
+        real(dp) :: kp = -1                         !! That it comes from; negative: from none
     end type request_t
 
 contains
@@ -46,6 +48,8 @@ contains
         call arguments%add_option('--satellite', 'NAME', 'front (default) or back: its cases 2 and 3, where no CASE is named')
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
                                   'axis, nT (default 150, as in the report)')
+        call arguments%add_option('--kp', 'KP', 'in its place: that of a geomagnetic index Kp, 0 to 9, by (6.1) of '// &
+                                  'the report, 42 nT at 2.5')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
@@ -87,6 +91,12 @@ contains
                        'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         call arguments%get('--field-error', request%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
                            low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
+        call refuse_if(arguments%has('--kp') .and. arguments%has('--field-error'), &
+                       '--kp and --field-error both say how wrong the field model is: give one', misuse)
+        if (arguments%has('--kp')) then
+            call arguments%get('--kp', request%kp, misuse, low=0.0_dp, high=9.0_dp)
+            request%deviation_nt = storm_field_deviation(request%kp)/NANOTESLA
+        end if
         call arguments%get('--seed', request%seed, misuse, default=1_i8)
         call arguments%get_threads(request%threads, misuse)
         call arguments%get('--out', request%path, misuse, default='')
@@ -99,10 +109,13 @@ contains
 
         character(100) :: row
         integer :: i, axis, width
+        character(:), allocatable :: index_text
 
+        index_text = ''
+        if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)
         call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
                           ' runs; error of the field model '//real_text(request%deviation_nt)// &
-                          ' nT on each axis')
+                          ' nT on each axis'//index_text)
         width = max(9, maxval(len_trim(studies%case_name)) + 2)
         call console%line(wide('case', width)//'algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')
