@@ -1,6 +1,6 @@
 !> gracecg statements: statements of CSR-TM-00-01 that have neither table nor figure, examined.
 module gracecg_cli_statements
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text, join
@@ -45,10 +45,11 @@ contains
         type(statement_t), allocatable :: statements(:)
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: path
-        integer :: i, runs, seed, threads
+        integer :: i, runs, threads
+        integer(i8) :: seed
 
         call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=0, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         call arguments%get('--out', path, misuse, default='')
         call read_names(arguments, names, misuse)

@@ -1,6 +1,6 @@
 !> gracecg verify: the verification of CSR-TM-00-01 section 5.3.
 module gracecg_cli_verify
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text
@@ -66,11 +66,12 @@ contains
         type(verification_t) :: verification
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: folder, path
-        integer :: i, runs, seed, threads
+        integer :: i, runs, threads
+        integer(i8) :: seed
 
         call arguments%get('--out', folder, misuse, default='')
         call arguments%get('--runs', runs, misuse, default=POINTS_OF_CASE, low=POINTS_OF_CASE, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         call read_names(arguments, names, misuse)
         call refuse_if(size(names) > 0 .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
@@ -227,7 +228,8 @@ contains
 
     !> The points of Figures 6.2, 6.3 and 6.6.
     subroutine show_estimates(runs, seed, threads, console, error)
-        integer, intent(in) :: runs, seed, threads
+        integer, intent(in) :: runs, threads
+        integer(i8), intent(in) :: seed
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 

@@ -1,7 +1,7 @@
 !> Statements of CSR-TM-00-01 that stand in its text without a table or a figure, examined: each is computed, and
 !> its verdict follows from the numbers.
 module gracecg_studies_statements
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen
@@ -59,7 +59,8 @@ module gracecg_studies_statements
 
     !> What a study of statements is told.
     type :: settings_t
-        integer :: runs = 0, seed = 1, threads = 1
+        integer :: runs = 0, threads = 1
+        integer(i8) :: seed = 1
     end type settings_t
 
     character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
@@ -72,14 +73,15 @@ contains
     !> Examines one statement. Fails for a name that is none of STATEMENT_NAMES, and when a run fails.
     subroutine examine_statement(name, runs, seed, threads, statement, error, progress)
         character(*), intent(in) :: name            !! One of STATEMENT_NAMES
-        integer, intent(in) :: runs, seed, threads  !! Of each Monte Carlo, 0: theory alone; first seed; in parallel
+        integer, intent(in) :: runs, threads        !! Of each Monte Carlo, 0: theory alone; in parallel
+        integer(i8), intent(in) :: seed             !! Of the random numbers
         type(statement_t), intent(out) :: statement
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
         type(settings_t) :: settings
 
-        settings = settings_t(runs, seed, threads)
+        settings = settings_t(runs, threads, seed)
         statement%name = name
         allocate (statement%rows(0))
         select case (name)
@@ -525,7 +527,7 @@ contains
     !> The rows of statements as CSV.
     subroutine write_statements(path, command, seed, statements, error)
         character(*), intent(in) :: path, command   !! The file; the command that computed it
-        integer, intent(in) :: seed                 !! Of the random numbers
+        integer(i8), intent(in) :: seed             !! Of the random numbers
         type(statement_t), intent(in) :: statements(:)
         type(error_t), allocatable, intent(out) :: error
 

@@ -1,6 +1,6 @@
 !> Statements of the report that are examined by `gracecg statements`.
 module test_statements
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_studies_statements
@@ -31,7 +31,7 @@ contains
 
         type(error_t), allocatable :: failure
 
-        call examine_statement(name, runs, 1, 2, statement, failure)
+        call examine_statement(name, runs, 1_i8, 2, statement, failure)
         call check_passes(error, message_of(failure))
     end subroutine examine
 
@@ -100,7 +100,7 @@ contains
         type(statement_t) :: s
         type(error_t), allocatable :: failure
 
-        call examine_statement('two-rods', 0, 1, 1, s, failure)
+        call examine_statement('two-rods', 0, 1_i8, 1, s, failure)
         call check_fails(error, message_of(failure), [character(40) :: 'no statement "two-rods"', 'one-rod'])
     end subroutine test_unknown
 end module test_statements

@@ -1,6 +1,6 @@
 !> Section 5.3 of the report: the curves of Figures 5.2-5.8 against the printed axis windows.
 module test_verification
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
@@ -259,7 +259,7 @@ contains
         real(dp) :: limits(2)
         integer :: a, i, axis, k
 
-        campaign = new_campaign(REPORT_ESTIMATORS, 6, 1, 20, 1, 1)
+        campaign = new_campaign(REPORT_ESTIMATORS, 6, 1_i8, 20, 1, 1)
         do i = 1, 6
             do a = 1, 4
                 campaign%entries(a, i)%run = [(k, k=1, 20)]
