@@ -373,11 +373,11 @@ contains
         call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
         call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', &
                                                      'duration'])
-        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:9', 'mass', '"heavy"'])
-        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:9', 'mass', 'value'])
-        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:9', 'mass', '-1', &
+        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:10', 'mass', '"heavy"'])
+        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:10', 'mass', 'value'])
+        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:10', 'mass', '-1', &
                                             '0.001 to'])
-        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:9', 'mass', 'nan'])
+        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:10', 'mass', 'nan'])
         call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', &
                                                         '3'])
         call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
