@@ -68,7 +68,6 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(observation_set_t) :: observations
-        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(fit_record_t) :: record
         character(:), allocatable :: algorithm, output_format, page, running_file, options_file
@@ -85,18 +84,14 @@ contains
 
         call check_writable(page, error)
         if (.not. allocated(error)) call check_writable(running_file, error)
-        if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
-        if (.not. allocated(error)) &
-            call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call take_options(arguments%positional(1), options_file, options, console, error)
         if (allocated(error)) return
-        if (page == '') then
-            call estimate_offset(algorithm, observations, options, solution, error)
-        else
-            call estimate_offset(algorithm, observations, options, solution, error, record=record)
+        call read_and_estimate(arguments%positional(1), options_file, algorithm, page /= '', observations, solution, &
+                               record, console, error)
+        if (allocated(error)) then
+            if (page /= '') call show_page(error%message)
+            return
         end if
-        if (.not. allocated(error) .and. running_file /= '') &
-            call write_running_estimate(running_file, solution%running, error)
+        if (running_file /= '') call write_running_estimate(running_file, solution%running, error)
         if (allocated(error)) return
         call warn(observations%knowledge, solution, console)
         if (output_format == 'csv') then
@@ -104,17 +99,68 @@ contains
         else
             call print_text(observations%knowledge, solution, console)
         end if
-        if (.not. allocated(error) .and. page /= '') then
-            call write_calibration_page(page, arguments%positional(1), options_file, observations, solution, record, &
-                                        console, error)
-            if (.not. allocated(error) .and. output_format == 'text') &
-                call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
+        if (allocated(error)) return
+        if (solution%converged) then
+            if (page /= '') call show_page('')
+            return
         end if
-        if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
                   ' iterations: the offset is not to be relied upon; check the star-camera '// &
                   'samples, or give guess_quaternion and guess_angular_velocity with --options')
+        if (page /= '') call show_page(error%message)
+
+    contains
+
+        !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
+        subroutine show_page(refusal)
+            character(*), intent(in) :: refusal     !! Empty: none
+
+            type(error_t), allocatable :: failure
+
+            if (refusal == '') then
+                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
+                                            solution, record, console, error)
+                if (.not. allocated(error) .and. output_format == 'text') &
+                    call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
+            else
+                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
+                                            solution, record, console, failure, refusal)
+                if (allocated(failure)) then
+                    call console%message('warning: no page: '//failure%message)
+                else
+                    call console%message('written: '//page//', the page of a refused estimate')
+                end if
+            end if
+        end subroutine show_page
     end subroutine run_estimate
+
+    !> The observations of a folder and what the algorithm makes of them.
+    subroutine read_and_estimate(folder, options_file, algorithm, recorded, observations, solution, record, console, error)
+        character(*), intent(in) :: folder, options_file, algorithm
+        logical, intent(in) :: recorded         !! The fit is to be recorded for a page
+        type(observation_set_t), intent(out) :: observations
+        type(solution_t), intent(out) :: solution
+        type(fit_record_t), intent(out) :: record
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: nothing
+        type(estimation_options_t) :: options
+
+        call read_observations(folder, observations, error)
+        if (allocated(error)) then
+            observations = nothing      ! not the part that was read
+            return
+        end if
+        call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
+        if (allocated(error)) return
+        if (recorded) then
+            call estimate_offset(algorithm, observations, options, solution, error, record=record)
+        else
+            call estimate_offset(algorithm, observations, options, solution, error)
+        end if
+    end subroutine read_and_estimate
 
     !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
     subroutine take_options(folder, options_file, options, console, error)

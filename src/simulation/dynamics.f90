@@ -106,7 +106,7 @@ module gracecg_simulation_dynamics
 
 contains
 
-    !> dX/dt of (2-31).
+    !> dX/dt of (2-31): the orbit (2-1), Euler's equations (2-16), the attitude (2-20).
     pure subroutine rate(self, t, y, dydt)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t           !! Since the epoch, s
@@ -168,7 +168,8 @@ contains
         call add_loads(self, t, y, .true., acting)
     end subroutine loads
 
-    !> Every force and, if wanted, the magnetic field and every torque.
+    !> Every force and, if wanted, the magnetic field and every torque. Gravity (2-3) and field (2-30) come
+    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28); the rods' torque is (2-25).
     pure subroutine add_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s

@@ -187,7 +187,7 @@ contains
                                         non_gravitational(case, arc, wave, k))
     end function disturbance_at
 
-    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes, m/s^2. Drag is
+    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes (3-5), m/s^2. Drag is
     !> proportional to the density, model times (scale + wave).
     pure function non_gravitational(case, arc, wave, k) result(acceleration)
         type(case_t), intent(in) :: case

@@ -41,7 +41,7 @@ contains
                     new_unittest('corrupted-shc-files', test_corrupted_files)]
     end subroutine collect_geomagnetic_field
 
-    !> Values of tools/reference_harmonics.py: from the definition, with 60 digits; in nT.
+    !> Values of tools/reference_harmonics.py: from the definition (2-26), with 60 digits; in nT.
     subroutine test_definition(error)
         type(error_type), allocatable, intent(out) :: error
         type(igrf_t) :: model

@@ -415,7 +415,7 @@ contains
         call refused(error, bad, [character(W) :: 'orbit', '16 s', 'NaN'])
     end subroutine test_no_remedy
 
-    !> The completed series against the true field: without noise, with an attitude sample at each
+    !> The completed series (2-30) against the true field: without noise, with an attitude sample at each
     !> epoch, only the orbit is interpolated, here between positions 20 s apart: 0.1 m, 0.002 nT. The
     !> constant offset carries the magnetometer's bias over (the attitude turns by 4 deg in the arc, so
     !> a field of the same bias is a constant in body axes).

@@ -159,7 +159,7 @@ contains
         end do
     end subroutine test_rods
 
-    !> Of the front satellite: 101 W 0 N, 107 W 89 N, 67 E 10 N, printed in whole degrees.
+    !> Of the front satellite: 101 W 0 N, 107 W 89 N, 67 E 10 N, printed in whole degrees; (2-4), (2-28).
     subroutine test_places(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: LONGITUDE(3) = [-101.0_dp, -107.0_dp, 67.0_dp]

@@ -20,12 +20,12 @@ module gracecg_cli_calibration_figures
     private
     public :: add_manoeuvre_figure, add_ellipses_figure, add_residuals_figure, add_spectrum_figure
 
-    integer, parameter :: WIDTH = 640           !! Of all figures; a letter is 17 high
+    integer, parameter :: WIDTH = 560           !! Of all figures: on a phone of 390 pixels letters have 11
     integer, parameter :: ELLIPSE_POINTS = 181
     character(1), parameter :: LF = achar(10)
     character(*), parameter :: OMEGA = '\317\211', ROOT = '\342\210\232'
     !! Letter omega and root sign as gnuplot's escapes of UTF-8
-    character(*), parameter :: PANEL_MARGINS = 'margins screen 0.135, screen 0.975, screen '
+    character(*), parameter :: PANEL_MARGINS = 'margins screen 0.15, screen 0.975, screen '
 
 contains
 
@@ -90,7 +90,7 @@ contains
         end do
         call file%commit(error)
         if (allocated(error)) return
-        script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 640)// &
+        script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 560)// &
             'set multiplot layout 2,2 margins screen 0.155, screen 0.97, screen 0.115, screen 0.98 '// &
             'spacing screen 0.18, screen 0.14'//LF//'set grid xtics ytics'//LF//'unset key'//LF// &
             'set xtics autofreq'//LF//'k95 = '//real_text(ELLIPSE_95)//LF
@@ -178,7 +178,7 @@ contains
         end do
         call file%commit(error)
         if (allocated(error)) return
-        script = script_head('residuals', 'Residuals of the accelerometer', WIDTH, 720)// &
+        script = script_head('residuals', 'Residuals of the accelerometer', WIDTH, 700)// &
             'set multiplot layout 3,1 '//PANEL_MARGINS//'0.08, screen 0.985 spacing screen 0.035'//LF// &
             time_axis(knowledge)//'unset key'//LF//'set format x ""'//LF
         do axis = 1, 3

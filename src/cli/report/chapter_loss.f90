@@ -66,7 +66,7 @@ contains
                           text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))// &
                           rms_cells(study(i)%rms, study(i)%predicted))
         end do
-        call add_rms_table(book, 'magnetometer_loss', [character(16) :: 'case', 'algorithm', 'field'], rows)
+        call add_rms_table(book, 'Figure 6.6', 'magnetometer_loss', [character(16) :: 'case', 'algorithm', 'field'], rows)
     end subroutine add_table
 
     !> "The impact on the estimation accuracy is very small": by theory, at most a tenth in every component,

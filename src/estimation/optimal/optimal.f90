@@ -84,12 +84,12 @@ contains
             call add_context(error, 'optimal')
             return
         end if
+        call store(fit%problem, fit%batch, solution)
+        if (present(record)) call record_fit(fit%problem, fit%batch, record)
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
-        if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
-        if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 

@@ -77,13 +77,13 @@ contains
         if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, attitude, attitude_batch, offset, offset_batch, &
                                  solution, error, record)
+            if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, offset_batch%residuals, &
                                          solution%warnings, error)
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
                                   attitude%quaternion, attitude%angular_velocity, solution%warnings, error, record)
-            if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
         end if
     end subroutine estimate_assest
 

@@ -97,7 +97,9 @@ contains
         call self%correct_attitude(correction)
     end subroutine correct_alone
 
-    !> Integrates the nominal trajectory; partials and residuals of all attitude observations.
+    !> Integrates the nominal trajectory; partials and residuals of all attitude observations q_obs = q,
+    !> (4-19), (4-52), (4-60), (4-86), (4-95). Partials: (4-25) times Phi (4-56) or (4-73). Residuals of the
+    !> reduced state: the angles of (4-69), (4-71), (4-72), (4-100).
     subroutine linearise_attitude(self, partials, residuals)
         class(attitude_problem_t), intent(inout) :: self
         real(dp), intent(out) :: partials(:, :)     !! At least the attitude parameters x observations
@@ -127,8 +129,8 @@ contains
     end subroutine linearise_attitude
 
     !> X* + x. The nominal quaternion is normalised before the next iteration; in the reduced state the
-    !> quaternion of C(zeta) R(q*) replaces q* ((4-75) and (4-103) print an addition). In the full
-    !> state the normalisation undoes a part of the correction, and what is left is returned: where
+    !> quaternion of C(zeta) R(q*), (4-61), (4-79), replaces q* ((4-75) and (4-103) print an addition). In the
+    !> full state the normalisation undoes a part of the correction, and what is left is returned: where
     !> the torque is not known well, the least-squares quaternion stays shorter than 1, and every
     !> correction asks for that anew.
     subroutine correct_attitude(self, correction)

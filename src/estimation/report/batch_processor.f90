@@ -28,8 +28,8 @@ module gracecg_estimation_batch_processor
     end type batch_problem_t
 
     abstract interface
-        !> Integrates the nominal trajectory and its state transition matrix (4-45), (4-47) and gives,
-        !> for every scalar observation, the partials H = H~ Phi (4-49), the residual and the weight.
+        !> Integrates the nominal trajectory and its state transition matrix (4-45), (4-47), (4-48) and gives,
+        !> for every scalar observation (4-46), the partials H = H~ Phi (4-49), the residual and the weight.
         subroutine linearise_interface(self, partials, residuals, weights, error)
             import :: batch_problem_t, dp, error_t
             class(batch_problem_t), intent(inout) :: self

@@ -80,6 +80,9 @@ contains
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, problem, batch, solution, error, record)
+            if (present(record)) &
+                call record_rotation(data, problem%rotation, &
+                                          batch%residuals(problem%attitude_observations + 1:), record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, &
                     batch%residuals(problem%attitude_observations + 1:), &
@@ -87,9 +90,6 @@ contains
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
                                   problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
-            if (present(record)) &
-                call record_rotation(data, problem%rotation, &
-                                          batch%residuals(problem%attitude_observations + 1:), record)
         end if
     end subroutine estimate_combined
 
@@ -111,7 +111,8 @@ contains
         problem%offset_state(1:3) = options%guess_offset
     end subroutine prepare_combined
 
-    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).
+    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102),
+    !> of the observations (4-85), (4-86) or (4-94), (4-95); the zeros are (4-20), (4-26).
     subroutine linearise_combined(self, partials, residuals, weights, error)
         class(combined_problem_t), intent(inout) :: self
         real(dp), contiguous, intent(out) :: partials(:, :) !! Parameters x observations
@@ -143,6 +144,7 @@ contains
         end associate
     end subroutine linearise_combined
 
+    !> X* + x, (4-103).
     subroutine correct_combined(self, correction)
         class(combined_problem_t), intent(inout) :: self
         real(dp), intent(inout) :: correction(:)

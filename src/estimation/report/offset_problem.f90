@@ -71,7 +71,7 @@ contains
         scales(7:9) = TYPICAL_ACCELERATION
     end function offset_scales
 
-    !> Partials [A~, t I, I] of (4-82) and residuals of the accelerometer samples.
+    !> Partials [A~, t I, I] of (4-22)-(4-24), (4-82) and residuals of the accelerometer, (4-18), (4-81).
     pure subroutine linearise_accelerations(data, rotation, state, partials, residuals)
         type(fitting_data_t), intent(in) :: data
         type(fitted_rotation_t), intent(in) :: rotation

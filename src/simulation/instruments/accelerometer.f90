@@ -62,8 +62,8 @@ module gracecg_simulation_accelerometer
 
 contains
 
-    !> The true acceleration at the PMC, CSR-TM-00-01 eqs. (3-7)-(3-10): d is constant and the Earth
-    !> a sphere.
+    !> The true acceleration at the PMC, CSR-TM-00-01 eqs. (3-7)-(3-10): (3-3) where d is constant and the
+    !> Earth a sphere, (3-6).
     pure function pmc_acceleration(omega, omega_dot, d, c, mu, r, a_ng) result(a)
         real(dp), intent(in) :: omega(3)        !! Angular velocity, body frame, rad/s
         real(dp), intent(in) :: omega_dot(3)    !! Angular acceleration, body frame, rad/s^2
@@ -107,7 +107,7 @@ contains
         end if
     end subroutine measure
 
-    !> A generator of one axis' noise. Fails when a setting of the noise is not in its range.
+    !> A generator of one axis' noise, eq. (3-2). Fails when a setting of the noise is not in its range.
     function noise_of_axis(self, i, error) result(noise)
         class(accelerometer_t), intent(in) :: self
         integer, intent(in) :: i    !! 1, 2, 3 for x, y, z
@@ -118,7 +118,7 @@ contains
         call add_context(error, 'accelerometer, '//AXES(i)//' axis')
     end function noise_of_axis
 
-    !> The output without noise: the polynomial of the true acceleration, and the bias.
+    !> The output without noise: the polynomial of the true acceleration, and the bias, eq. (3-1).
     pure function response(self, acceleration) result(output)
         class(accelerometer_t), intent(in) :: self
         real(dp), intent(in) :: acceleration(3)     !! m/s^2

@@ -82,8 +82,8 @@ contains
         noise = hypot(self%catalogue_noise, self%measurement_noise)
     end function noise
 
-    !> The stars that a head sees. Fails when a setting is not in its range, the attitude is not a
-    !> unit quaternion, or there are too few stars.
+    !> The stars that a head sees, in its axes (3-11). Fails when a setting is not in its range, the
+    !> attitude is not a unit quaternion, or there are too few stars.
     subroutine see(self, catalogue, attitude, head, frame, error)
         class(star_camera_t), intent(in) :: self
         type(star_catalogue_t), intent(in) :: catalogue

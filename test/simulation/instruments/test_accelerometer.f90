@@ -38,7 +38,7 @@ contains
                     new_unittest('rejects-bad-settings', test_settings)]
     end subroutine collect_accelerometer
 
-    !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d.
+    !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d, and their sum (3-7).
     subroutine test_matrices(error)
         type(error_type), allocatable, intent(out) :: error
         type(pmc_acceleration_t) :: a
@@ -70,7 +70,7 @@ contains
                    < 1e-21_dp)
     end subroutine test_matrices
 
-    !> The second derivative of a body-fixed point of a body that turns about a fixed axis with
+    !> (3-3): the second derivative of a body-fixed point of a body that turns about a fixed axis with
     !> growing speed.
     subroutine test_rotation(error)
         type(error_type), allocatable, intent(out) :: error
@@ -94,7 +94,7 @@ contains
         end function inertial
     end subroutine test_rotation
 
-    !> What is sensed is gravity at the COM less gravity at the PMC; here with d of a kilometre.
+    !> What is sensed, (3-4), (3-6), is gravity at the COM less gravity at the PMC; here with d of 1 km.
     subroutine test_gravity_gradient(error)
         type(error_type), allocatable, intent(out) :: error
         type(pmc_acceleration_t) :: a
@@ -117,7 +117,7 @@ contains
         end function gravity
     end subroutine test_gravity_gradient
 
-    !> a = 2e-5, -1e-5, 4e-5 m/s^2 by hand.
+    !> (3-1) for a = 2e-5, -1e-5, 4e-5 m/s^2 by hand.
     subroutine test_polynomial(error)
         type(error_type), allocatable, intent(out) :: error
         type(accelerometer_t) :: accelerometer
@@ -135,7 +135,7 @@ contains
         end associate
     end subroutine test_polynomial
 
-    !> Samples of many runs have the variance of the noise, and the axes are independent.
+    !> Samples of many runs have the variance of the noise (3-2), and the axes are independent.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: RUNS = 4000

@@ -40,7 +40,7 @@ contains
         if (allocated(failure)) measured = ieee_value(measured, ieee_quiet_nan)
     end subroutine take_samples
 
-    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 section 5.2.
+    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 eq. (3-23), section 5.2.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: BIAS(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp], NOISE = 3e-9_dp
