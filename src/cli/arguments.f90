@@ -10,6 +10,7 @@ module gracecg_cli_arguments
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, join, padded, split, split_words, integer_text
+    use gracecg_cli_console, only: wrapped
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
         allowed_integer, allowed_choice, did_you_mean
     implicit none
@@ -22,6 +23,7 @@ module gracecg_cli_arguments
         character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'
         character(:), allocatable :: help
         integer :: count = 0                        !! Number of values
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
         logical :: required = .false.
         logical :: given = .false.
         type(string_t), allocatable :: values(:)
@@ -46,6 +48,7 @@ module gracecg_cli_arguments
         !! The value or values of an option; after a failure nothing is looked up
         procedure :: get_threads        !! The value of --threads
         procedure :: help_text          !! What --help prints
+        procedure :: completion         !! What a shell may complete
         procedure, private :: get_real
         procedure, private :: get_reals
         procedure, private :: get_integer
@@ -96,12 +99,14 @@ contains
     end subroutine describe
 
     !> Declares an option. It takes as many values as `placeholder` has words: '' for a switch.
-    subroutine add_option(self, name, placeholder, help, required)
+    subroutine add_option(self, name, placeholder, help, required, choices)
         class(arguments_t), intent(inout) :: self
         character(*), intent(in) :: name            !! '--out'
         character(*), intent(in) :: placeholder     !! 'DIR'
         character(*), intent(in) :: help            !! What it does, for the help
         logical, intent(in), optional :: required   !! The command cannot do without it
+        character(*), intent(in), optional :: choices(:)
+        !! What a value may be, for the completion in a shell; fetching the value checks it
 
         type(option_t), allocatable :: longer(:)
         type(string_t), allocatable :: values(:)
@@ -115,6 +120,8 @@ contains
         longer(n)%placeholder = placeholder
         longer(n)%help = help
         longer(n)%count = size(values)
+        longer(n)%choices = ''
+        if (present(choices)) longer(n)%choices = join(choices, ' ')
         if (present(required)) longer(n)%required = required
         allocate (longer(n)%values(0))
         call move_alloc(longer, self%options)
@@ -215,7 +222,11 @@ contains
                 option%values = split(words(i)%text(equals + 1:), ',')
             end if
             i = i + 1
-            if (size(option%values) /= option%count .or. any_empty(option%values)) &
+            if (size(option%values) == option%count .and. any_empty(option%values)) then
+                call fail(error, 'option '//name//': the value '//option%placeholder//' is empty')
+                return
+            end if
+            if (size(option%values) /= option%count) &
                 call fail(error, 'option '//name//' takes '//integer_text(option%count)// &
                           trim(merge(' value: ', ' values:', option%count == 1))//' '// &
                           option%placeholder//' (found '//integer_text(size(option%values))//')')
@@ -259,6 +270,9 @@ contains
             return
         else if (size(self%words) < self%fewest) then
             call fail(error, 'an argument is missing: '//self%positionals)
+            return
+        else if (any_empty(self%words)) then
+            call fail(error, 'an argument is empty: '//self%positionals)
             return
         end if
         do i = 1, size(self%options)
@@ -537,7 +551,7 @@ contains
         type(string_t), allocatable :: lines(:)
         integer :: i
 
-        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1)//LF//LF//'options:'
+        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1, HELP_WIDTH)//LF//LF//'options:'
         do i = 1, size(self%options)
             text = text//LF//option_help(self%options(i)%name//' '//self%options(i)%placeholder, &
                                          self%options(i)%help)
@@ -562,32 +576,36 @@ contains
         else
             text = text//LF//repeat(' ', HELP_COLUMN - 1)
         end if
-        text = text//wrapped(help, HELP_COLUMN)
+        text = text//wrapped(help, HELP_COLUMN, HELP_WIDTH)
     end function option_help
 
-    !> The words in lines of at most HELP_WIDTH characters that begin at `column`; the first line is
-    !> taken to stand there already.
-    function wrapped(words, column) result(text)
-        character(*), intent(in) :: words
-        integer, intent(in) :: column
-        character(:), allocatable :: text
 
-        type(string_t), allocatable :: pieces(:)
-        integer :: i, width
+    !> What a shell may complete behind the command: a line for each option, `--name values choices`, the values
+    !> as the help names them (- for none); then one for the positional words.
+    subroutine completion(self, lines)
+        class(arguments_t), intent(in) :: self
+        type(string_t), allocatable, intent(out) :: lines(:)
 
-        pieces = split_words(words)
-        text = ''
-        width = column - 1
-        do i = 1, size(pieces)
-            if (i > 1 .and. width + 1 + len(pieces(i)%text) > HELP_WIDTH) then
-                text = text//LF//repeat(' ', column - 1)
-                width = column - 1
-            else if (i > 1) then
-                text = text//' '
-                width = width + 1
-            end if
-            text = text//pieces(i)%text
-            width = width + len(pieces(i)%text)
+        integer :: i
+
+        allocate (lines(0))
+        do i = 1, size(self%options)
+            associate (option => self%options(i))
+                if (option%count == 0) then
+                    call append(lines, option%name//' -')
+                else
+                    call append(lines, option%name//' '//first_word(option%placeholder)//' '//option%choices)
+                end if
+            end associate
         end do
-    end function wrapped
+        call append(lines, '--help -')
+        call append(lines, ': '//self%positionals)
+    end subroutine completion
+
+    pure function first_word(words) result(word)
+        character(*), intent(in) :: words
+        character(:), allocatable :: word
+
+        word = words(:index(words//' ', ' ') - 1)
+    end function first_word
 end module gracecg_cli_arguments

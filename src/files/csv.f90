@@ -187,11 +187,9 @@ contains
 
         n = 0
         do i = 1, size(labels)
-            associate (field => csv_field(trim(labels(i))))
-                if (i > 1) text(n:n) = ','
-                text(n + 1:n + len(field)) = field
-                n = n + len(field) + 1
-            end associate
+            if (i > 1) text(n:n) = ','
+            text(n + 1:) = csv_field(trim(labels(i)))
+            n = n + field_length(trim(labels(i))) + 1
         end do
     end function label_text
 

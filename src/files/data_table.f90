@@ -267,7 +267,7 @@ contains
     !> The members `units` (of each column that has one) and `key`, an array with an object for each row.
     subroutine to_json(self, json, key)
         class(data_table_t), intent(in) :: self
-        type(json_writer_t), intent(inout) :: json
+        class(json_writer_t), intent(inout) :: json
         character(*), intent(in) :: key         !! Of the rows
 
         integer :: i, k, columns
@@ -293,7 +293,7 @@ contains
     subroutine cell_to_json(cell, name, json)
         type(cell_t), intent(in) :: cell
         character(*), intent(in) :: name
-        type(json_writer_t), intent(inout) :: json
+        class(json_writer_t), intent(inout) :: json
 
         select case (cell%kind)
         case (NOTHING)

@@ -9,7 +9,7 @@ module test_commands
         remove_file
     use gracecg_files_table, only: read_csv
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_studies_curves, only: CURVE_NAMES
+    use gracecg_studies_curves, only: CURVE_NAMES, curve_column
     use gracecg_cli_console, only: console_t
     use gracecg_cli_gnuplot, only: gnuplot_found, NO_GNUPLOT
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -641,7 +641,7 @@ contains
 
     subroutine test_verify(error)
         type(error_type), allocatable, intent(out) :: error
-        character(24) :: columns(1 + 3*size(CURVE_NAMES))
+        character(32) :: columns(1 + 3*size(CURVE_NAMES))
         type(error_t), allocatable :: failure
         character(:), allocatable :: output
         real(dp), allocatable :: table(:, :)
@@ -654,8 +654,7 @@ contains
         columns(1) = 'time_s'
         do i = 1, size(CURVE_NAMES)
             do axis = 1, 3
-                columns(1 + 3*(i - 1) + axis) = trim(CURVE_NAMES(i))//'_'//char(ichar('x') + &
-                        axis - 1)
+                columns(1 + 3*(i - 1) + axis) = curve_column(CURVE_NAMES(i), char(ichar('x') + axis - 1))
             end do
         end do
         call read_csv(FOLDER//'curves/verify_back-3.csv', columns, table, failure)
