@@ -15,7 +15,7 @@ module gracecg_cli_arguments
         allowed_integer, allowed_choice, did_you_mean
     implicit none
     private
-    public :: arguments_t, process_words, refuse_if, MOST_RUNS
+    public :: arguments_t, offered_t, process_words, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
@@ -28,6 +28,14 @@ module gracecg_cli_arguments
         logical :: given = .false.
         type(string_t), allocatable :: values(:)
     end type option_t
+
+    !> An option, or the positional words, as a shell completes them.
+    type :: offered_t
+        character(:), allocatable :: name           !! With its two minus signs; empty: positional words
+        character(:), allocatable :: placeholder    !! Of its values: 'DIR'; empty: it takes none
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
+        character(:), allocatable :: help           !! What it is for
+    end type offered_t
 
     type :: arguments_t
         !! The arguments of one command
@@ -580,32 +588,22 @@ contains
     end function option_help
 
 
-    !> What a shell may complete behind the command: a line for each option, `--name values choices`, the values
-    !> as the help names them (- for none); then one for the positional words.
-    subroutine completion(self, lines)
+    !> What a shell may complete behind the command: the options, last --help, and behind them, with an empty
+    !> name, the positional words.
+    subroutine completion(self, offered)
         class(arguments_t), intent(in) :: self
-        type(string_t), allocatable, intent(out) :: lines(:)
+        type(offered_t), allocatable, intent(out) :: offered(:)
 
-        integer :: i
+        integer :: i, n
 
-        allocate (lines(0))
-        do i = 1, size(self%options)
+        n = size(self%options)
+        allocate (offered(n + 2))
+        do i = 1, n
             associate (option => self%options(i))
-                if (option%count == 0) then
-                    call append(lines, option%name//' -')
-                else
-                    call append(lines, option%name//' '//first_word(option%placeholder)//' '//option%choices)
-                end if
+                offered(i) = offered_t(option%name, option%placeholder, option%choices, option%help)
             end associate
         end do
-        call append(lines, '--help -')
-        call append(lines, ': '//self%positionals)
+        offered(n + 1) = offered_t('--help', '', '', 'shows the help of the command')
+        offered(n + 2) = offered_t('', self%positionals, '', '')
     end subroutine completion
-
-    pure function first_word(words) result(word)
-        character(*), intent(in) :: words
-        character(:), allocatable :: word
-
-        word = words(:index(words//' ', ' ') - 1)
-    end function first_word
 end module gracecg_cli_arguments
