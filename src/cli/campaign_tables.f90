@@ -118,7 +118,7 @@ contains
                           percent_text(found%worst_difference)//'; one sigma of '//integer_text(runs)// &
                           ' runs: '//percent_text(sampling_error(runs)))
         if (found%not_converged > 0) then
-            call console%message('warning: '//integer_text(found%not_converged)//' runs did not converge')
+            call console%warn(integer_text(found%not_converged)//' runs did not converge')
         end if
     end subroutine show_agreement
 

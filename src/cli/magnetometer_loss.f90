@@ -5,10 +5,12 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, write_field_studies, &
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, &
+        write_field_studies, &
         LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
@@ -43,6 +45,7 @@ contains
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+        call add_format_option(arguments)
     end subroutine declare_magnetometer_loss
 
     !> The work of `gracecg magnetometer-loss`.
@@ -53,8 +56,10 @@ contains
 
         type(request_t) :: request
         type(field_study_t) :: studies(LOSS_STUDIES)
+        type(results_t) :: results
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(request%path, error)
         if (allocated(error)) return
@@ -62,6 +67,11 @@ contains
                                      request%threads, studies, error, console)
         if (allocated(error)) return
         call show(request, studies, console)
+        call results%open('magnetometer-loss')
+        call results%member('seed', request%seed)
+        call results%member('field_error_nt', request%deviation_nt)
+        call results%publish(field_table(studies), console, error)
+        if (allocated(error)) return
         if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &
                                                       request%deviation_nt*NANOTESLA, studies, error)
     end subroutine run_magnetometer_loss

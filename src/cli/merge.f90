@@ -59,7 +59,7 @@ contains
         call merge_campaigns(parts, padded(names), whole, missing, error)
         if (allocated(error)) return
         call show_campaign(whole, console)
-        if (missing > 0) call console%message('warning: '//integer_text(missing)//' of '// &
+        if (missing > 0) call console%warn(integer_text(missing)//' of '// &
                                               integer_text(whole%runs*size(whole%entries))// &
                                               ' estimates are missing: shards are left out')
         if (table_file /= '') call write_table(table_file, whole, COMMAND, error)

@@ -204,7 +204,7 @@ contains
                     verdict = 'not converged, and more rounds do not help'
                 end if
                 call console%line(AXES(axis)//': '//verdict)
-                if (.not. visible) call console%message('warning: the threshold of '// &
+                if (.not. visible) call console%warn('the threshold of '// &
                                                         millimetres(settings%threshold)//' mm is below '// &
                                                         'the sigma of '//AXES(axis)//', '// &
                                                         millimetres(latest%sigma(axis))//' mm: a '// &

@@ -24,6 +24,7 @@ module gracecg_estimation_options
         !! Propagate the covariance of the offset and check the fit against noise and torque; no key of a file.
         !! Of the report's estimators this costs as much as the estimate itself. optimal and sequential have
         !! their covariance from the fit and give it in any case: they leave out the checks alone
+        logical :: history = .false.    !! Keep every iteration in the solution; no key of a file
         real(dp) :: guess_quaternion(4) = 0         !! First guess of the attitude at the epoch, inertial to body
         !! (normalised before use); 0: from the star-camera samples
         real(dp) :: guess_angular_velocity(3) = 0   !! At the epoch, body axes, rad/s; 0: from those samples
