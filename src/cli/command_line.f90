@@ -20,10 +20,10 @@ module gracecg_cli_command_line
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
+    use gracecg_cli_completion, only: completion_script, SHELLS
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
-    use gracecg_cli_completion, only: completion_script, SHELLS
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -65,6 +65,8 @@ contains
             command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', &
                       declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
+            command_t('completion', 'completes the command line in bash or zsh', &
+                      declare_completion, run_completion), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
@@ -74,9 +76,7 @@ contains
                       declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
             command_t('model star-camera', 'one noisy frame of a star camera', &
-                      declare_star_camera, run_star_camera), &
-            command_t('completion', 'the completion of the command line for bash or zsh', &
-                      declare_completion, run_completion)]
+                      declare_star_camera, run_star_camera)]
     end function all_commands
 
     !> Arguments and help of `gracecg completion`.

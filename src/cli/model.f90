@@ -3,7 +3,7 @@ module gracecg_cli_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, ASTRONOMICAL_UNIT
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: string_t, integer_text, join, real_text, split
+    use gracecg_base_text, only: integer_text, join, real_text
     use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
         julian_centuries_tt
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
@@ -18,8 +18,7 @@ module gracecg_cli_model
     use gracecg_environment_sun, only: sun_position
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
-    use gracecg_cli_results, only: results_t, add_format_option, take_format
-    use gracecg_files_data_table, only: data_table_t
+    use gracecg_cli_results, only: publish_row, add_format_option, take_format
     implicit none
     private
     public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
@@ -363,29 +362,4 @@ contains
 
         values = [place%height/1000, place%latitude/DEGREE, local_time]
     end function place_values
-
-    !> One row of numbers as the result of a command.
-    subroutine publish_row(command, columns, values, console, error, note)
-        character(*), intent(in) :: command, columns
-        real(dp), intent(in) :: values(:)
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-        character(*), intent(in), optional :: note  !! What is to be known of it
-
-        type(results_t) :: results
-        type(data_table_t) :: table
-        type(string_t), allocatable :: names(:)
-        integer :: i
-
-        names = split(columns, ',')
-        do i = 1, size(names)
-            call table%column(names(i)%text, 'es16.8', names(i)%text)
-        end do
-        call table%add(values)
-        call console%table(table)
-        if (present(note)) call console%paragraph(note)
-        call results%open(command)
-        if (present(note)) call results%member('note', note)
-        call results%publish(table, console, error)
-    end subroutine publish_row
 end module gracecg_cli_model

@@ -1,7 +1,8 @@
 !> The result of a command for programs: JSON with everything that the text shows, and CSV of its table.
 module gracecg_cli_results
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t
+    use gracecg_base_text, only: string_t, split
     use gracecg_base_version, only: VERSION
     use gracecg_files_json, only: json_writer_t
     use gracecg_files_data_table, only: data_table_t
@@ -9,7 +10,7 @@ module gracecg_cli_results
     use gracecg_cli_console, only: console_t
     implicit none
     private
-    public :: results_t, FORMATS, add_format_option, take_format
+    public :: results_t, FORMATS, add_format_option, take_format, publish_row
 
     character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']
 
@@ -88,4 +89,30 @@ contains
             if (.not. allocated(error)) call console%data(text)
         end select
     end subroutine publish
+
+    !> One row of numbers as the result of a command.
+    subroutine publish_row(command, columns, values, console, error, note)
+        character(*), intent(in) :: command         !! As typed: 'model gravity'
+        character(*), intent(in) :: columns         !! Names, separated by commas, each with its unit: ax_m_s2
+        real(dp), intent(in) :: values(:)           !! By column
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: note  !! What is to be known of it
+
+        type(results_t) :: results
+        type(data_table_t) :: table
+        type(string_t), allocatable :: names(:)
+        integer :: i
+
+        names = split(columns, ',')
+        do i = 1, size(names)
+            call table%column(names(i)%text, 'es16.8', names(i)%text)
+        end do
+        call table%add(values)
+        call console%table(table)
+        if (present(note)) call console%paragraph(note)
+        call results%open(command)
+        if (present(note)) call results%member('note', note)
+        call results%publish(table, console, error)
+    end subroutine publish_row
 end module gracecg_cli_results
