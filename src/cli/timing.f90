@@ -106,8 +106,7 @@ contains
                               integer_text(nint(case%duration))//' s at every '// &
                               integer_text(study%step)//' s')
         end associate
-        call console%line('field in body axes; amplitude of the angular acceleration (rad/s^2); predicted sigma '// &
-                          'of the CG offset')
+        call console%paragraph('field in body axes; amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
     end subroutine show_heading
 
@@ -116,15 +115,15 @@ contains
         type(orbit_place_t), intent(in) :: of_cases(:), places(:)
         type(console_t), intent(inout) :: console
 
-        character(12) :: labels(size(of_cases) + 4)
+        character(8) :: labels(size(of_cases) + 4)
         integer :: i
 
         do i = 1, size(of_cases)
             labels(i) = 'case '//integer_text(i)
         end do
-        labels(size(of_cases) + 1:) = [character(12) :: 'best for x', 'best for y', 'best for z', 'best for all']
+        labels(size(of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
         call console%table(places_table([of_cases, places(best_places(places))], labels))
-        call console%line('(best for all: the largest of the three standard deviations is least)')
+        call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
     end subroutine show_table
 
     !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about

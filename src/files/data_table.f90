@@ -27,6 +27,7 @@ module gracecg_files_data_table
         character(:), allocatable :: name       !! As in the files, the unit at its end: sigma_x_mm
         character(:), allocatable :: heading    !! For people; a vertical bar parts two lines
         character(:), allocatable :: layout     !! Fortran's format of a number, or of a text 'a'; empty: not shown
+        real(dp) :: factor = 1                  !! For people: numbers are shown times this
     end type column_t
 
     type :: data_table_t
@@ -53,11 +54,13 @@ module gracecg_files_data_table
 contains
 
     !> Declares a column.
-    subroutine add_column(self, name, layout, heading)
+    subroutine add_column(self, name, layout, heading, factor)
         class(data_table_t), intent(inout) :: self
         character(*), intent(in) :: name                !! As in the files, the unit at its end: sigma_x_mm
         character(*), intent(in), optional :: layout    !! For people, of one value: 'f10.5', 'a'; absent: not shown
-        character(*), intent(in), optional :: heading   !! For people; a vertical bar parts two lines
+        character(*), intent(in), optional :: heading
+        !! For people; a vertical bar parts two lines, of which the first may reach over columns that have none
+        real(dp), intent(in), optional :: factor        !! For people: numbers are shown times this
 
         type(column_t), allocatable :: longer(:)
         integer :: n
@@ -72,6 +75,7 @@ contains
         longer(n)%heading = ''
         if (present(layout)) longer(n)%layout = layout
         if (present(heading)) longer(n)%heading = heading
+        if (present(factor)) longer(n)%factor = factor
         call move_alloc(longer, self%columns)
     end subroutine add_column
 
@@ -343,7 +347,8 @@ contains
                 last = i
             end do
             if (first > 2) call append(text, '')
-            do i = merge(-1, 0, two_lines), rows
+            if (two_lines) call append(text, first_heading(shown(:, -1), widths, first, last))
+            do i = 0, rows
                 call append(text, line_of(self, shown(:, i), widths, first, last))
             end do
             first = last + 1
@@ -364,7 +369,7 @@ contains
                 bar = index(column%heading, '|')
                 shown(k, -1)%text = column%heading(:bar - 1)
                 shown(k, 0)%text = column%heading(bar + 1:)
-                widths(k) = max(len(shown(k, -1)%text), len(shown(k, 0)%text))
+                widths(k) = len(shown(k, 0)%text)
                 do i = 1, ubound(shown, 2)
                     associate (cell => self%cells((i - 1)*size(self%columns) + k))
                         if (cell%kind == NOTHING) then
@@ -375,7 +380,7 @@ contains
                             write (buffer, '('//column%layout//')') nint(cell%value, i8)
                             shown(k, i)%text = trim(adjustl(buffer))
                         else
-                            write (buffer, '('//column%layout//')') cell%value
+                            write (buffer, '('//column%layout//')') cell%value*column%factor
                             shown(k, i)%text = trim(adjustl(buffer))
                         end if
                         widths(k) = max(widths(k), len(shown(k, i)%text))
@@ -384,7 +389,43 @@ contains
                 if (column%layout == '') widths(k) = 0
             end associate
         end do
+        do k = 1, size(widths)
+            if (shown(k, -1)%text == '') cycle
+            if (reach(k) < len(shown(k, -1)%text)) widths(k) = widths(k) + len(shown(k, -1)%text) - reach(k)
+        end do
+
+    contains
+
+        !> How far the first line of a heading may reach.
+        integer function reach(first)
+            integer, intent(in) :: first
+
+            integer :: i
+
+            reach = widths(first)
+            do i = first + 1, size(widths)
+                if (shown(i, -1)%text /= '') exit
+                if (widths(i) > 0) reach = reach + GAP + widths(i)
+            end do
+        end function reach
     end subroutine fill_texts
+
+    !> The first line of the headings: each begins where its column does, and may go on over the next ones.
+    function first_heading(shown, widths, first, last) result(line)
+        type(string_t), intent(in) :: shown(:)      !! First lines
+        integer, intent(in) :: widths(:), first, last
+        character(sum(widths) + GAP*size(widths)) :: line
+
+        integer :: k, n
+
+        line = ''
+        n = 0
+        do k = 1, last
+            if (widths(k) == 0 .or. (k > 1 .and. k < first)) cycle
+            if (shown(k)%text /= '') line(n + 1:) = shown(k)%text
+            n = n + widths(k) + GAP
+        end do
+    end function first_heading
 
     !> Texts stand at the left of their columns, numbers at the right.
     function line_of(self, shown, widths, first, last) result(line)

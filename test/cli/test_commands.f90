@@ -776,7 +776,7 @@ contains
 
         call succeeds(error, 'timing --satellite back --step 300 --out '//FOLDER//'back.csv', output)
         if (allocated(error)) return
-        call check(error, index(output, 'case 3') > 0 .and. index(output, 'best for y') > 0, output)
+        call check(error, index(output, 'case 3') > 0 .and. index(output, 'best y') > 0, output)
         if (allocated(error)) return
         call read_csv(FOLDER//'back.csv', COLUMNS, table, failure)
         call check_passes(error, message_of(failure))
