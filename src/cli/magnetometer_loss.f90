@@ -3,12 +3,13 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
+    use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, &
         write_field_studies, &
         LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES
-    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
+    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
@@ -24,6 +25,7 @@ module gracecg_cli_magnetometer_loss
         character(:), allocatable :: satellite, path
         integer :: runs = 0, seed = 1, threads = 1
         real(dp) :: deviation_nt = 0                !! Of the model's error, nT
+        real(dp) :: kp = -1                         !! That it comes from; negative: from none
     end type request_t
 
 contains
@@ -42,6 +44,8 @@ contains
         call arguments%add_option('--satellite', 'NAME', 'front (default) or back')
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
                                   'axis, nT (default 150, as in the report)')
+        call arguments%add_option('--kp', 'KP', 'in its place: that of a geomagnetic index Kp, 0 to 9, by (6.1) of '// &
+                                  'the report, 42 nT at 2.5')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
@@ -85,6 +89,12 @@ contains
         call arguments%get('--satellite', request%satellite, misuse, default='front', choices=SATELLITES)
         call arguments%get('--field-error', request%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
                            low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
+        call refuse_if(arguments%has('--kp') .and. arguments%has('--field-error'), &
+                       '--kp and --field-error both say how wrong the field model is: give one', misuse)
+        if (arguments%has('--kp')) then
+            call arguments%get('--kp', request%kp, misuse, low=0.0_dp, high=9.0_dp)
+            request%deviation_nt = storm_field_deviation(request%kp)/NANOTESLA
+        end if
         call arguments%get('--seed', request%seed, misuse, default=1)
         call arguments%get_threads(request%threads, misuse)
         call arguments%get('--out', request%path, misuse, default='')
@@ -96,11 +106,14 @@ contains
         type(console_t), intent(inout) :: console
 
         character(100) :: row
+        character(:), allocatable :: index_text
         integer :: i, axis
 
+        index_text = ''
+        if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)
         call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
                           ' runs; error of the field model '//real_text(request%deviation_nt)// &
-                          ' nT on each axis')
+                          ' nT on each axis'//index_text)
         call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')
         do i = 1, size(studies)

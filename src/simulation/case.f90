@@ -58,7 +58,7 @@ module gracecg_simulation_case
         character(16) :: field_model = 'igrf95'    !! 'igrf95', 'igrf14' or 'file'
         character(256) :: field_file = ''     !! .shc
         ! atmosphere
-        character(16) :: density_model = 'dtm77'  !! 'dtm77', 'exponential' or 'none'
+        character(16) :: density_model = 'dtm77'  !! One of DENSITY_MODELS or 'none'
         real(dp) :: density_scale = 1               !! Factor of the model's density
         character(16) :: space_weather = 'table'  !! 'table', 'given' or 'file'
         character(256) :: space_weather_file = ''   !! Of days, flux and Kp, if 'file'

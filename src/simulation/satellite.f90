@@ -25,9 +25,11 @@ module gracecg_simulation_satellite
         real(dp) :: length = 3.122_dp, height = 0.720_dp    !! m
         real(dp) :: width_bottom = 1.942_dp, width_top = 0.693_dp   !! m
         real(dp) :: centre_of_mass(3) = 0           !! In the trapezoid's frame, m
+        character(16) :: forces = 'report'
+        !! What air and light accelerate it by: 'report', (2-6) to (2-10), or 'plates', the loads of its torques
         real(dp) :: drag_coefficient = 2.0_dp       !! C_d of (2-6)
-        type(wall_t) :: wall                        !! For the aerodynamic torque
-        real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for the torque of sunlight
+        type(wall_t) :: wall                        !! For the air plate by plate
+        real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for light plate by plate
         real(dp) :: reflectivity_sun = 0.45_dp      !! eta of (2-8)
         real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
@@ -51,6 +53,8 @@ contains
         call settings%real_value('width_top', satellite%width_top, 1e-3_dp, 100.0_dp, 'm', unit='m')
         call settings%real_values('centre_of_mass', satellite%centre_of_mass, -100.0_dp, 100.0_dp, &
                                   'm, from the middle of the prism, body axes', unit='m')
+        call settings%text_value('forces', satellite%forces, 'accelerations by (2-6) to (2-10), or plate by plate '// &
+                                 'as the torques', [character(16) :: 'report', 'plates'])
         call settings%real_value('drag_coefficient', satellite%drag_coefficient, 0.0_dp, 10.0_dp, 'of the drag')
         call settings%real_value('wall_temperature', satellite%wall%temperature, 0.0_dp, 3000.0_dp, &
                                  'K, for the aerodynamic torque', unit='K')

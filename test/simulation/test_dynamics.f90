@@ -10,6 +10,7 @@ module test_equations_of_motion
     use gracecg_environment_geopotential, only: geopotential_t, point_mass_gravity_t, egm96
     use gracecg_environment_geomagnetic_field, only: spherical_components
     use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_simulation_dynamics
     use gracecg_simulation_case, only: case_t
@@ -49,8 +50,65 @@ contains
                     new_unittest('each-effect-is-switched-alone', test_switches), &
                     new_unittest('density-wave-scales-the-drag', test_density_wave), &
                     new_unittest('rate-is-the-sum-of-the-loads', test_sum), &
+                    new_unittest('forces-by-plates', test_plates), &
                     new_unittest('printed-rotations', test_printed_rotations)]
     end subroutine collect_equations_of_motion
+
+    !> Forces plate by plate: they are those whose moment the torques are (a centre of mass that is moved by s
+    !> changes them by -s x F), black plates feel the pressure of (2-8) with eta = 0, and in a cold gas that sticks
+    !> to cold plates the drag is (2-6) with C_d = 2. By default nothing changes.
+    subroutine test_plates(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        type(exponential_density_t) :: cold
+        type(error_t), allocatable :: failure
+        type(loads_t) :: plates, moved, report
+        type(accelerations_t) :: alone
+        real(dp) :: state(STATE_SIZE)
+        real(dp), parameter :: S(3) = [0.3_dp, -0.2_dp, 0.5_dp]
+        integer :: i
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        state(ATTITUDE) = STATE_0(ATTITUDE)         ! no plate lies along the flow
+        call dynamics%loads(0.0_dp, state, report)
+        dynamics%forces_by_plates = .true.
+        call dynamics%loads(0.0_dp, state, plates)
+        call dynamics%accelerations(0.0_dp, state(POSITION), state(VELOCITY), state(ATTITUDE), alone)
+        call check(error, maxval(abs(matmul(plates%body_from_inertial, alone%drag) - plates%drag)) < 1e-20_dp .and. &
+                   norm2(plates%drag - report%drag) > 0.01_dp*norm2(report%drag) .and. &
+                   norm2(plates%erp - report%erp) > 0.01_dp*norm2(report%erp) .and. &
+                   all(abs(plates%torque_aero - report%torque_aero) <= 0), 'not the formulae of the report')
+        if (allocated(error)) return
+        dynamics%centre_of_mass = dynamics%centre_of_mass + S
+        call dynamics%loads(0.0_dp, state, moved)
+        call check(error, norm2(moved%torque_aero - plates%torque_aero + dynamics%mass*cross(S, plates%drag)) < &
+                   1e-12_dp*norm2(plates%torque_aero), 'air')
+        if (allocated(error)) return
+        call check(error, norm2(moved%torque_solar - plates%torque_solar + dynamics%mass*cross(S, plates%srp)) < &
+                   1e-12_dp*norm2(plates%torque_solar) .and. norm2(plates%srp) > 0, 'sunlight')
+        if (allocated(error)) return
+
+        do i = 1, dynamics%surface%count
+            dynamics%surface%plates(i)%specular = 0
+            dynamics%surface%plates(i)%diffuse = 0
+        end do
+        dynamics%reflectivity_sun = 0
+        dynamics%drag_coefficient = 2
+        dynamics%wall%temperature = 0
+        dynamics%wall%accommodation = 1
+        call new_exponential_density(4e-12_dp, 466e3_dp, 1e3_dp, cold, failure)
+        deallocate (dynamics%atmosphere)
+        allocate (dynamics%atmosphere, source=cold)
+        call dynamics%loads(0.0_dp, state, plates)
+        dynamics%forces_by_plates = .false.
+        call dynamics%loads(0.0_dp, state, report)
+        call check(error, norm2(plates%srp - report%srp) < 1e-14_dp*norm2(report%srp), 'black plates')
+        if (allocated(error)) return
+        ! thermal speed 130 m/s: pressure (130/7600)^2 of the ram pressure
+        call check(error, norm2(plates%drag - report%drag) < 1e-3_dp*norm2(report%drag) .and. &
+                   norm2(report%drag) > 0, 'cold gas')
+    end subroutine test_plates
 
     !> A point mass pulls, and nothing else acts.
     function bare_dynamics(inertia_tensor) result(dynamics)
