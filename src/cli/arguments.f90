@@ -7,10 +7,10 @@
 !> everything is a word. Every failure here is wrong usage.
 module gracecg_cli_arguments
     use omp_lib, only: omp_get_num_procs
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, join, padded, split, split_words, integer_text
-    use gracecg_cli_console, only: wrapped
+    use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
+    use gracecg_cli_console, only: wrapped, quoted_word
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
         allowed_integer, allowed_choice, did_you_mean
     implicit none
@@ -45,6 +45,7 @@ module gracecg_cli_arguments
         integer, private :: fewest = 0, most = 0
         type(option_t), allocatable, private :: options(:)
         type(string_t), allocatable, private :: words(:)
+        character(:), allocatable, private :: typed     !! Command and words as given
     contains
         procedure :: describe           !! Begins the declaration
         procedure :: add_option         !! Declares an option
@@ -52,14 +53,16 @@ module gracecg_cli_arguments
         procedure :: positional_count   !! How many words are no option
         procedure :: positional         !! One of these words
         procedure :: has                !! Was an option given?
-        generic :: get => get_real, get_reals, get_integer, get_text, get_list
+        generic :: get => get_real, get_reals, get_integer, get_long, get_text, get_list
         !! The value or values of an option; after a failure nothing is looked up
         procedure :: get_threads        !! The value of --threads
+        procedure :: command_line       !! The command with its words, to be typed again
         procedure :: help_text          !! What --help prints
         procedure :: completion         !! What a shell may complete
         procedure, private :: get_real
         procedure, private :: get_reals
         procedure, private :: get_integer
+        procedure, private :: get_long
         procedure, private :: get_text
         procedure, private :: get_list
     end type arguments_t
@@ -146,6 +149,10 @@ contains
         integer :: i
         logical :: only_words
 
+        self%typed = self%command
+        do i = 1, size(words)
+            self%typed = self%typed//' '//quoted_word(words(i)%text)
+        end do
         call look_for_help(self, words)
         if (self%wants_help .or. self%wants_version) return
         only_words = .false.
@@ -333,6 +340,15 @@ contains
         if (number >= 1 .and. number <= size(self%words)) word = self%words(number)%text
     end function positional
 
+    !> The command and its words, as they can be typed in a shell; empty before they are parsed.
+    function command_line(self) result(line)
+        class(arguments_t), intent(in) :: self
+        character(:), allocatable :: line
+
+        line = ''
+        if (allocated(self%typed)) line = self%typed
+    end function command_line
+
     !> Was the option given?
     pure logical function has(self, name)
         class(arguments_t), intent(in) :: self
@@ -429,6 +445,25 @@ contains
         call integer_from_text(given(1)%text, value, problem, low, high)
         if (allocated(problem)) call fail(error, 'option '//name//': '//problem)
     end subroutine get_integer
+
+    !> One integer of 64 bits, with its sign.
+    subroutine get_long(self, name, value, error, default)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        integer(i8), intent(out) :: value
+        type(error_t), allocatable, intent(inout) :: error
+        integer(i8), intent(in) :: default
+
+        type(string_t), allocatable :: given(:)
+        logical :: ok
+
+        value = default
+        call look_up(self, name, 1, .false., '', given, error)
+        if (size(given) == 0) return
+        call parse_integer(given(1)%text, value, ok)
+        if (.not. ok) call fail(error, 'option '//name//': "'//given(1)%text//'" is not an integer; it must be an '// &
+                                'integer from '//integer_text(-huge(value))//' to '//integer_text(huge(value)))
+    end subroutine get_long
 
     !> One text; with `choices`, one of these, in whatever case, returned in their spelling.
     subroutine get_text(self, name, value, error, default, choices)

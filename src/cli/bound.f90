@@ -1,15 +1,16 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_base_text, only: join, integer_text
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, SOURCES
-    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
-    use gracecg_studies_knowledge_errors, only: size_text
+    use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t, add_format_option, take_format
@@ -21,7 +22,6 @@ module gracecg_cli_bound
     character(*), parameter :: COLUMNS = &
         'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
         'consider_x_mm,consider_y_mm,consider_z_mm'
-    integer, parameter :: MOST_CASES = 1000
 
 contains
 
@@ -29,7 +29,7 @@ contains
     subroutine declare_bound(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('bound', 'CASE...', 1, MOST_CASES, &
+        call arguments%describe('bound', '[CASE ...]', 0, MOST_CASES, &
                                 'The Cramer-Rao bound of the CG offset: the least standard deviation that any '// &
                                 'unbiased estimate can have with the manoeuvre and the noise spectra of a case '// &
                                 '(built-in name or namelist file), the drag a straight line in time; the worst '// &
@@ -37,6 +37,7 @@ contains
                                 'inertia and unmodelled torque that are known only within the limits of the '// &
                                 'group `a_priori` of the case file (consider covariance).', &
                                 'gracecg bound front-1 back-1')
+        call add_cases_option(arguments, 'all, the six built-in cases')
         call add_format_option(arguments)
         call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
                                   '`optimal` from observations without noise, and compare')
@@ -51,34 +52,40 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(calibration_t) :: calibration
+        type(calibration_t), allocatable :: calibrations(:)
         type(case_bound_t) :: bound
         type(results_t) :: results
         type(data_table_t) :: table
-        integer :: i, runs, seed, threads
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: i, runs, threads
 
         call take_format(arguments, console, misuse)
         call arguments%get('--check', runs, misuse, default=0, low=1, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
-        if (allocated(misuse)) return
+        if (.not. allocated(misuse)) call take_calibrations(arguments, 'all', console, calibrations, misuse, error, &
+                                                            may_rest=.true.)
+        if (allocated(misuse) .or. allocated(error)) return
         call table%columns_of(COLUMNS)
         call results%open('bound')
         if (runs > 0) call results%member('seed', seed)
         call results%begin_array('cases')
-        do i = 1, arguments%positional_count()
-            call take_calibration(arguments, arguments%positional(i), console, calibration, error)
-            if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
-            if (allocated(error)) return
-            call table%add(calibration%case%name)
-            call table%add([[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])
-            call table%add([bound%consider_sigma]/MILLIMETRE)
-            if (i > 1) call console%line('')
-            call print_text(calibration, bound, console)
-            call put_details(calibration, bound, results)
-            if (runs > 0) call print_checks(calibration, seed, runs, threads, console, results, error)
-            if (allocated(error)) return
-            call results%end()
+        call console%expect(size(calibrations)*estimates_of_all(runs), 'estimates')
+        do i = 1, size(calibrations)
+            associate (calibration => calibrations(i))
+                call tell(console, 'bound, '//trim(calibration%case%name))
+                call bound_of_case(calibration%case, calibration%options, bound, error)
+                if (allocated(error)) return
+                call table%add(calibration%case%name)
+                call table%add([[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])
+                call table%add([bound%consider_sigma]/MILLIMETRE)
+                if (i > 1) call console%line('')
+                call print_text(calibration, bound, console)
+                call put_details(calibration, bound, results)
+                if (runs > 0) call print_checks(calibration, seed, runs, threads, console, results, error)
+                if (allocated(error)) return
+                call results%end()
+            end associate
         end do
         call results%end()
         call results%publish(table, console, error)
@@ -154,7 +161,8 @@ contains
     !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.
     subroutine print_checks(calibration, seed, runs, threads, console, results, error)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(in) :: seed, runs, threads
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads
         type(console_t), intent(inout) :: console
         type(results_t), intent(inout) :: results
         type(error_t), allocatable, intent(out) :: error
@@ -169,8 +177,8 @@ contains
                           'drawn minus considered, % (-: less than 1e-4 of the noise)')
         call results%begin_array('checks')
         do i = 1, size(KNOWLEDGE_SOURCES)
-            call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
-            call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error)
+            call tell(console, trim(calibration%case%name)//', '//trim(KNOWLEDGE_SOURCES(i)%name))
+            call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error, console)
             if (allocated(error)) return
             deviation = '       -'
             do axis = 1, 3

@@ -1,6 +1,5 @@
 !> What montecarlo and merge print of a campaign: the layout of Tables 6.1 and 6.2 of CSR-TM-00-01.
 module gracecg_cli_campaign_tables
-    use gracecg_base_constants, only: AXES
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t
@@ -16,6 +15,7 @@ module gracecg_cli_campaign_tables
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: NAME_WIDTH = 10           !! Of the column of the cases, for short names
+    integer, parameter :: FEWEST_DIGITS = 5         !! That algorithms have alike who share a column
 
 contains
 
@@ -31,29 +31,139 @@ contains
                        'options --out and --runs-out name the same file, '//table_file, misuse)
     end subroutine read_campaign_files
 
-    !> RMS by case and axis; a row of ours, one of the report and one of theory; then how they agree.
+    !> RMS by case and axis: ours, of the report and of theory; then how they agree. Where all algorithms give the
+    !> same, they share a column.
     subroutine show_campaign(campaign, console)
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
 
-        character(:), allocatable :: label
+        integer :: digits, width, most
+
+        most = most_runs(campaign)
+        call console%line('RMS error of the CG offset, mm: '//runs_text(campaign)//' here, '// &
+                          integer_text(REPORT_RUNS)//' in CSR-TM-00-01 (Tables 6.1 and 6.2), and theory')
+        width = max(NAME_WIDTH, maxval(len_trim(campaign%cases%name)) + 2)
+        digits = digits_alike(campaign)
+        if (size(campaign%algorithms) > 1 .and. digits >= FEWEST_DIGITS) then
+            call show_alike(campaign, digits, width, console)
+        else
+            call show_each(campaign, width, console)
+        end if
+        call show_honesty(campaign, width, console)
+        call show_agreement(agreement_of(campaign), most, console)
+    end subroutine show_campaign
+
+    !> The runs of the entry that has most.
+    pure integer function most_runs(campaign) result(most)
+        type(campaign_t), intent(in) :: campaign
+
+        integer :: a, i
+
+        most = maxval([((size(campaign%entries(a, i)%run), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
+    end function most_runs
+
+    !> "15 runs", or of a campaign that was stopped "0 to 15 runs".
+    function runs_text(campaign) result(text)
+        type(campaign_t), intent(in) :: campaign
+        character(:), allocatable :: text
+
+        integer :: a, i, least
+
+        least = minval([((size(campaign%entries(a, i)%run), a=1, size(campaign%algorithms)), i=1, size(campaign%cases))])
+        text = integer_text(most_runs(campaign))//' runs'
+        if (least < most_runs(campaign)) text = integer_text(least)//' to '//text
+    end function runs_text
+
+    !> To how many digits the RMS errors of all algorithms are the same, in every case and axis; 0 when not all
+    !> have the same runs.
+    pure integer function digits_alike(campaign) result(digits)
+        type(campaign_t), intent(in) :: campaign
+
+        integer, parameter :: MOST_DIGITS = 12
+        real(dp) :: difference
+        integer :: a, i
+
+        digits = 0
+        difference = 10.0_dp**(-MOST_DIGITS)
+        do i = 1, size(campaign%cases)
+            associate (first => campaign%entries(1, i))
+                do a = 1, size(campaign%algorithms)
+                    associate (entry => campaign%entries(a, i))
+                        if (size(entry%run) == 0 .or. size(entry%run) /= size(first%run)) return
+                        if (any(entry%run /= first%run)) return
+                        difference = max(difference, maxval(abs(entry%statistics%rms/first%statistics%rms - 1)), &
+                                         maxval(abs(entry%predicted/first%predicted - 1)))
+                    end associate
+                end do
+            end associate
+        end do
+        digits = floor(-log10(difference))
+    end function digits_alike
+
+    !> One column for all algorithms, and the published values of each.
+    subroutine show_alike(campaign, digits, width, console)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: digits           !! That are the same
+        integer, intent(in) :: width            !! Of the column of the cases
+        type(console_t), intent(inout) :: console
+
         character(160) :: row
-        integer :: a, i, axis, n, runs, width
+        integer :: a, i, axis, n
 
         n = size(campaign%algorithms)
-        runs = size(campaign%entries(1, 1)%run)
-        call console%line('RMS error of the CG offset, mm: '//integer_text(runs)//' runs here, '// &
-                          integer_text(REPORT_RUNS)//' in CSR-TM-00-01 (Tables 6.1 and 6.2), and theory')
+        call console%line('(the '//integer_text(n)//' algorithms work on the same observations here, and their RMS errors '// &
+                          'agree to '//integer_text(digits)//' digits:')
+        call console%line('one column stands for them; in the report each had its own observations)')
+        row = 'axis        here      theory'
+        if (any_published(campaign)) write (row(29:), '(*(a12))') (trim(campaign%algorithms(a)), a=1, n)
+        if (any_published(campaign)) call console%line(repeat(' ', width + 28)//'  in the report:')
+        call console%line(wide('case', width)//trim(row))
+        do i = 1, size(campaign%cases)
+            associate (entries => campaign%entries(:, i))
+                do axis = 1, 3
+                    write (row, '(a, t5, 2f12.5)') AXES(axis), entries(1)%statistics%rms(axis), entries(1)%predicted(axis)
+                    if (any(entries%published(axis) > 0)) &
+                        write (row(29:), '(*(a12))') (or_dash(entries(a)%published(axis)), a=1, n)
+                    call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))
+                end do
+            end associate
+        end do
+    end subroutine show_alike
+
+    pure logical function any_published(campaign)
+        type(campaign_t), intent(in) :: campaign
+
+        integer :: a, i
+
+        any_published = .false.
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                any_published = any_published .or. any(campaign%entries(a, i)%published > 0)
+            end do
+        end do
+    end function any_published
+
+    !> A column for each algorithm, with a row of ours, one of the report and one of theory.
+    subroutine show_each(campaign, width, console)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: width            !! Of the column of the cases
+        type(console_t), intent(inout) :: console
+
+        character(:), allocatable :: label
+        character(160) :: row
+        integer :: a, i, axis, n
+
+        n = size(campaign%algorithms)
         if (n > 1) call console%line('(here all algorithms work on the same observations; in the report '// &
                                      'each had its own)')
-        width = max(NAME_WIDTH, maxval(len_trim(campaign%cases%name)) + 2)
         write (row, '(a, t17, *(a12))') 'axis', (trim(campaign%algorithms(a)), a=1, n)
         call console%line(wide('case', width)//trim(row))
         do i = 1, size(campaign%cases)
             associate (entries => campaign%entries(:, i))
                 do axis = 1, 3
                     label = wide(trim(campaign%cases(i)%name), width)
-                    write (row, '(a, t6, a, t17, *(f12.5))') AXES(axis), 'here', entries%statistics%rms(axis)
+                    write (row, '(a, t6, a, t17, *(a12))') AXES(axis), 'here', &
+                        (or_dash(merge(entries(a)%statistics%rms(axis), 0.0_dp, size(entries(a)%run) > 0)), a=1, n)
                     call console%line(label//trim(row))
                     label = wide('', width)
                     if (any(entries%published(axis) > 0)) then
@@ -65,9 +175,7 @@ contains
                 end do
             end associate
         end do
-        call show_honesty(campaign, width, console)
-        call show_agreement(agreement_of(campaign), runs, console)
-    end subroutine show_campaign
+    end subroutine show_each
 
     !> A number, or a dash for 0.
     function or_dash(value) result(text)
@@ -85,14 +193,13 @@ contains
         type(console_t), intent(inout) :: console
 
         character(160) :: row
-        integer :: a, i, n, runs
+        integer :: a, i, n
 
         if (.not. any(campaign%entries%normalised > 0)) return
         n = size(campaign%algorithms)
-        runs = size(campaign%entries(1, 1)%run)
         call console%line('')
         write (row, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
-            'those are honest; one sigma ', sqrt(6.0_dp/runs), ')'
+            'those are honest; one sigma ', sqrt(6.0_dp/most_runs(campaign)), ')'
         call console%line(trim(row))
         do i = 1, size(campaign%cases)
             write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%normalised), a=1, n)

@@ -6,6 +6,7 @@ module gracecg_cli_command_line
     use gracecg_files_value, only: did_you_mean
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
     use gracecg_cli_command, only: command_t
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify
@@ -138,6 +139,7 @@ contains
         else if (allocated(error)) then
             call console%message('gracecg: '//error%message)
             status = STATUS_FAILED
+            if (caught_signal() /= 0) status = INTERRUPTED + caught_signal()
         else if (allocated(output_error)) then
             call console%message('gracecg: '//output_error%message)
             status = STATUS_FAILED
@@ -254,7 +256,8 @@ contains
             text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
         end do
         text = text//LF//LF//'gracecg help COMMAND shows the options of a command and an '// &
-            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage.'//LF//LF// &
+            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by '// &
+            'Ctrl-C, 143 by kill.'//LF//LF// &
             'example: simulate a calibration and estimate the offset from it'//LF// &
             '  gracecg simulate front-1 --out run1'//LF// &
             '  gracecg estimate run1 --algorithm assest-fde'

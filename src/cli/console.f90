@@ -7,6 +7,7 @@ module gracecg_cli_console
     use gracecg_base_progress, only: progress_t
     use gracecg_base_text, only: string_t, append, parse_integer, split_words
     use gracecg_files_data_table, only: data_table_t
+    use gracecg_cli_interruption, only: caught_signal
     implicit none
     private
     public :: console_t, console_width, wrapped, quoted_word
@@ -28,6 +29,7 @@ module gracecg_cli_console
         procedure :: message                    !! Writes a line on standard error
         procedure :: warn                       !! Writes a warning there
         procedure :: progress                   !! Shows how far a long work is
+        procedure :: stops => is_interrupted    !! Shall a long work stop?
         procedure :: finish                     !! Ends the output; fails when some was lost
         procedure, private :: clear_progress
     end type console_t
@@ -52,6 +54,7 @@ module gracecg_cli_console
     end interface
 
     integer(c_int), parameter :: STANDARD_ERROR = 2     !! Its descriptor (POSIX)
+    integer, parameter :: PROGRESS_WIDTH = 79           !! Of a progress line: longer ones would break
     character(1), parameter :: LF = achar(10), CR = achar(13)
 
 contains
@@ -192,15 +195,23 @@ contains
         class(console_t), intent(inout) :: self
         character(*), intent(in) :: text    !! Without a line end
 
-        integer :: status
+        integer :: status, length
 
         if (self%captured) return
         if (c_isatty(STANDARD_ERROR) == 0) return
+        length = min(len(text), PROGRESS_WIDTH)
         write (error_unit, '(a)', advance='no', iostat=status) &
-            CR//text//repeat(' ', max(0, self%progress_length - len(text)))
+            CR//text(:length)//repeat(' ', max(0, self%progress_length - length))
         flush (error_unit, iostat=status)
-        self%progress_length = len(text)
+        self%progress_length = length
     end subroutine progress
+
+    !> True when the command shall stop: after a signal that it catches, and when `stopped` is set.
+    logical function is_interrupted(self)
+        class(console_t), intent(in) :: self
+
+        is_interrupted = self%stopped .or. caught_signal() /= 0
+    end function is_interrupted
 
     subroutine clear_progress(self)
         class(console_t), intent(inout) :: self

@@ -4,6 +4,7 @@ module gracecg_cli_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
@@ -16,7 +17,8 @@ module gracecg_cli_design
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
-    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration, &
+        take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t, quoted_word
     use gracecg_cli_results, only: results_t, add_format_option, take_format
@@ -49,11 +51,12 @@ contains
                                 'limits of rods, rate and pointing, and writes the case with the best '// &
                                 'manoeuvre as a file that every command takes. The standard deviation is '// &
                                 'the theoretical limit under the accelerometer''s noise; the search adds '// &
-                                'the errors by the density wave and by curved drag and radiation. With --manoeuvre a given one '// &
-                                'is judged instead.', &
+                                'the errors by the density wave and by curved drag and radiation. With '// &
+                                '--manoeuvre a given one is judged instead.', &
                                 'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
                                 'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
+        call add_cases_option(arguments, 'front-1', single=.true.)
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE')
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
                                   'without --satellite and CASE on the orbit of this case')
@@ -104,14 +107,13 @@ contains
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (allocated(error)) return
 
-        call console%progress('design: orbit')
-        call prepare_plan(calibration, request%plan, plan, error)
+        call tell(console, 'orbit of '//trim(calibration%case%name))
+        call prepare_plan(calibration, request%plan, plan, error, console)
         if (allocated(error)) return
-        call console%progress('design: search')
-        call find_manoeuvre(request%plan, plan, error)
+        call find_manoeuvre(request%plan, plan, error, console)
         if (allocated(error)) return
-        call console%progress('design: map')
-        call map_places(request, plan, points, error)
+        call tell(console, 'map')
+        call map_places(request, plan, points, error, console)
         if (allocated(error)) return
         call show(request, plan, points, console)
         call publish(plan, points, console, error)
@@ -179,7 +181,7 @@ contains
                                                         '--frequencies', '--waveforms', '--taper', '--rise-time']
         integer :: i
 
-        call refuse_if(arguments%has('--satellite') .and. arguments%positional_count() > 0, &
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
                        'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
                        'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
@@ -209,9 +211,8 @@ contains
         if (allocated(misuse)) return
         name = satellite//'-1'
         if (.not. (request%plan%search .or. arguments%has('--satellite'))) name = manoeuvre
-        if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call take_calibration(arguments, name, console, calibration, error)
-        if (allocated(error)) return
+        call take_one_calibration(arguments, name, console, calibration, misuse, error, may_rest=.true.)
+        if (allocated(misuse) .or. allocated(error)) return
         if (.not. request%plan%search) then
             call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
@@ -230,11 +231,12 @@ contains
     end subroutine take_cases
 
     !> The manoeuvre at its place (first) and along the orbit.
-    subroutine map_places(request, plan, points, error)
+    subroutine map_places(request, plan, points, error, console)
         type(request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
+        type(console_t), intent(inout) :: console
 
         real(dp), allocatable :: times(:)
 
@@ -242,7 +244,7 @@ contains
         if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
             times = [times, times_along(plan%orbit, real(request%map_step, dp))]
         call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
-                           error)
+                           error, console)
     end subroutine map_places
 
     subroutine show(request, plan, points, console)

@@ -1,6 +1,6 @@
 !> gracecg model star-camera: one noisy frame of a star camera, solved by QUEST and by the q-method.
 module gracecg_cli_model_star_camera
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: real_text
@@ -51,11 +51,12 @@ contains
         type(star_frame_t) :: frame
         type(random_stream_t) :: stream
         real(dp) :: attitude(4)
-        integer :: head, seed, run
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: head, run
 
         call arguments%get('--quaternion', attitude, misuse, low=-1.1_dp, high=1.1_dp)
         call arguments%get('--head', head, misuse, default=1, low=1, high=HEADS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
         call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return

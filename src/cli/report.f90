@@ -4,7 +4,7 @@
 !> adds text, tables and figures to the book, and notes what was found for the summary.
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
@@ -88,11 +88,12 @@ contains
         type(report_book_t) :: book
         type(html_page_t) :: page
         character(:), allocatable :: folder
-        integer :: runs, seed, threads
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: runs, threads
 
         call arguments%get('--out', folder, misuse)
         call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
         call make_directory(folder, error)
@@ -133,28 +134,33 @@ contains
         type(calibration_t) :: calibration
         integer :: i
 
+        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3, 'parts')
         call add_simulation_chapter(book, error)
         if (allocated(error)) return
         call add_budget_chapter(book)
         do i = 1, size(SATELLITES)
-            call console%progress('one revolution, '//trim(SATELLITES(i)))
-            call study_timing(trim(SATELLITES(i)), ORBIT_STEP, threads, revolutions(i), error)
+            call find_calibration(trim(SATELLITES(i))//'-1', calibration, error)
+            if (.not. allocated(error)) call study_timing(calibration, ORBIT_STEP, threads, revolutions(i), error, console)
             if (.not. allocated(error)) call verify_case(revolutions(i)%case, curves(i), error)
             if (allocated(error)) return
+            call console%next_part()
         end do
         call add_gradient_chapter(book, gradient_along_orbit(revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP), &
                                   error)
         if (.not. allocated(error)) call add_curves_chapter(book, curves, error)
         if (.not. allocated(error)) call add_field_chapter(book, revolutions, error)
         if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_accuracy_chapter(book, campaign, error)
         if (.not. allocated(error)) call add_timing_chapter(book, revolutions, error)
         if (.not. allocated(error)) call find_calibration(SOURCES_CASE, calibration, error)
         if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
                                                           sources, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_sources_chapter(book, sources, error)
         if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, book%seed, book%runs, &
                                                                  threads, losses, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_loss_chapter(book, losses, error)
         if (.not. allocated(error)) call add_chapters_beyond(book, threads, console, error)
     end subroutine add_chapters
@@ -177,19 +183,20 @@ contains
             call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
             if (.not. allocated(error)) call study_limit(calibration, book%seed, runs, threads, limits(i), error, console)
             if (allocated(error)) return
+            call console%next_part()
         end do
         call add_limit_chapter(book, limits, error)
         do i = 1, size(SATELLITES)
             if (allocated(error)) return
-            call console%progress('designed manoeuvre, '//trim(SATELLITES(i)))
-            call study_design(trim(SATELLITES(i)), threads, designs(i), error)
+            call study_design(trim(SATELLITES(i)), threads, designs(i), error, console)
+            call console%next_part()
         end do
         do i = 1, size(REPORT_CASE_NAMES)
             if (allocated(error)) return
-            call console%progress('designed manoeuvre, '//trim(REPORT_CASE_NAMES(i))//', '//integer_text(runs)//' runs')
             call calibrate_with_design(REPORT_CASE_NAMES(i), &
                                        designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
-                                       book%seed, runs, REPORT_RUNS, threads, reached(i), error)
+                                       book%seed, runs, REPORT_RUNS, threads, reached(i), error, console)
+            call console%next_part()
         end do
         if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)
     end subroutine add_chapters_beyond

@@ -1,5 +1,6 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
@@ -51,10 +52,11 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         character(:), allocatable :: folder
-        integer :: seed, run
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: run
 
         call arguments%get('--out', folder, misuse)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return
 
@@ -71,7 +73,8 @@ contains
     subroutine write_run(folder, simulator, seed, run, observations, options, error)
         character(*), intent(in) :: folder
         type(simulator_t), intent(in) :: simulator
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error

@@ -1,6 +1,5 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
-    use omp_lib, only: omp_get_num_procs
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
@@ -8,7 +7,9 @@ module gracecg_cli_timing
     use gracecg_environment_time, only: utc_text
     use gracecg_planning_scan, only: orbit_place_t, x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
@@ -24,16 +25,20 @@ contains
     subroutine declare_timing(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('timing', '', 0, 0, &
-                                'Finds the best time for a calibration: over one revolution from case 1, '// &
+        call arguments%describe('timing', '[CASE]', 0, 1, &
+                                'Finds the best time for a calibration: over one revolution from the epoch of '// &
+                                'a case (default front-1), '// &
                                 'the geomagnetic field in body axes (Figure 6.1 of CSR-TM-00-01), the '// &
                                 'amplitude of the angular acceleration that the rods give (Figure 6.4) '// &
                                 'and the predicted standard deviation of the CG offset.', &
-                                'gracecg timing --satellite front --step 60 --out timing.csv')
-        call arguments%add_option('--satellite', 'NAME', 'front or back (default front)')
+                                'gracecg timing front-1 --step 60 --out timing.csv')
+        call add_cases_option(arguments, 'front-1', single=.true.)
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named')
         call arguments%add_option('--step', 'S', 'whole seconds from place to place (default 10)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for all places')
         call add_format_option(arguments)
+        call add_options_option(arguments)
     end subroutine declare_timing
 
     !> The work of `gracecg timing`.
@@ -43,26 +48,30 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(timing_study_t) :: study
+        type(calibration_t) :: calibration
         character(:), allocatable :: satellite, path
-        integer :: step
+        integer :: step, threads
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
         call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
         call arguments%get('--out', path, misuse, default='')
         call take_format(arguments, console, misuse)
+        call arguments%get_threads(threads, misuse)
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         if (allocated(misuse)) return
         call check_writable(path, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) call take_one_calibration(arguments, satellite//'-1', console, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
 
-        call console%progress('timing: '//satellite)
-        call study_timing(satellite, step, omp_get_num_procs(), study, error)
+        call study_timing(calibration, step, threads, study, error, console)
         if (allocated(error)) return
         call show_heading(study, console)
         call show_table(study%of_cases, study%places, console)
         call show_weakest_x(study%places, step, console)
         call publish(study, step, console, error)
         if (allocated(error)) return
-        if (path /= '') call write_places(path, 'timing', satellite, study%places, error)
+        if (path /= '') call write_places(path, 'timing', trim(study%case%satellite%name), study%places, error)
     end subroutine run_timing
 
     !> All places as CSV or JSON.

@@ -3,6 +3,7 @@ module gracecg_cli_trim
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_files_file, only: check_writable
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, join, real_text
@@ -10,7 +11,7 @@ module gracecg_cli_trim
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
-    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     implicit none
@@ -38,6 +39,7 @@ contains
                                 'which the report left undone. The inertia about the proof-mass centre is '// &
                                 'kept.', &
                                 'gracecg trim front-3 --threshold-mm 0.1')
+        call add_cases_option(arguments, 'front-1', single=.true.)
         call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default 0.02)')
         call arguments%add_option('--rounds', 'N', 'calibrations at most (default 10)')
         call arguments%add_option('--balance-error', 'PART', 'relative error of the mass balancing of each '// &
@@ -77,10 +79,8 @@ contains
         call check_writable(path, error)
         if (allocated(error)) return
 
-        name = 'front-1'
-        if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call take_firing_calibration(arguments, name, console, calibration, error)
-        if (allocated(error)) return
+        call take_one_calibration(arguments, 'front-1', console, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
         if (runs > 1) then
             call run_many(calibration, algorithm, settings, runs, threads, path, console, error)
             return
@@ -110,8 +110,10 @@ contains
         integer :: i, axis
 
         name = trim(calibration%case%name)
-        call console%progress('trim: '//name)
-        call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error)
+        call tell(console, name)
+        call console%expect(runs, 'trims')
+        call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error, &
+                         console)
         if (allocated(error)) return
         call console%line('RMS over '//integer_text(runs)//' trims of '//name//', '// &
                           algorithm//' (body axes, mm): true CG offset before each calibration, error of its')

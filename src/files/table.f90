@@ -12,7 +12,7 @@ module gracecg_files_table
     use gracecg_files_csv, only: SIDE_ENDING, SIDE_COMMENTS
     implicit none
     private
-    public :: table_file_t, read_table, read_csv
+    public :: table_file_t, read_table, read_csv, csv_of_text
 
     character(*), parameter :: BLANKS = ' '//achar(9)
     character(1), parameter :: COMMA = ',', COMMENT = '#', NOTHING = '-', QUOTE = '"'
@@ -82,12 +82,26 @@ contains
         logical, intent(in), optional :: rows_needed    !! True when absent
         character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
+        type(text_file_t) :: text
+
+        call read_text_file(path, text, error)
+        if (.not. allocated(error)) call csv_of_text(text, columns, file, error, rows_needed, former)
+    end subroutine read_csv_rows
+
+    !> The same of a text in memory.
+    subroutine csv_of_text(text, columns, file, error, rows_needed, former)
+        type(text_file_t), intent(in) :: text
+        character(*), intent(in) :: columns(:)  !! Names in the header, in their order
+        type(table_file_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: rows_needed    !! True when absent
+        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
+
         integer :: header, last, i
         logical :: needed
 
         file%is_csv = .true.
-        call read_text_file(path, file%text, error)
-        if (allocated(error)) return
+        file%text = text
         header = 1
         do while (index(file%text%line(header), COMMENT) == 1)
             header = header + 1
@@ -108,7 +122,7 @@ contains
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
             call fail_in_file(error, file%text%name, 0, 'the file has no row below its header')
-    end subroutine read_csv_rows
+    end subroutine csv_of_text
 
     !> The comments above the header; where there are none, those of FILE.meta.json.
     subroutine find_comments(file)

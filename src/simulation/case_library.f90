@@ -1,17 +1,18 @@
 !> Cases by name: the report's, or a user's own in a namelist file.
 module gracecg_simulation_case_library
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: join, lower_case, string_t, append
+    use gracecg_base_text, only: string_t, append, join, lower_case
     use gracecg_files_file, only: file_exists
     use gracecg_files_value, only: did_you_mean
     use gracecg_simulation_case, only: case_t, read_case
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES
     implicit none
     private
-    public :: find_case, is_built_in, expanded_cases, PRINTED_SET
+    public :: find_case, is_built_in, expanded_cases, CASE_GROUPS
 
-    !> Stands for the six PRINTED_CASE_NAMES in a list of cases
-    character(*), parameter :: PRINTED_SET = 'printed'
+    !> Names for several built-in cases: the report's of one satellite, all six of them, and the six with the input
+    !> cards as printed
+    character(7), parameter :: CASE_GROUPS(4) = [character(7) :: 'front', 'back', 'all', 'printed']
 
 contains
 
@@ -41,22 +42,36 @@ contains
         is_built_in = any(REPORT_CASE_NAMES == lower_case(name)) .or. any(PRINTED_CASE_NAMES == lower_case(name))
     end function is_built_in
 
-    !> A list of cases in which PRINTED_SET, unless it is a file, has given way to the six names it stands for.
+    !> A list of cases in which each of CASE_GROUPS, unless it is a file, has given way to the names it stands for.
     subroutine expanded_cases(names, expanded)
         type(string_t), intent(in) :: names(:)                  !! Names and paths
         type(string_t), allocatable, intent(out) :: expanded(:) !! At least as many
 
-        integer :: i, k
+        integer :: i
 
         allocate (expanded(0))
         do i = 1, size(names)
-            if (lower_case(names(i)%text) /= PRINTED_SET .or. file_exists(names(i)%text)) then
+            if (any(CASE_GROUPS == lower_case(names(i)%text)) .and. .not. file_exists(names(i)%text)) then
+                expanded = [expanded, cases_of_group(lower_case(names(i)%text))]
+            else
                 call append(expanded, names(i)%text)
-                cycle
             end if
-            do k = 1, size(PRINTED_CASE_NAMES)
-                call append(expanded, PRINTED_CASE_NAMES(k))
-            end do
         end do
     end subroutine expanded_cases
+
+    function cases_of_group(group) result(names)
+        character(*), intent(in) :: group       !! One of CASE_GROUPS
+        type(string_t), allocatable :: names(:)
+
+        integer :: i
+
+        allocate (names(0))
+        do i = 1, size(REPORT_CASE_NAMES)
+            if (group == 'printed') then
+                call append(names, trim(PRINTED_CASE_NAMES(i)))
+            else if (group == 'all' .or. index(REPORT_CASE_NAMES(i), group//'-') == 1) then
+                call append(names, trim(REPORT_CASE_NAMES(i)))
+            end if
+        end do
+    end function cases_of_group
 end module gracecg_simulation_case_library

@@ -1,6 +1,6 @@
 !> From a case to an observation set: the true arc once, the instruments' noise for every run.
 module gracecg_simulation_simulator
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
@@ -43,6 +43,11 @@ module gracecg_simulation_simulator
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
         !! Sampling intervals in intervals of the arc
     end type simulator_t
+
+    !> One noisy observation set, with a seed of 32 or 64 bits
+    interface observe
+        module procedure observe_i4, observe_i8
+    end interface observe
 
 contains
 
@@ -208,7 +213,8 @@ contains
     !> The density wave of a run: its phase drawn when the case says so, none when the arc has it.
     function drawn_wave(self, seed, run) result(wave)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run    !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(density_wave_t) :: wave
 
         type(random_stream_t) :: stream
@@ -221,9 +227,10 @@ contains
 
     !> One noisy observation set. The same seed and run give the same numbers, whatever else is done; what the
     !> operator's errors have a standard deviation of is drawn, too.
-    subroutine observe(self, seed, run, observations, error, only_used_head)
+    subroutine observe_i8(self, seed, run, observations, error, only_used_head)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run                    !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head
@@ -242,7 +249,18 @@ contains
         call self%case%satellite%magnetometer%measure(true_values, stream, observations%field, error)
         if (allocated(error)) return
         call draw_stars(self, seed, run, observations, error)
-    end subroutine observe
+    end subroutine observe_i8
+
+    !> The same with a seed of 32 bits.
+    subroutine observe_i4(self, seed, run, observations, error, only_used_head)
+        type(simulator_t), intent(in) :: self
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: only_used_head
+
+        call observe_i8(self, int(seed, i8), run, observations, error, only_used_head)
+    end subroutine observe_i4
 
     !> An observation set without random errors, with the systematic ones: scale factors and biases.
     subroutine observe_without_noise(self, wave, observations)
@@ -321,7 +339,8 @@ contains
     function operator_of_run(case, operator, seed, run) result(drawn)
         type(case_t), intent(in) :: case
         type(operator_t), intent(in) :: operator    !! The case's own, or another one
-        integer, intent(in) :: seed, run            !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(operator_t) :: drawn
 
         drawn = drawn_operator(operator, seed, case%number, merge(1, 2, case%satellite%name == 'front'), run)
@@ -390,7 +409,8 @@ contains
     !> Star-camera quaternions.
     subroutine draw_stars(self, seed, run, observations, error)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
@@ -411,7 +431,8 @@ contains
 
     function run_stream(self, seed, run, instrument) result(stream)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run, instrument
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run, instrument
         type(random_stream_t) :: stream
 
         stream = new_stream(seed, self%case%number, merge(1, 2, self%case%satellite%name == 'front'), run, instrument)

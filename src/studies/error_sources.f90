@@ -1,11 +1,10 @@
 !> The error sources of CSR-TM-00-01 section 6.3 and Figure 6.5: the error of the offset with one of
 !> them switched off.
 module gracecg_studies_error_sources
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: progress_t, tell
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -49,14 +48,16 @@ contains
 
     !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
     !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
-    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error)
+    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error, progress)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: name            !! Of STUDY_NAMES
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads    !! Runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
 
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
@@ -67,7 +68,7 @@ contains
         call new_switched_simulator(case, study_switches(name), simulator, error)
         if (.not. allocated(error)) call predict_errors(simulator, algorithm, options, prediction, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], &
-                                                         threads, results, error)
+                                                         threads, results, error, progress=progress)
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         study%runs = runs
@@ -79,17 +80,19 @@ contains
     subroutine study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, progress)
         type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
-        integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads  !! Runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: studies(:)  !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
         integer :: i
 
+        call expect_pieces(progress, size(STUDY_NAMES)*runs, 'runs')
         do i = 1, size(STUDY_NAMES)
-            call tell(progress, 'error sources: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
+            call tell(progress, 'error sources, '//trim(STUDY_NAMES(i)))
             call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, &
-                              threads, studies(i), error)
+                              threads, studies(i), error, progress)
             if (allocated(error)) return
         end do
     end subroutine study_all_errors

@@ -1,10 +1,10 @@
 !> Every estimator against the theoretical limit: RMS errors with the systematic errors off, beside the
 !> Cramer-Rao bound of the manoeuvre under the noise of the instruments.
 module gracecg_studies_limit
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: file_comments
@@ -38,7 +38,8 @@ contains
     !> MOST_SEQUENTIAL_RUNS at most. Fails as `bound_of_case` and `run_monte_carlo` do.
     subroutine study_limit(calibration, seed, runs, threads, study, error, progress)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(in) :: seed, runs, threads      !! Of the random numbers; of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads      !! Of each Monte Carlo; in parallel
         type(limit_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
@@ -57,11 +58,11 @@ contains
         if (.not. allocated(error)) call new_switched_simulator(calibration%case, switches, simulator, error)
         if (allocated(error)) return
         study%bound = bound%sigma
+        call expect_pieces(progress, sum(study%runs), 'runs')
         do a = 1, ALGORITHMS
-            call tell(progress, 'bound: '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a))//', '// &
-                      integer_text(study%runs(a))//' runs')
+            call tell(progress, 'limit, '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a)))
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), calibration%options, seed, &
-                                 [(k, k=1, study%runs(a))], threads, results, error)
+                                 [(k, k=1, study%runs(a))], threads, results, error, progress=progress)
             if (allocated(error)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             study%rms(:, a) = statistics%rms*MILLIMETRE
@@ -91,7 +92,7 @@ contains
     !> The studies as CSV: a row a case, estimator and axis.
     subroutine write_limits(path, command, seed, studies, error)
         character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
-        integer, intent(in) :: seed                     !! Of the random numbers
+        integer(i8), intent(in) :: seed                     !! Of the random numbers
         type(limit_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
 

@@ -4,9 +4,10 @@
 !> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
 !> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
 module gracecg_studies_trim
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
@@ -28,7 +29,7 @@ module gracecg_studies_trim
         integer :: rounds = 10                  !! At most
         real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
         real(dp) :: balance_noise = 0           !! Absolute, m
-        integer :: seed = 1                     !! Of the random numbers; the run is the round
+        integer(i8) :: seed = 1                     !! Of the random numbers; the run is the round
     end type trim_settings_t
 
     !> One calibration of the trim; body axes, m.
@@ -62,7 +63,7 @@ contains
     !> whatever the threshold, on `threads` threads.
     !>
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
-    subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error)
+    subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error, progress)
         type(case_t), intent(in), target :: case
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
@@ -70,6 +71,7 @@ contains
         integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
         type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the trims
 
         type(trims_t) :: work
         integer :: i, axis
@@ -80,7 +82,7 @@ contains
         work%settings = settings
         work%settings%threshold = 0
         allocate (work%results(settings%rounds, runs))
-        call run_parallel(work, runs, threads, error)
+        call run_parallel(work, runs, threads, error, progress)
         if (allocated(error)) return
         do i = 1, settings%rounds
             do axis = 1, 3
@@ -150,7 +152,8 @@ contains
         type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(trim_round_t), intent(out) :: latest
         type(error_t), allocatable, intent(out) :: error
 

@@ -113,9 +113,6 @@ contains
         character(:), allocatable :: output, messages, case_text
         integer :: status, first, last
 
-        call run('bound', status, output, messages)
-        call check(error, status, STATUS_MISUSED)
-        if (allocated(error)) return
         call run('bound front-9', status, output, messages)
         call check(error, status /= STATUS_DONE)
         if (allocated(error)) return

@@ -1,6 +1,6 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split_words
@@ -181,7 +181,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do run = 1, 100
-            call model%alter(simulator, 1, run, observations)
+            call model%alter(simulator, 1_i8, run, observations)
             do i = 1, 60
                 errors(:, i) = observations%field(:, i) - simulator%arc%loads(10*i)%field
             end do
@@ -220,7 +220,7 @@ contains
         if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1, first_runs(100), 2, &
+            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, first_runs(100), 2, &
                                                            results, failure, field_model_t())
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

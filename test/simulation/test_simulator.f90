@@ -1,6 +1,6 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross
@@ -19,7 +19,7 @@ module test_simulation
     private
     public :: collect_simulation
 
-    integer, parameter :: SEED = 1
+    integer(i8), parameter :: SEED = 1
     integer, parameter :: RUNS = 20     !! For statistics
 
 contains

@@ -1,6 +1,6 @@
 !> What the chapters of the report share: the book, the size of the campaign, and the summary as it grows.
 module gracecg_cli_report_book
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_text, only: integer_text
     use gracecg_cli_html, only: table_rows_t, number_cells
@@ -26,7 +26,7 @@ module gracecg_cli_report_book
     !> The report as it grows.
     type, extends(book_t) :: report_book_t
         integer :: runs = 0                         !! Of every Monte Carlo
-        integer :: seed = 1                         !! First seed of all Monte Carlos
+        integer(i8) :: seed = 1                         !! First seed of all Monte Carlos
         type(claim_t), allocatable :: claims(:)     !! In the order of the page
     end type report_book_t
 
