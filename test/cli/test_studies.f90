@@ -336,9 +336,9 @@ contains
         call read_text_file(FOLDER//'loss.csv', file, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, index(file%line(4), 'back-2,ascfest,measured,x,1,'), 1, file%line(4))
+        call check(error, index(file%line(2), 'back-2,ascfest,measured,x,1,'), 1, file%line(2))
         if (allocated(error)) return
-        call check(error, index(file%line(27), 'back-3,ascrest,model,z,1,'), 1, file%line(27))
+        call check(error, index(file%line(25), 'back-3,ascrest,model,z,1,'), 1, file%line(25))
     end subroutine test_back_labels
 
     !> The example of every help works as printed.

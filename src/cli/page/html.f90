@@ -273,6 +273,7 @@ contains
         if (present(rows)) then
             if (rows > 1) attributes = ' scope="rowgroup" rowspan="'//integer_text(rows)//'"'
         end if
+        if (index(text, '-') > 0 .and. index(text, ' ') == 0) attributes = attributes//' class="one"'     ! front-1
         content = html_typeset(text)
         if (present(anchor)) content = '<a href="#'//anchor//'">'//content//'</a>'
         cell = '<th'//attributes//'>'//content//'</th>'
@@ -333,14 +334,22 @@ contains
     end function verdict_cell
 
     !> A figure of SVG text. Title and description are for those who cannot see it.
-    subroutine figure(self, id, svg, caption, title, description)
+    subroutine figure(self, id, svg, caption, title, description, by_classes)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: id          !! Letters, digits, underscores; once a page
         character(*), intent(in) :: svg         !! A whole SVG document, as gnuplot writes it
         character(*), intent(in) :: caption     !! Below the figure
         character(*), intent(in) :: title, description    !! For readers who do not see the figure
+        logical, intent(in), optional :: by_classes
+        !! Coloured by the classes of the style sheet, as tools/drawings.py does; else as gnuplot does
 
-        call self%markup('<figure id="'//id//'">')
+        character(:), allocatable :: drawn
+
+        drawn = ''
+        if (present(by_classes)) then
+            if (by_classes) drawn = ' class="drawing"'
+        end if
+        call self%markup('<figure id="'//id//'"'//drawn//'>')
         call self%markup(inline_svg(svg, id, title, description))
         call self%markup('<figcaption>'//html_typeset(caption)//'</figcaption>'//LF//'</figure>')
     end subroutine figure

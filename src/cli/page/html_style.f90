@@ -13,8 +13,8 @@ module gracecg_cli_html_style
     character(*), parameter :: ATTRIBUTES(3) = [character(6) :: 'stroke', 'fill', 'color']
     !! Of SVG, in which gnuplot writes colours
 
-    character(*), parameter :: RULES(74) = [character(118) :: &
-        ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;--shade:#8b95a1;', &
+    character(*), parameter :: RULES(78) = [character(118) :: &
+        ':root{color-scheme:light dark;--paper:#ffffff;--ink:#1b1f24;--soft:#545b64;--rule:#d0d5db;--shade:#a3acb7;', &
         '--box:#f3f5f7;--link:#0550ae;--good:#0f6b35;--warn:#7a4f00;--bad:#a8201a}', &
         '*{box-sizing:border-box}', &
         'html{-webkit-text-size-adjust:100%;text-size-adjust:100%;scroll-padding-top:3.5rem}', &
@@ -71,6 +71,9 @@ module gracecg_cli_html_style
         'figure svg{display:block;width:100%;height:auto;font-family:"Liberation Sans",Arial,Helvetica,sans-serif}', &
         'figcaption{color:var(--soft);font-size:.92rem;margin-top:.4rem}', &
         'figure .absent{border:1px dashed var(--soft);padding:1.5rem 1rem;margin:0;color:var(--soft)}', &
+        '.drawing path{fill:none;stroke-linejoin:round;stroke-linecap:round}.drawing .thin{stroke-width:1.2}', &
+        '.drawing .line{stroke-width:1.7}.drawing .bold{stroke-width:2.6}.drawing .dashed{stroke-dasharray:5 4}', &
+        '.drawing .frame{stroke-width:1.4}.drawing{max-width:33rem}', &
         '@media screen and (min-width:75rem){html{scroll-padding-top:1rem}nav.bar{display:none}', &
         'body{display:grid;grid-template-columns:17rem minmax(0,1fr);align-items:start}header,main{grid-column:2}', &
         'header{padding-top:2rem}#contents{grid-column:1;grid-row:1/span 2;position:sticky;top:0;max-height:100vh;', &
@@ -78,16 +81,22 @@ module gracecg_cli_html_style
         '@media screen and (max-width:40rem){h1{font-size:1.45rem}h2{font-size:1.2rem}figure{margin-inline:-1rem}', &
         'figcaption,figure .absent{margin-inline:1rem}', &
         'td.wide{min-width:11rem}th,td{padding:.28rem .4rem}th{white-space:normal}td.words{white-space:normal}', &
-        'tbody th[rowspan]{white-space:nowrap}.fits td{white-space:normal}', &
+        'tbody th[rowspan],th.one{white-space:nowrap}.fits td{white-space:normal}', &
         '.stacks,.stacks caption,.stacks tbody,.stacks tr,.stacks th,.stacks td{display:block;padding:.1rem 0}', &
         '.stacks tr{padding:.4rem 0}.stacks thead{position:absolute;clip-path:inset(50%)}}', &
         '@media print{@page{size:A4;margin:18mm 16mm;@bottom-center{content:counter(page) " / " counter(pages);', &
         'font:9pt sans-serif;color:#545b64}}body{font-size:10pt}nav{display:none}header,section{padding:0}', &
-        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:150mm}', &
-        'figure svg{max-height:210mm}.scroll{overflow:visible;background:none}pre{white-space:pre-wrap}', &
+        'h2,h3,h3+p{break-after:avoid}figure,tr,p.note{break-inside:avoid}figure{max-width:135mm}', &
+        'figure svg{max-height:190mm}.scroll{overflow:visible;background:none}div.scroll{break-inside:avoid}', &
+        'pre{white-space:pre-wrap}', &
         'table{font-size:8.5pt;max-width:100%}a{color:inherit;text-decoration:none}', &
         'th,td{padding:.15rem .35rem;white-space:normal}td.number{white-space:nowrap}', &
         'thead{display:table-header-group}th:first-child,caption{position:static}}']
+
+    !> The classes of tools/drawings.py: fill of texts and areas, and stroke (s-...) of lines
+    character(5), parameter :: DRAWN_AS(2, 8) = reshape([character(5) :: 'paper', 'paper', 'ink', 'ink', 'soft', &
+        'soft', 'rule', 'rule', 'box', 'box', 'blue', 'link', 'green', 'good', 'red', 'bad'], [2, 8])
+    !! Class, and the colour of the page in its place
 
     character(*), parameter :: DARK = &
         ':root{--paper:#14181d;--ink:#e6e9ed;--soft:#a9b1bb;--rule:#3a424c;--box:#1d232a;--link:#7cb7ff;'//LF// &
@@ -101,7 +110,12 @@ contains
 
         integer :: i
 
-        css = join(RULES, LF)//LF//'@media screen and (prefers-color-scheme:dark){'//LF//DARK
+        css = join(RULES, LF)//LF
+        do i = 1, size(DRAWN_AS, 2)
+            css = css//'.drawing .'//trim(DRAWN_AS(1, i))//'{fill:var(--'//trim(DRAWN_AS(2, i))//')}.drawing .s-'// &
+                  trim(DRAWN_AS(1, i))//'{stroke:var(--'//trim(DRAWN_AS(2, i))//')}'//LF
+        end do
+        css = css//'@media screen and (prefers-color-scheme:dark){'//LF//DARK
         do i = 1, size(PALETTE)
             css = css//recoloured(gnuplot_rgb(PALETTE(i)%light, of_text=.false.), PALETTE(i)%dark)// &
                   recoloured(gnuplot_rgb(PALETTE(i)%light, of_text=.true.), PALETTE(i)%dark)
