@@ -66,6 +66,7 @@ program tester
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
+    use test_statements, only: collect_statements
     use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
     use test_operator, only: collect_operator
@@ -160,6 +161,7 @@ program tester
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
+             new_testsuite('statements', collect_statements), &
              new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('operator', collect_operator), &

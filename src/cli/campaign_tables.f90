@@ -5,6 +5,7 @@ module gracecg_cli_campaign_tables
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
+    use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -39,7 +40,7 @@ contains
         type(campaign_t), intent(in) :: campaign
         type(console_t), intent(inout) :: console
 
-        integer :: digits, width, most
+        integer :: digits, width, most, i
 
         most = most_runs(campaign)
         call console%line('RMS error of the CG offset, mm: '//runs_text(campaign)//' here, '// &
@@ -53,6 +54,13 @@ contains
         end if
         call show_honesty(campaign, width, console)
         call show_agreement(agreement_of(campaign), most, console)
+        do i = 1, size(campaign%cases)
+            associate (case => campaign%cases(i))
+                if (case%published == '' .and. any(REPORT_CASE_NAMES == case%name)) &
+                    call console%line(trim(case%name)//': edited or switched, not the case of the report: nothing is '// &
+                                      'published for it')
+            end associate
+        end do
     end subroutine show_campaign
 
     !> The runs of the entry that has most.

@@ -3,12 +3,12 @@ module gracecg_cli_model_star_camera
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: real_text
+    use gracecg_base_text, only: integer_text, real_text
     use gracecg_base_quaternion, only: normalised, quaternion_product, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_simulation_star_catalogue, only: builtin_star_catalogue
-    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t
+    use gracecg_simulation_star_camera, only: star_camera_t, star_frame_t, STAR_SELECTIONS
     use gracecg_simulation_quest, only: quest, q_method
     use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
     use gracecg_cli_arguments, only: arguments_t
@@ -36,6 +36,8 @@ contains
                                   'true attitude, inertial J2000 to body, scalar last', &
                                   required=.true.)
         call arguments%add_option('--head', 'N', '1 looks to +y, 2 to -y of the body (default 1)')
+        call arguments%add_option('--selection', 'NAME', 'which 20 stars: the first of the catalogue (default), as in '// &
+                                  'the report, or the best')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
         call add_format_option(arguments, default='csv')
@@ -51,11 +53,13 @@ contains
         type(star_frame_t) :: frame
         type(random_stream_t) :: stream
         real(dp) :: attitude(4)
+        character(:), allocatable :: selection
         integer(i8) :: seed        !! Of the random numbers
         integer :: head, run
 
         call arguments%get('--quaternion', attitude, misuse, low=-1.1_dp, high=1.1_dp)
         call arguments%get('--head', head, misuse, default=1, low=1, high=HEADS)
+        call arguments%get('--selection', selection, misuse, default=trim(STAR_SELECTIONS(1)), choices=STAR_SELECTIONS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
         call take_format(arguments, console, misuse, default='csv')
@@ -68,8 +72,13 @@ contains
             return
         end if
         attitude = normalised(attitude)
+        camera%selection = selection
         call camera%see(builtin_star_catalogue(), attitude, head, frame, error)
         if (allocated(error)) return
+        call console%line('# stars in the field = '// &
+                          integer_text(camera%stars_in_field(builtin_star_catalogue(), attitude, head))// &
+                          ', mean of all attitudes '// &
+                          real_text(anint(10*camera%mean_stars_in_field(builtin_star_catalogue()))/10))
         stream = new_stream(seed, 0, 0, run, head)
         call solve(frame, quaternion_product(camera%mounting(head), attitude), stream, console, &
                    error)

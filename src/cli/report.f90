@@ -21,6 +21,7 @@ module gracecg_cli_report
     use gracecg_studies_limit, only: limit_study_t, study_limit
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, &
         MODEL_FIELD_ERROR
+    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, VARIATIONS
     use gracecg_studies_timing, only: timing_study_t, study_timing
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -128,6 +129,7 @@ contains
 
         type(timing_study_t) :: revolutions(2)
         type(verification_t) :: curves(2)
+        type(variation_t) :: changes(VARIATIONS)
         type(campaign_t) :: campaign
         type(error_study_t) :: sources(size(STUDY_NAMES))
         type(field_study_t) :: losses(LOSS_STUDIES)
@@ -147,7 +149,8 @@ contains
         end do
         call add_gradient_chapter(book, gradient_along_orbit(revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP), &
                                   error)
-        if (.not. allocated(error)) call add_curves_chapter(book, curves, error)
+        if (.not. allocated(error)) call study_window_sensitivity(threads, changes, error)
+        if (.not. allocated(error)) call add_curves_chapter(book, curves, changes, error)
         if (.not. allocated(error)) call add_field_chapter(book, revolutions, error)
         if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
         call console%next_part()

@@ -36,6 +36,7 @@ module gracecg_simulation_case
         integer :: number = 0                       !! Labels its random numbers: 1..3 in the report
         type(utc_t) :: epoch                        !! Time 0
         real(dp) :: duration = 0                    !! Length of the arc, s
+        character(8) :: pattern_rule = 'y-z'        !! Of the rods, where they are chosen: one of PATTERN_RULES
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
@@ -145,7 +146,7 @@ contains
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
-        call describe_calibration(settings, case%name, case%epoch, case%duration)
+        call describe_calibration(settings, case%name, case%epoch, case%duration, case%pattern_rule)
         call describe_mass_properties(settings, case%satellite%mass, case%satellite%inertia)
         call describe_manoeuvre(settings, case%satellite%rods)
         call describe_limits(settings, case%limits)

@@ -8,7 +8,7 @@ module gracecg_simulation_satellite
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: describe_noise_spectra
     use gracecg_simulation_accelerometer, only: accelerometer_t
-    use gracecg_simulation_star_camera, only: star_camera_t
+    use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
     use gracecg_simulation_magnetometer, only: magnetometer_t
     implicit none
     private
@@ -85,6 +85,10 @@ contains
         call describe_noise_spectra(settings, accelerometer%noise)
         call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
                                  's, between samples', unit='s')
+        call settings%logical_value('limited', accelerometer%limited, 'samples saturate at the range')
+        call settings%real_value('range', accelerometer%range, 1e-9_dp, 1.0_dp, 'm/s^2, full scale', unit='m/s^2')
+        call settings%logical_value('quantised', accelerometer%quantised, 'samples are rounded')
+        call settings%real_value('resolution', accelerometer%resolution, 1e-15_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
         call settings%end_group()
     end subroutine describe_accelerometer
 
@@ -101,6 +105,8 @@ contains
         call settings%real_values('field_of_view_deg', camera%field_of_view, 0.1_dp, 170.0_dp, &
                                   'deg, along camera x and y', DEGREE, 'deg')
         call settings%integer_value('stars', camera%star_count, 2, 70, 'used of a frame')
+        call settings%text_value('selection', camera%selection, 'which: the first of the catalogue, or the best', &
+                                 STAR_SELECTIONS)
         call settings%real_value('catalogue_noise_arcsec', camera%catalogue_noise, 0.0_dp, 3600.0_dp, &
                                  'arcsec', ARCSECOND, 'arcsec')
         call settings%real_value('measurement_noise_arcsec', camera%measurement_noise, 0.0_dp, 3600.0_dp, &
@@ -125,6 +131,10 @@ contains
         call settings%logical_value('quantised', magnetometer%quantised, 'samples are rounded')
         call settings%real_value('resolution_nt', magnetometer%resolution, 1e-6_dp, 1e9_dp, 'nT', NANOTESLA, &
                                  'nT')
+        call settings%real_value('linearity_nt', magnetometer%linearity, 0.0_dp, 1e9_dp, &
+                                 'nT, greatest departure from a straight line', NANOTESLA, 'nT')
+        call settings%real_value('bandwidth_hz', magnetometer%bandwidth, 0.0_dp, 1e6_dp, &
+                                 'Hz, corner of a low-pass filter; 0: none', unit='Hz')
         call settings%real_value('interval', magnetometer%sampling_interval, 1e-3_dp, 100.0_dp, 's', &
                                  unit='s')
         call settings%end_group()

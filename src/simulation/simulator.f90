@@ -272,11 +272,16 @@ contains
 
         call lay_out(self, self%case%operator, observations, .true.)
         observations%acceleration = true_accelerations(self, wave)
-        do i = 1, size(observations%acceleration, 2)
-            observations%acceleration(:, i) = self%case%satellite%accelerometer%response(observations%acceleration(:, i))
-        end do
-        observations%field = true_field(self) + spread(self%case%satellite%magnetometer%bias, 2, &
-                                                       size(observations%field, 2))
+        associate (satellite => self%case%satellite)
+            do i = 1, size(observations%acceleration, 2)
+                observations%acceleration(:, i) = satellite%accelerometer%digitised( &
+                                                  satellite%accelerometer%response(observations%acceleration(:, i)))
+            end do
+            observations%field = true_field(self)
+            do i = 1, size(observations%field, 2)
+                observations%field(:, i) = satellite%magnetometer%response(observations%field(:, i))
+            end do
+        end associate
         do i = 1, size(observations%quaternion, 2)
             observations%quaternion(:, i) = quaternion_product( &
                 self%case%satellite%star_camera%mounting(observations%star_camera_head(i)), attitude_at(self, i))
@@ -394,16 +399,20 @@ contains
         end do
     end function true_accelerations
 
+    !> The field that the magnetometer feels, behind its filter if it has one.
     pure function true_field(self) result(values)
         type(simulator_t), intent(in) :: self
         real(dp), allocatable :: values(:, :)       !! (3, samples), T
 
+        real(dp), allocatable :: field(:, :)
         integer :: i
 
-        allocate (values(3, self%arc%steps/self%magnetometer_stride))
-        do i = 1, size(values, 2)
-            values(:, i) = self%arc%loads(i*self%magnetometer_stride)%field
+        allocate (field(3, 0:self%arc%steps))
+        do i = 0, self%arc%steps
+            field(:, i) = self%arc%loads(i)%field
         end do
+        field(:, :) = self%case%satellite%magnetometer%passed(field, self%arc%interval)
+        values = field(:, self%magnetometer_stride::self%magnetometer_stride)
     end function true_field
 
     !> Star-camera quaternions.

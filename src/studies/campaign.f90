@@ -12,9 +12,10 @@ module gracecg_studies_campaign
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, run_recorder_t, error_statistics_t, &
         statistics_of, prediction_t, predict_errors
+    use gracecg_studies_published_case, only: built_in_calibration, settings_checksum
     use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
     implicit none
     private
@@ -27,6 +28,7 @@ module gracecg_studies_campaign
         character(64) :: name = ''                  !! Of the case, as in the tables
         real(dp) :: offset(3) = 0                   !! True d, mm
         integer :: checksum = 0                     !! Of all its settings
+        character(16) :: published = ''             !! Which case of the report it is; empty: none
     end type campaign_case_t
 
     !> One case with one algorithm.
@@ -144,7 +146,7 @@ contains
         type(calibration_t), intent(in) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: text
+        integer :: checksum
 
         if (any(campaign%cases(:i - 1)%name == calibration%case%name)) then
             call fail(error, 'two cases have the name "'//trim(calibration%case%name)// &
@@ -153,28 +155,14 @@ contains
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
                       trim(calibration%case%name))
         else
-            call calibration_text(calibration, text, error)
+            call settings_checksum(calibration, checksum, error)
         end if
         if (allocated(error)) return
         associate (case => calibration%case)
-            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
+            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum)
+            call built_in_calibration(trim(case%name), checksum, campaign%cases(i)%published)
         end associate
     end subroutine add_case
-
-    !> A number that differs between texts, but for one chance in two thousand million.
-    pure integer function checksum(text)
-        character(*), intent(in) :: text
-
-        integer(i8), parameter :: PRIME = 2147483647_i8, FACTOR = 48271_i8
-        integer(i8) :: total
-        integer :: i
-
-        total = 1
-        do i = 1, len(text)
-            total = mod(total*FACTOR + iachar(text(i:i)), PRIME)
-        end do
-        checksum = int(total)
-    end function checksum
 
     !> Tables 6.1 and 6.2: the six cases of the report with its four algorithms.
     subroutine report_campaign(seed, runs, threads, campaign, error, progress)
@@ -311,7 +299,7 @@ contains
             if (size(entry%run) > 0) entry%statistics = statistics_of(entry%offset, case%offset)
             if (size(entry%run) > 0 .and. all(entry%normalised_run >= 0)) &
                 entry%normalised = sum(entry%normalised_run)/size(entry%run)
-            entry%published = published_rms(trim(case%name), trim(campaign%algorithms(a)))
+            entry%published = published_rms(trim(case%published), trim(campaign%algorithms(a)))
         end associate
     end subroutine summarise
 

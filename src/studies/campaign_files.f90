@@ -28,6 +28,7 @@ module gracecg_studies_campaign_files
     use gracecg_files_table, only: table_file_t, csv_of_text
     use gracecg_studies_campaign, only: campaign_t, campaign_case_t
     use gracecg_studies_monte_carlo, only: run_recorder_t
+    use gracecg_studies_published_case, only: built_in_calibration
     implicit none
     private
     public :: campaign_table, write_table, write_runs, read_runs, journal_t, journal_path
@@ -430,6 +431,7 @@ contains
         if (.not. ok) return
         case%name = line(len(CASE_COMMENT) + 1:last - 1)
         call parse_integer(words(n - 4)%text, case%checksum, ok)
+        if (ok) call built_in_calibration(trim(case%name), case%checksum, case%published)
     end subroutine read_case_comment
 
     !> "predicted NAME ALGORITHM X Y Z"

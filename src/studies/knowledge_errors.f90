@@ -73,7 +73,7 @@ contains
             case (COMMON_ROD_GAIN)
                 sigma = [a_priori%sigma_rod_gain]
             case (ACCELEROMETER_SCALE)
-                sigma = a_priori%sigma_scale_factors
+                sigma = a_priori%aged_scale_sigmas()
             case (MAGNETOMETER_BIAS)
                 sigma = a_priori%sigma_magnetometer_bias
             case (TORQUE_CHANGE)

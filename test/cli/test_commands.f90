@@ -44,6 +44,7 @@ contains
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('options-in-an-old-setup', test_old_setup), &
                     new_unittest('verify', test_verify), &
+                    new_unittest('edited-cases', test_edited_cases), &
                     new_unittest('timing', test_timing), &
                     new_unittest('design', test_design_command), &
                     new_unittest('rods-that-are-off', test_rods_off), &
@@ -377,11 +378,11 @@ contains
         call broken('mass =', 'mas = 420', [character(W) :: 'mas', 'mass'])
         call broken('duration =', 'durration = 60', [character(W) :: 'broken.nml:5', 'durration', &
                                                      'duration'])
-        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:9', 'mass', '"heavy"'])
-        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:9', 'mass', 'value'])
-        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:9', 'mass', '-1', &
+        call broken('mass =', 'mass = heavy', [character(W) :: 'broken.nml:10', 'mass', '"heavy"'])
+        call broken('mass =', 'mass =', [character(W) :: 'broken.nml:10', 'mass', 'value'])
+        call broken('mass =', 'mass = -1', [character(W) :: 'broken.nml:10', 'mass', '-1', &
                                             '0.001 to'])
-        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:9', 'mass', 'nan'])
+        call broken('mass =', 'mass = nan', [character(W) :: 'broken.nml:10', 'mass', 'nan'])
         call broken('position =', 'position = 7e6, 0', [character(W) :: 'broken.nml:', 'position', &
                                                         '3'])
         call broken('quaternion =', 'quaternion = 0.5, 0.5, 0.5, 0.6', &
@@ -654,7 +655,8 @@ contains
 
         call succeeds(error, 'verify front-1 back-3 --out '//FOLDER//'curves', output)
         if (allocated(error)) return
-        call check(error, index(output, 'inside, attitude dynamics only: 24 of 24') > 0, output)
+        call check(error, index(output, 'attitude dynamics alone: 27 of 27 inside') > 0, output)
+        if (.not. allocated(error)) call check(error, longest_line(output) <= 100, output)
         if (allocated(error)) return
         columns(1) = 'time_s'
         do i = 1, size(CURVE_NAMES)
@@ -673,7 +675,55 @@ contains
         call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
                      [character(W) :: 'two of the cases'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
+        call refused(error, 'verify front-1 --cases front-2', STATUS_MISUSED, [character(W) :: 'given twice'])
+        call refused(error, 'verify front-1 --runs 20', STATUS_MISUSED, [character(W) :: '--runs'])
+        call refused(error, 'verify --runs 14', STATUS_MISUSED, [character(W) :: '--runs'])
     end subroutine test_verify
+
+    !> A case is judged against what is published by its settings, whatever its name.
+    subroutine test_edited_cases(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output, text
+        integer :: place
+
+        call succeeds(error, 'cases show front-1', text)
+        if (allocated(error)) return
+        place = index(text, 'amplitude = 30 ')
+        call make_file(error, 'edited.nml', text(:place - 1)//'amplitude = 10 '//text(place + 15:))
+        if (allocated(error)) return
+        place = index(text, 'front-1')
+        call make_file(error, 'renamed.nml', text(:place - 1)//'mine'//text(place + 7:))
+        if (.not. allocated(error)) call succeeds(error, 'verify --cases '//FOLDER//'edited.nml,'//FOLDER// &
+                                                  'renamed.nml', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'front-1, edited: not the case of the report. Against front-1 it has '// &
+                                'amplitude = 10'//achar(10)) > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, 'mine: curves and the printed axis') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, 'mine, edited') == 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'montecarlo --runs 2 --algorithms ascfest --cases '// &
+                                                  FOLDER//'edited.nml,'//FOLDER//'renamed.nml --out '//FOLDER// &
+                                                  'edited.csv --runs-out '//FOLDER//'edited_runs.csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, 'theory is right (95 %): 3 of 3') > 0, output)
+        if (.not. allocated(error)) call check(error, index(output, 'front-1: edited or switched, not the case') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'merge '//FOLDER//'edited_runs.csv', output)
+        if (.not. allocated(error)) call check(error, index(output, 'front-1: edited or switched, not the case') > 0 .and. &
+                                               index(output, '(95 %): 3 of 3') > 0, output)
+    end subroutine test_edited_cases
+
+    pure integer function longest_line(text) result(longest)
+        character(*), intent(in) :: text
+
+        integer :: i, start
+
+        longest = 0
+        start = 1
+        do i = 1, len(text)
+            if (text(i:i) /= achar(10)) cycle
+            longest = max(longest, i - start)
+            start = i + 1
+        end do
+    end function longest_line
 
     !> The designed case is a case like any other; the map has its columns; contradictions are refused.
     subroutine test_design_command(error)

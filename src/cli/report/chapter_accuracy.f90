@@ -10,6 +10,8 @@ module gracecg_cli_chapter_accuracy
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_published_rms, only: allowed_by_fifteen_runs, is_misprint
     use gracecg_studies_published_axes, only: published_axis_limits
+    use gracecg_studies_estimate_windows, only: estimate_counts_t, campaign_windows, count_estimate_windows
+    use gracecg_cli_verify, only: estimate_counts_words
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cells, text_cell, judged_cell, VERDICT_MET, &
         VERDICT_PARTLY, VERDICT_MISSED
@@ -74,9 +76,33 @@ contains
                                'scatters by millimetres; in y and z it is the best.', &
                                error)
                 if (allocated(error)) return
+                call add_windows_verdict(book, i, campaign)
             end do
         end associate
     end subroutine add_accuracy_chapter
+
+    !> The points of Figure 6.2 or 6.3 against its printed axes.
+    subroutine add_windows_verdict(book, satellite, campaign)
+        type(report_book_t), intent(inout) :: book
+        integer, intent(in) :: satellite
+        type(campaign_t), intent(in) :: campaign
+
+        type(estimate_counts_t) :: counts
+        character(:), allocatable :: figure
+        integer :: kind
+
+        counts = count_estimate_windows(campaign_windows(campaign, satellite))
+        figure = 'Figure 6.'//integer_text(satellite + 1)
+        kind = merge(VERDICT_MET, VERDICT_MISSED, counts%met)
+        call book%page%verdict(kind, figure//', printed axes: '//estimate_counts_words(counts)//'.', 'Of '// &
+                               integer_text(book%runs)//' runs. The report''s own points are inside by the choice of its '// &
+                               'axes; a further point of the same distribution need not be. The first 15 runs cover at '// &
+                               'least '//percent_text(counts%fill)//' of an axis; that their end intervals are reached '// &
+                               'is a matter of chance for so few points, and not judged.')
+        call add_claim(book, figure, 'figure_6_'//integer_text(satellite + 1), 'estimates lie within the printed axes', &
+                       percent_text(real(counts%inside, dp)/counts%points)//' of '//integer_text(counts%points)// &
+                       ' estimates inside', kind, pick_text(counts%met, 'agrees', 'differs'))
+    end subroutine add_windows_verdict
 
     subroutine add_verdict(book, campaign)
         type(report_book_t), intent(inout) :: book

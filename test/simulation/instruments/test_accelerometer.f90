@@ -35,8 +35,38 @@ contains
                     new_unittest('polynomial', test_polynomial), &
                     new_unittest('noise-of-each-axis', test_noise), &
                     new_unittest('limits-of-the-specification', test_limits), &
-                    new_unittest('rejects-bad-settings', test_settings)]
+                    new_unittest('rejects-bad-settings', test_settings), &
+                    new_unittest('full-scale-and-resolution', test_digits)]
     end subroutine collect_accelerometer
+
+    !> Samples stay within the full scale, stand on steps of the resolution, half a step off at most, and are
+    !> those of before where neither is asked for.
+    subroutine test_digits(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 400
+        type(accelerometer_t) :: accelerometer
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: truth(3, N), plain(3, N), digits(3, N)
+        integer :: i
+
+        truth = reshape([(1e-7_dp*(i - 600), i=1, 3*N)], [3, N])         ! to 6e-5 m/s^2
+        stream = new_stream(3, 0, 0, 0, 0)
+        call accelerometer%measure(truth, stream, plain, failure)
+        call check(error, maxval(abs(plain)) > accelerometer%range, 'the full scale matters')
+        if (allocated(error)) return
+        accelerometer%limited = .true.
+        accelerometer%quantised = .true.
+        stream = new_stream(3, 0, 0, 0, 0)
+        call accelerometer%measure(truth, stream, digits, failure)
+        call check(error, maxval(abs(digits)), 5e-5_dp, thr=1e-20_dp)
+        if (allocated(error)) return
+        call check(error, all(abs(digits - plain) <= 0.5000001e-10_dp .or. abs(plain) > 5e-5_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(digits/1e-10_dp - anint(digits/1e-10_dp)) < 1e-6_dp))
+        if (allocated(error)) return
+        call check(error, all(digits > 4.99e-5_dp .or. plain < 5e-5_dp), 'a saturated sample keeps its sign')
+    end subroutine test_digits
 
     !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d, and their sum (3-7).
     subroutine test_matrices(error)
