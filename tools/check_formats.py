@@ -41,6 +41,7 @@ COMMANDS = [
     (["design", "--manoeuvre", "front-1"], ["case", "rods", "limits", "map"]),
     (["montecarlo", "--cases", "front-3", "--runs", "2"], ["seed", "runs", "cases", "agreement"]),
     (["merge", "runs.csv"], ["seed", "runs", "cases", "agreement"]),
+    (["verify", "front-1", "back-2"], []),
     (["trim", "front-3", "--threshold-mm", "0.1"], ["case", "algorithm", "seed", "threshold_mm"]),
     (["trim", "front-3", "--runs", "2"], ["case", "algorithm", "seed", "runs"]),
     (["model", "gravity", *PLACE], []),
@@ -73,7 +74,7 @@ ENDINGS = ("_mm", "_s", "_deg", "_nt", "_tesla", "_m", "_m_s", "_m_s2", "_m_s3",
 WITHOUT_UNIT = {"case", "satellite", "epoch_utc", "algorithm", "axis", "source", "magnetometer", "converged", "iterations",
                 "condition", "runs", "run", "camera", "q1", "q2", "q3", "q4", "sigma_q1", "sigma_q2", "sigma_q3", "sigma_q4",
                 "worst_x", "worst_y", "worst_z", "variance_factor", "edited_accelerometer", "edited_star_camera", "stars",
-                "round", "day", "kp", "figure", "quantity", "inside", "fill", "place"}
+                "unit", "least", "greatest", "mean", "low", "high", "on_ticks", "automatic", "round", "day", "kp", "figure", "quantity", "inside", "fill", "place"}
 
 
 class Wrong(Exception):
