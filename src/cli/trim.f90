@@ -10,7 +10,8 @@ module gracecg_cli_trim
     use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
+    use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
+        SIGMAS_OF_THRESHOLD, repeat_trim
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -41,7 +42,8 @@ contains
                                 'kept.', &
                                 'gracecg trim front-3 --threshold-mm 0.1')
         call add_cases_option(arguments, 'front-1', single=.true.)
-        call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default 0.02)')
+        call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default: three times '// &
+                                  'the sigma of each axis, as little as one calibration can tell from nothing)')
         call arguments%add_option('--rounds', 'N', 'calibrations at most (default 10)')
         call arguments%add_option('--balance-error', 'PART', 'relative error of the mass balancing of each '// &
                                   'axis, standard deviation (default 0.01)')
@@ -163,6 +165,7 @@ contains
                            unit='mm')
         call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
         settings%threshold = threshold*MILLIMETRE
+        settings%by_sigma = .not. arguments%has('--threshold-mm')
         settings%balance_noise = noise*MILLIMETRE
     end subroutine read_settings
 
@@ -194,12 +197,17 @@ contains
 
         character(:), allocatable :: verdict
         logical :: below, visible
+        real(dp) :: threshold(3)
         integer :: axis
 
+        threshold = trim_threshold(settings, rounds(size(rounds)))
+        if (settings%by_sigma) call console%line('threshold chosen: three times the sigma of each axis, x '// &
+                                                 millimetres(threshold(1))//', y '//millimetres(threshold(2))//', z '// &
+                                                 millimetres(threshold(3))//' mm (another one: --threshold-mm)')
         associate (latest => rounds(size(rounds)))
             do axis = 1, 3
-                below = abs(latest%estimate(axis)) < settings%threshold
-                visible = latest%sigma(axis) <= settings%threshold
+                below = abs(latest%estimate(axis)) < threshold(axis)
+                visible = latest%sigma(axis) <= threshold(axis)
                 if (below .and. visible) then
                     verdict = 'converged'
                 else if (visible) then
@@ -211,13 +219,22 @@ contains
                 end if
                 call console%line(AXES(axis)//': '//verdict)
                 if (.not. visible) call console%warn('the threshold of '// &
-                                                        millimetres(settings%threshold)//' mm is below '// &
+                                                        millimetres(threshold(axis))//' mm is below '// &
                                                         'the sigma of '//AXES(axis)//', '// &
                                                         millimetres(latest%sigma(axis))//' mm: a '// &
                                                         'calibration cannot see so little')
             end do
         end associate
     end subroutine show_verdict
+
+    !> "0.1 mm", or where it is chosen "3 sigma of each axis".
+    function threshold_text(settings) result(text)
+        type(trim_settings_t), intent(in) :: settings
+        character(:), allocatable :: text
+
+        text = real_text(settings%threshold/MILLIMETRE)//' mm'
+        if (settings%by_sigma) text = real_text(SIGMAS_OF_THRESHOLD)//' sigma of each axis'
+    end function threshold_text
 
     function millimetres(length) result(text)
         real(dp), intent(in) :: length      !! m
@@ -237,8 +254,7 @@ contains
 
         call table%write(path, &
                          [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
-                          integer_text(settings%seed)//', threshold '// &
-                          real_text(settings%threshold/MILLIMETRE)//' mm, balancing error '// &
+                          integer_text(settings%seed)//', threshold '//threshold_text(settings)//', balancing error '// &
                           real_text(settings%balance_error)//' and '// &
                           real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
     end subroutine write_file
@@ -273,7 +289,11 @@ contains
         call results%member('algorithm', algorithm)
         call results%member('seed', settings%seed)
         call results%member('runs', runs)
-        call results%member('threshold_mm', settings%threshold/MILLIMETRE)
+        if (settings%by_sigma) then
+            call results%member('threshold_sigmas', SIGMAS_OF_THRESHOLD)
+        else
+            call results%member('threshold_mm', settings%threshold/MILLIMETRE)
+        end if
         call results%member('balance_error', settings%balance_error)
         call results%member('balance_noise_mm', settings%balance_noise/MILLIMETRE)
         call results%publish(table, console, error)

@@ -18,14 +18,18 @@ module gracecg_studies_trim
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     implicit none
     private
-    public :: trim_settings_t, trim_round_t, trim_offset
+    public :: trim_settings_t, trim_round_t, trim_offset, trim_threshold, SIGMAS_OF_THRESHOLD
     public :: trim_statistics_t, repeat_trim
 
+    real(dp), parameter :: SIGMAS_OF_THRESHOLD = 3
+    !! Normal errors of three components stay below it together in 99 % of calibrations
     integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
 
     !> When a trim ends, and how well the masses are moved.
     type :: trim_settings_t
         real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
+        logical :: by_sigma = .false.
+        !! The threshold of an axis is instead SIGMAS_OF_THRESHOLD times the sigma of its latest estimate
         integer :: rounds = 10                  !! At most
         real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
         real(dp) :: balance_noise = 0           !! Absolute, m
@@ -81,6 +85,7 @@ contains
         work%options = options
         work%settings = settings
         work%settings%threshold = 0
+        work%settings%by_sigma = .false.
         allocate (work%results(settings%rounds, runs))
         call run_parallel(work, runs, threads, error, progress)
         if (allocated(error)) return
@@ -143,10 +148,20 @@ contains
                 return
             end if
             rounds = [rounds, latest]
-            if (all(abs(latest%estimate) < settings%threshold)) return
+            if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
             current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
     end subroutine trim_offset
+
+    !> Below what the estimates of a round must be, each axis, m.
+    pure function trim_threshold(settings, latest) result(threshold)
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), intent(in) :: latest
+        real(dp) :: threshold(3)
+
+        threshold = settings%threshold
+        if (settings%by_sigma) threshold = SIGMAS_OF_THRESHOLD*latest%sigma
+    end function trim_threshold
 
     subroutine calibrate(case, algorithm, options, seed, run, latest, error)
         type(case_t), intent(in) :: case
