@@ -72,6 +72,7 @@ program tester
     use test_operator, only: collect_operator
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
+    use test_state_sigmas, only: collect_state_sigmas
     use test_orbit_scan, only: collect_orbit_scan
     use test_manoeuvre, only: collect_manoeuvre
     use test_design, only: collect_design
@@ -166,6 +167,7 @@ program tester
              new_testsuite('operator', collect_operator), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
+             new_testsuite('state-sigmas', collect_state_sigmas), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
              new_testsuite('faults', collect_faults), &
              new_testsuite('spectrum', collect_spectrum), &

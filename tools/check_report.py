@@ -30,8 +30,8 @@ MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"]
 COLUMNS = {
     "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
     "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
-    "errors.csv": "source,axis,runs,rms_mm",
-    "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm",
+    "errors.csv": "source,axis,runs,rms_mm,predicted_mm",
+    "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm",
     "magnetometer_loss_runs.csv": "case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm",
     "gravity_gradient.csv": "time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,"
                             "others_r_m_s2,others_t_m_s2,others_n_m_s2",

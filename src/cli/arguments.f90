@@ -10,11 +10,12 @@ module gracecg_cli_arguments
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
+    use gracecg_cli_console, only: wrapped, quoted_word
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
         allowed_integer, allowed_choice, did_you_mean
     implicit none
     private
-    public :: arguments_t, process_words, refuse_if, MOST_RUNS
+    public :: arguments_t, offered_t, process_words, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
@@ -22,10 +23,19 @@ module gracecg_cli_arguments
         character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'
         character(:), allocatable :: help
         integer :: count = 0                        !! Number of values
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
         logical :: required = .false.
         logical :: given = .false.
         type(string_t), allocatable :: values(:)
     end type option_t
+
+    !> An option, or the positional words, as a shell completes them.
+    type :: offered_t
+        character(:), allocatable :: name           !! With its two minus signs; empty: positional words
+        character(:), allocatable :: placeholder    !! Of its values: 'DIR'; empty: it takes none
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
+        character(:), allocatable :: help           !! What it is for
+    end type offered_t
 
     type :: arguments_t
         !! The arguments of one command
@@ -48,6 +58,7 @@ module gracecg_cli_arguments
         procedure :: get_threads        !! The value of --threads
         procedure :: command_line       !! The command with its words, to be typed again
         procedure :: help_text          !! What --help prints
+        procedure :: completion         !! What a shell may complete
         procedure, private :: get_real
         procedure, private :: get_reals
         procedure, private :: get_integer
@@ -99,12 +110,14 @@ contains
     end subroutine describe
 
     !> Declares an option. It takes as many values as `placeholder` has words: '' for a switch.
-    subroutine add_option(self, name, placeholder, help, required)
+    subroutine add_option(self, name, placeholder, help, required, choices)
         class(arguments_t), intent(inout) :: self
         character(*), intent(in) :: name            !! '--out'
         character(*), intent(in) :: placeholder     !! 'DIR'
         character(*), intent(in) :: help            !! What it does, for the help
         logical, intent(in), optional :: required   !! The command cannot do without it
+        character(*), intent(in), optional :: choices(:)
+        !! What a value may be, for the completion in a shell; fetching the value checks it
 
         type(option_t), allocatable :: longer(:)
         type(string_t), allocatable :: values(:)
@@ -118,6 +131,8 @@ contains
         longer(n)%placeholder = placeholder
         longer(n)%help = help
         longer(n)%count = size(values)
+        longer(n)%choices = ''
+        if (present(choices)) longer(n)%choices = join(choices, ' ')
         if (present(required)) longer(n)%required = required
         allocate (longer(n)%values(0))
         call move_alloc(longer, self%options)
@@ -136,7 +151,7 @@ contains
 
         self%typed = self%command
         do i = 1, size(words)
-            self%typed = self%typed//' '//quoted(words(i)%text)
+            self%typed = self%typed//' '//quoted_word(words(i)%text)
         end do
         call look_for_help(self, words)
         if (self%wants_help .or. self%wants_version) return
@@ -222,7 +237,11 @@ contains
                 option%values = split(words(i)%text(equals + 1:), ',')
             end if
             i = i + 1
-            if (size(option%values) /= option%count .or. any_empty(option%values)) &
+            if (size(option%values) == option%count .and. any_empty(option%values)) then
+                call fail(error, 'option '//name//': the value '//option%placeholder//' is empty')
+                return
+            end if
+            if (size(option%values) /= option%count) &
                 call fail(error, 'option '//name//' takes '//integer_text(option%count)// &
                           trim(merge(' value: ', ' values:', option%count == 1))//' '// &
                           option%placeholder//' (found '//integer_text(size(option%values))//')')
@@ -266,6 +285,9 @@ contains
             return
         else if (size(self%words) < self%fewest) then
             call fail(error, 'an argument is missing: '//self%positionals)
+            return
+        else if (any_empty(self%words)) then
+            call fail(error, 'an argument is empty: '//self%positionals)
             return
         end if
         do i = 1, size(self%options)
@@ -326,27 +348,6 @@ contains
         line = ''
         if (allocated(self%typed)) line = self%typed
     end function command_line
-
-    !> A word as a shell takes it: in quotation marks where it has other characters than usual.
-    function quoted(word) result(text)
-        character(*), intent(in) :: word
-        character(:), allocatable :: text
-
-        character(*), parameter :: SAFE = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789,./:=@%+_-'
-        integer :: i
-
-        text = word
-        if (verify(word, SAFE) == 0 .and. word /= '') return
-        text = "'"
-        do i = 1, len(word)
-            if (word(i:i) == "'") then
-                text = text//"'\''"
-            else
-                text = text//word(i:i)
-            end if
-        end do
-        text = text//"'"
-    end function quoted
 
     !> Was the option given?
     pure logical function has(self, name)
@@ -593,7 +594,7 @@ contains
         type(string_t), allocatable :: lines(:)
         integer :: i
 
-        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1)//LF//LF//'options:'
+        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1, HELP_WIDTH)//LF//LF//'options:'
         do i = 1, size(self%options)
             text = text//LF//option_help(self%options(i)%name//' '//self%options(i)%placeholder, &
                                          self%options(i)%help)
@@ -618,32 +619,26 @@ contains
         else
             text = text//LF//repeat(' ', HELP_COLUMN - 1)
         end if
-        text = text//wrapped(help, HELP_COLUMN)
+        text = text//wrapped(help, HELP_COLUMN, HELP_WIDTH)
     end function option_help
 
-    !> The words in lines of at most HELP_WIDTH characters that begin at `column`; the first line is
-    !> taken to stand there already.
-    function wrapped(words, column) result(text)
-        character(*), intent(in) :: words
-        integer, intent(in) :: column
-        character(:), allocatable :: text
 
-        type(string_t), allocatable :: pieces(:)
-        integer :: i, width
+    !> What a shell may complete behind the command: the options, last --help, and behind them, with an empty
+    !> name, the positional words.
+    subroutine completion(self, offered)
+        class(arguments_t), intent(in) :: self
+        type(offered_t), allocatable, intent(out) :: offered(:)
 
-        pieces = split_words(words)
-        text = ''
-        width = column - 1
-        do i = 1, size(pieces)
-            if (i > 1 .and. width + 1 + len(pieces(i)%text) > HELP_WIDTH) then
-                text = text//LF//repeat(' ', column - 1)
-                width = column - 1
-            else if (i > 1) then
-                text = text//' '
-                width = width + 1
-            end if
-            text = text//pieces(i)%text
-            width = width + len(pieces(i)%text)
+        integer :: i, n
+
+        n = size(self%options)
+        allocate (offered(n + 2))
+        do i = 1, n
+            associate (option => self%options(i))
+                offered(i) = offered_t(option%name, option%placeholder, option%choices, option%help)
+            end associate
         end do
-    end function wrapped
+        offered(n + 1) = offered_t('--help', '', '', 'shows the help of the command')
+        offered(n + 2) = offered_t('', self%positionals, '', '')
+    end subroutine completion
 end module gracecg_cli_arguments

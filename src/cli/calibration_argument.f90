@@ -145,7 +145,7 @@ contains
 
         call find_calibration(name, calibration, error)
         if (allocated(error)) return
-        if (allocated(calibration%warning)) call console%message('warning: '//calibration%warning%text)
+        if (allocated(calibration%warning)) call console%warn(calibration%warning%text)
         if (.not. arguments%has('--options')) return
         call arguments%get('--options', path, error)
         if (.not. allocated(error)) call read_options(path, calibration%options, error)

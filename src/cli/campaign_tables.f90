@@ -9,10 +9,12 @@ module gracecg_cli_campaign_tables
     use gracecg_studies_campaign, only: campaign_t, campaign_agreement_t, agreement_of
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t
+    use gracecg_studies_campaign_files, only: campaign_table
     use gracecg_cli_number_text, only: percent_text
     implicit none
     private
-    public :: show_campaign, read_campaign_files, wide, REPORT_RUNS
+    public :: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
 
     integer, parameter :: REPORT_RUNS = 15          !! Of every entry of the published tables
     integer, parameter :: NAME_WIDTH = 10           !! Of the column of the cases, for short names
@@ -233,9 +235,49 @@ contains
                           percent_text(found%worst_difference)//'; one sigma of '//integer_text(runs)// &
                           ' runs: '//percent_text(sampling_error(runs)))
         if (found%not_converged > 0) then
-            call console%message('warning: '//integer_text(found%not_converged)//' runs did not converge')
+            call console%warn(integer_text(found%not_converged)//' runs did not converge')
         end if
     end subroutine show_agreement
+
+    !> The same as CSV or JSON.
+    subroutine publish_campaign(campaign, command, console, error)
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command         !! As typed
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        type(campaign_agreement_t) :: found
+        integer :: a, i
+
+        found = agreement_of(campaign)
+        call results%open(command)
+        call results%member('seed', campaign%seed)
+        call results%member('runs', campaign%runs)
+        call results%member('shard', campaign%shard)
+        call results%member('shards', campaign%shards)
+        call results%begin_array('cases')
+        do i = 1, size(campaign%cases)
+            call results%begin(on_one_line=.true.)
+            call results%member('case', trim(campaign%cases(i)%name))
+            call results%member('true_offset_mm', campaign%cases(i)%offset)
+            call results%begin('normalised')
+            do a = 1, size(campaign%algorithms)
+                if (campaign%entries(a, i)%normalised > 0) &
+                    call results%member(trim(campaign%algorithms(a)), campaign%entries(a, i)%normalised)
+            end do
+            call results%end()
+            call results%end()
+        end do
+        call results%end()
+        call results%begin('agreement')
+        call results%member('published', found%published)
+        call results%member('allowed', found%allowed)
+        call results%member('not_converged', found%not_converged)
+        call results%member('worst_difference', found%worst_difference)
+        call results%end()
+        call results%publish(campaign_table(campaign), console, error)
+    end subroutine publish_campaign
 
     !> A text with blanks behind it to a width; a longer one as it is.
     pure function wide(text, width) result(padded)

@@ -4,7 +4,7 @@ module gracecg_cli_command_line
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t
     use gracecg_files_value, only: did_you_mean
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
     use gracecg_cli_command, only: command_t
@@ -22,6 +22,7 @@ module gracecg_cli_command_line
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
+    use gracecg_cli_completion, only: completion_script, SHELLS
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
@@ -68,6 +69,8 @@ contains
             command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', &
                       declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
+            command_t('completion', 'completes the command line in bash or zsh', &
+                      declare_completion, run_completion), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
@@ -80,6 +83,32 @@ contains
                       declare_star_camera, run_star_camera)]
     end function all_commands
 
+    !> Arguments and help of `gracecg completion`.
+    subroutine declare_completion(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('completion', 'bash|zsh', 1, 1, &
+                                'Prints a script that completes commands, options and their values. `make install` '// &
+                                'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
+                                'gracecg completion bash > gracecg.bash')
+    end subroutine declare_completion
+
+    !> The work of `gracecg completion`.
+    subroutine run_completion(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        character(:), allocatable :: script
+
+        call refuse_if(all(arguments%positional(1) /= SHELLS), 'unknown shell "'//arguments%positional(1)//'"'// &
+                       did_you_mean(arguments%positional(1), SHELLS)//'; there are bash and zsh', misuse)
+        if (allocated(misuse)) return
+        call completion_script(arguments%positional(1), all_commands(), script)
+        call console%line(script)
+        if (len(script) == 0) call fail(error, 'no script')
+    end subroutine run_completion
+
     !> Runs the command of some words. Everything that goes wrong is said on the console.
     subroutine run_command_line(words, console, status)
         type(string_t), intent(in) :: words(:)
@@ -89,15 +118,17 @@ contains
 
         type(command_t), allocatable :: commands(:)
         type(error_t), allocatable :: misuse, error, output_error
+        type(string_t), allocatable :: asked(:)
         integer :: position, used
 
         commands = all_commands()
-        call find_command(words, commands, position, used, misuse)
+        asked = help_first(words)
+        call find_command(asked, commands, position, used, misuse)
         if (allocated(misuse)) then
             continue
         else if (position > 0) then
-            call run_command(commands(position), words(used + 1:), console, misuse, error)
-        else if (wants_version(words)) then
+            call run_command(commands(position), asked(used + 1:), console, misuse, error)
+        else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
         else
             call console%line(overview(commands))
@@ -117,6 +148,16 @@ contains
             status = STATUS_FAILED
         end if
     end subroutine run_command_line
+
+    !> `help COMMAND` as `COMMAND --help`; other words as they are.
+    function help_first(words) result(asked)
+        type(string_t), intent(in) :: words(:)
+        type(string_t), allocatable :: asked(:)
+
+        asked = words
+        if (size(words) < 2) return
+        if (words(1)%text == 'help') asked = [words(2:), string_t('--help')]
+    end function help_first
 
     !> The work of `gracecg command`.
     subroutine run_command(command, words, console, misuse, error)
@@ -217,7 +258,7 @@ contains
         do i = 1, size(commands)
             text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
         end do
-        text = text//LF//LF//'gracecg COMMAND --help shows the options of a command and an '// &
+        text = text//LF//LF//'gracecg help COMMAND shows the options of a command and an '// &
             'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by '// &
             'Ctrl-C, 143 by kill.'//LF//LF// &
             'example: simulate a calibration and estimate the offset from it'//LF// &

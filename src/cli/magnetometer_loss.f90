@@ -6,13 +6,14 @@ module gracecg_cli_magnetometer_loss
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, write_field_studies, &
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, write_field_studies, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_campaign_tables, only: wide
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
@@ -53,6 +54,7 @@ contains
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+        call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_magnetometer_loss
 
@@ -65,8 +67,10 @@ contains
         type(request_t) :: request
         type(field_study_t), allocatable :: studies(:)
         type(calibration_t), allocatable :: calibrations(:)
+        type(results_t) :: results
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(request%path, error)
         if (.not. allocated(error)) &
@@ -76,6 +80,11 @@ contains
                                      request%threads, studies, error, console)
         if (allocated(error)) return
         call show(request, studies, console)
+        call results%open('magnetometer-loss')
+        call results%member('seed', request%seed)
+        call results%member('field_error_nt', request%deviation_nt)
+        call results%publish(field_table(studies), console, error)
+        if (allocated(error)) return
         if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &
                                                       request%deviation_nt*NANOTESLA, studies, error)
     end subroutine run_magnetometer_loss
@@ -108,8 +117,8 @@ contains
         type(console_t), intent(inout) :: console
 
         character(100) :: row
-        integer :: i, axis, width
         character(:), allocatable :: index_text
+        integer :: i, axis, width
 
         index_text = ''
         if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)

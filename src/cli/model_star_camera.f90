@@ -13,6 +13,8 @@ module gracecg_cli_model_star_camera
     use gracecg_observations_observation_set, only: SAMPLE_TOLERANCE
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_files_data_table, only: data_table_t
     implicit none
     private
     public :: declare_star_camera, run_star_camera
@@ -38,6 +40,7 @@ contains
                                   'the report, or the best')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
+        call add_format_option(arguments, default='csv')
     end subroutine declare_star_camera
 
     !> The work of `gracecg model star-camera`.
@@ -59,6 +62,7 @@ contains
         call arguments%get('--selection', selection, misuse, default=trim(STAR_SELECTIONS(1)), choices=STAR_SELECTIONS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
 
         if (abs(norm2(attitude) - 1) > SAMPLE_TOLERANCE) then
@@ -88,6 +92,8 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
+        type(data_table_t) :: table
+        type(results_t) :: results
         real(dp) :: observed(3, size(frame%reference, 2)), deviation(size(frame%reference, 2))
         real(dp) :: q(4), q_reference(4), covariance(3, 3), loss, sigma(3)
         integer :: i
@@ -100,12 +106,14 @@ contains
         if (allocated(error)) return
         ! (3-21) is of half the angles
         sigma = [(2*sqrt(covariance(i, i))/ARCSECOND, i=1, 3)]
-        call console%line('# angle between QUEST and the eigenvalue solution (q-method), '// &
-                          'arcsec = '//real_text(rotation_angle_between(q, q_reference)/ARCSECOND))
-        call console%line('# sigma about camera x, y, boresight, arcsec = '//real_text(sigma(1))// &
-                          ' '//real_text(sigma(2))//' '//real_text(sigma(3)))
-        call console%row('q1,q2,q3,q4,stars,angle_error_arcsec', &
-                         [q, real(size(observed, 2), dp), &
-                          rotation_angle_between(q, true_attitude)/ARCSECOND], error)
+        call table%columns_of('q1,q2,q3,q4,stars,angle_error_arcsec,quest_and_q_method_arcsec,sigma_x_arcsec,'// &
+                              'sigma_y_arcsec,sigma_boresight_arcsec')
+        call table%add(q)
+        call table%add(size(observed, 2))
+        call table%add(rotation_angle_between(q, true_attitude)/ARCSECOND)
+        call table%add(rotation_angle_between(q, q_reference)/ARCSECOND)
+        call table%add(sigma)
+        call results%open('model star-camera')
+        call results%publish(table, console, error)
     end subroutine solve
 end module gracecg_cli_model_star_camera

@@ -20,10 +20,11 @@ module gracecg_cli_montecarlo
         runs_done
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: check_settings
-    use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
+    use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: add_format_option, take_format
     use gracecg_cli_interruption, only: catch_interruption, caught_signal, signal_name
     implicit none
     private
@@ -73,6 +74,7 @@ contains
                                   'is at work, the runs that are done stand in FILE.part')
         call arguments%add_option('--resume', 'FILE', 'go on with a campaign that was interrupted: the same command '// &
                                   'line, and the FILE of its --runs-out; only the missing runs are done')
+        call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_montecarlo
 
@@ -91,6 +93,7 @@ contains
         logical :: keeps
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(request%table_file, error)
         if (.not. allocated(error)) call check_writable(request%runs_file, error)
@@ -114,6 +117,8 @@ contains
                                                     '; the report''s values have them all)')
         call console%line('')
         if (runs_done(campaign) > 0) call show_campaign(campaign, console)
+        if (runs_done(campaign) > 0 .and. .not. allocated(incomplete)) call publish_campaign(campaign, COMMAND, console, error)
+        if (allocated(error)) return
         if (allocated(incomplete)) then
             call fail(error, stop_text(arguments, request, keeps, campaign))
             return

@@ -303,7 +303,7 @@ contains
                           integer_text(size(book%figures) - book%not_drawn)//' figures')
         if (book%not_drawn == 0) return
         if (book%reasons(1)%text == NO_GNUPLOT) then
-            call console%message('warning: no figures are drawn: '//NO_GNUPLOT)
+            call console%warn('no figures are drawn: '//NO_GNUPLOT)
         else
             call fail(error, integer_text(book%not_drawn)//' figures could not be drawn; the page says '// &
                       'so in their places. '//book%reasons(1)%text)

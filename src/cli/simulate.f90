@@ -14,7 +14,7 @@ module gracecg_cli_simulate
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, quoted_word
     implicit none
     private
     public :: declare_simulate, run_simulate
@@ -111,10 +111,10 @@ contains
         call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (moves_rods(observations%knowledge%rods, observations%knowledge%duration)) then
-            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde --options '//folder//'/'// &
-                              OPTIONS_FILE)
+            call console%line('next: gracecg estimate '//quoted_word(folder)//' --algorithm assest-fde --options '// &
+                              quoted_word(folder//'/'//OPTIONS_FILE))
         else
-            call console%message('warning: all torque rods are off: from these observations no CG offset can '// &
+            call console%warn('all torque rods are off: from these observations no CG offset can '// &
                                  'be estimated')
         end if
     end subroutine report

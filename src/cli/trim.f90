@@ -7,7 +7,7 @@ module gracecg_cli_trim
     use gracecg_files_file, only: check_writable
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, join, real_text
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
@@ -15,6 +15,7 @@ module gracecg_cli_trim
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_trim, run_trim
@@ -56,6 +57,7 @@ contains
                                   'threshold does not count')
         call arguments%add_option('--threads', 'N', 'for --runs (default: as many as there are processors)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
+        call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_trim
 
@@ -76,6 +78,7 @@ contains
         call read_settings(arguments, settings, misuse)
         call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
         call arguments%get_threads(threads, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         if (runs > 1 .and. .not. arguments%has('--rounds')) settings%rounds = 2
         call check_writable(path, error)
@@ -92,7 +95,8 @@ contains
         name = trim(calibration%case%name)//', '//algorithm
         call show(name, rounds, console)
         call show_verdict(settings, rounds, console)
-        if (path /= '') call write_file(path, name, settings, rounds, error)
+        call publish(calibration%case%name, algorithm, settings, 1, rounds_table(rounds), console, error)
+        if (path /= '' .and. .not. allocated(error)) call write_file(path, name, settings, rounds_table(rounds), error)
     end subroutine run_trim
 
     !> RMS over many trims.
@@ -106,7 +110,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(trim_statistics_t) :: statistics(settings%rounds)
-        type(csv_writer_t) :: file
+        type(data_table_t) :: table
         character(:), allocatable :: name
         character(120) :: row
         integer :: i, axis
@@ -128,18 +132,18 @@ contains
                  statistics(i)%sigma(axis)/MILLIMETRE, axis=1, 3)
             call console%line(trim(row))
         end do
-        if (path == '') return
-        call file%open(path, STATISTICS_COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', name//', '// &
-                        algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
-                        integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
-                        ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
-        if (allocated(error)) return
+        call table%columns_of(STATISTICS_COLUMNS)
         do i = 1, settings%rounds
-            call file%row([real(i, dp), statistics(i)%offset/MILLIMETRE, &
-                           statistics(i)%estimate_error/MILLIMETRE, statistics(i)%sigma/MILLIMETRE])
+            call table%add(i)
+            call table%add([statistics(i)%offset, statistics(i)%estimate_error, statistics(i)%sigma]/MILLIMETRE)
         end do
-        call file%commit(error)
+        call publish(calibration%case%name, algorithm, settings, runs, table, console, error)
+        if (path == '' .or. allocated(error)) return
+        call table%write(path, &
+                         [character(200) :: 'gracecg '//VERSION//' trim', name//', '// &
+                          algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
+                          integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
+                          ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
     end subroutine run_many
 
     subroutine read_settings(arguments, settings, misuse)
@@ -214,7 +218,7 @@ contains
                     verdict = 'not converged, and more rounds do not help'
                 end if
                 call console%line(AXES(axis)//': '//verdict)
-                if (.not. visible) call console%message('warning: the threshold of '// &
+                if (.not. visible) call console%warn('the threshold of '// &
                                                         millimetres(threshold(axis))//' mm is below '// &
                                                         'the sigma of '//AXES(axis)//', '// &
                                                         millimetres(latest%sigma(axis))//' mm: a '// &
@@ -242,25 +246,56 @@ contains
         text = trim(adjustl(digits))
     end function millimetres
 
-    subroutine write_file(path, title, settings, rounds, error)
+    subroutine write_file(path, title, settings, table, error)
         character(*), intent(in) :: path, title
         type(trim_settings_t), intent(in) :: settings
-        type(trim_round_t), intent(in) :: rounds(:)
+        type(data_table_t), intent(in) :: table
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
+        call table%write(path, &
+                         [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
+                          integer_text(settings%seed)//', threshold '//threshold_text(settings)//', balancing error '// &
+                          real_text(settings%balance_error)//' and '// &
+                          real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
+    end subroutine write_file
+
+    !> The rounds as a table of files.
+    function rounds_table(rounds) result(table)
+        type(trim_round_t), intent(in) :: rounds(:)
+        type(data_table_t) :: table
+
         integer :: i
 
-        call file%open(path, COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
-                        integer_text(settings%seed)//', threshold '//threshold_text(settings)//', balancing error '// &
-                        real_text(settings%balance_error)//' and '// &
-                        real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
-        if (allocated(error)) return
+        call table%columns_of(COLUMNS)
         do i = 1, size(rounds)
-            call file%row([real(i, dp), rounds(i)%offset/MILLIMETRE, rounds(i)%estimate/MILLIMETRE, &
-                           rounds(i)%sigma/MILLIMETRE])
+            call table%add(i)
+            call table%add([rounds(i)%offset, rounds(i)%estimate, rounds(i)%sigma]/MILLIMETRE)
         end do
-        call file%commit(error)
-    end subroutine write_file
+    end function rounds_table
+
+    !> The rounds as CSV or JSON.
+    subroutine publish(case_name, algorithm, settings, runs, table, console, error)
+        character(*), intent(in) :: case_name, algorithm
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs
+        type(data_table_t), intent(in) :: table
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+
+        call results%open('trim')
+        call results%member('case', trim(case_name))
+        call results%member('algorithm', algorithm)
+        call results%member('seed', settings%seed)
+        call results%member('runs', runs)
+        if (settings%by_sigma) then
+            call results%member('threshold_sigmas', SIGMAS_OF_THRESHOLD)
+        else
+            call results%member('threshold_mm', settings%threshold/MILLIMETRE)
+        end if
+        call results%member('balance_error', settings%balance_error)
+        call results%member('balance_noise_mm', settings%balance_noise/MILLIMETRE)
+        call results%publish(table, console, error)
+    end subroutine publish
 end module gracecg_cli_trim

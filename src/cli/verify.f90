@@ -18,12 +18,18 @@ module gracecg_cli_verify
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_number_text, only: percent_text, share_text, fixed_text, pick_text, decimal_exponent
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_units, only: unit_of_column
+    use gracecg_studies_curves, only: curve_column
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_verify, run_verify, window_verdict, estimate_counts_words
 
     character(*), parameter :: DEFAULT_CASES(2) = [character(7) :: 'front-1', 'back-1']
     integer, parameter :: MOST_CASES = 100
+    character(*), parameter :: COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
+                                         'on_ticks,automatic'
     integer, parameter :: CASE_WITH_WINDOWS = 1     !! Figures 5.2-5.8 show case 1 of each satellite
 
 contains
@@ -54,6 +60,7 @@ contains
         call arguments%add_option('--threads', 'N', 'for them (default: the processors of the machine)')
         call arguments%add_option('--out', 'DIR', &
                                   'folder for the curves, verify_CASE.csv; made if it is not there')
+        call add_format_option(arguments)
     end subroutine declare_verify
 
     !> The work of `gracecg verify`.
@@ -65,6 +72,8 @@ contains
         type(case_t), allocatable :: cases(:)
         type(verification_t) :: verification
         type(string_t), allocatable :: names(:)
+        type(results_t) :: results
+        type(data_table_t) :: table
         character(:), allocatable :: folder, path
         integer :: i, runs, threads
         integer(i8) :: seed
@@ -73,6 +82,7 @@ contains
         call arguments%get('--runs', runs, misuse, default=POINTS_OF_CASE, low=POINTS_OF_CASE, high=MOST_RUNS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
+        call take_format(arguments, console, misuse)
         call read_names(arguments, names, misuse)
         call refuse_if(size(names) > 0 .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
                        '6.6, which stay away when a case is named', misuse)
@@ -80,6 +90,7 @@ contains
         call find_cases(names, cases, error)
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return
+        call table%columns_of(COLUMNS)
         do i = 1, size(cases)
             call console%progress('verify: '//trim(cases(i)%name))
             call verify_case(cases(i), verification, error)
@@ -87,6 +98,7 @@ contains
             if (i > 1) call console%line('')
             call show(cases(i), verification, console, error)
             if (allocated(error)) return
+            call add_rows(cases(i), verification, table)
             if (folder == '') cycle
             path = folder//'/'//curves_file_name(cases(i)%name)
             call write_curves(path, 'verify', cases(i)%name, verification, error)
@@ -94,7 +106,59 @@ contains
             call console%line('written: '//path)
         end do
         if (size(names) == 0) call show_estimates(runs, seed, threads, console, error)
+        if (allocated(error)) return
+        call results%open('verify')
+        call results%publish(table, console, error)
     end subroutine run_verify
+
+    !> The curves of a case as rows, with the windows of case 1.
+    subroutine add_rows(case, verification, table)
+        type(case_t), intent(in) :: case
+        type(verification_t), intent(in) :: verification
+        type(data_table_t), intent(inout) :: table
+
+        type(window_check_t), allocatable :: checks(:)
+        integer :: i, curve, axis
+
+        if (case%number == CASE_WITH_WINDOWS) then
+            checks = check_windows(trim(case%satellite%name), verification)
+            do i = 1, size(checks)
+                associate (c => checks(i))
+                    call add_curve(c%quantity, c%axis, [c%least, c%greatest, c%mean])
+                    call table%add(c%figure)
+                    call table%add([c%low, c%high, c%fill])
+                    call table%add(c%inside)
+                    call table%add(c%on_ticks)
+                    call table%add(c%automatic)
+                end associate
+            end do
+            return
+        end if
+        do curve = 1, size(CURVE_NAMES)
+            do axis = 1, size(AXES)
+                associate (values => verification%curve(axis, curve, :))
+                    call add_curve(CURVE_NAMES(curve), AXES(axis), [minval(values), maxval(values), &
+                                                                    sum(values)/size(values)])
+                end associate
+                do i = 1, 7
+                    call table%add_nothing()
+                end do
+            end do
+        end do
+
+    contains
+
+        subroutine add_curve(quantity, axis, range)
+            character(*), intent(in) :: quantity, axis
+            real(dp), intent(in) :: range(3)        ! Least, greatest, mean
+
+            call table%add(case%name)
+            call table%add(quantity)
+            call table%add(axis)
+            call table%add(unit_of_column(trim(curve_column(quantity, axis))))
+            call table%add(range)
+        end subroutine add_curve
+    end subroutine add_rows
 
     !> The names or files that are given, as arguments or by --cases.
     subroutine read_names(arguments, names, misuse)

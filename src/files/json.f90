@@ -32,12 +32,12 @@ module gracecg_files_json
         procedure :: begin_array                !! Begins an array
         procedure :: end => end_level           !! Ends the object or array that was begun last
         generic :: member => text_member, real_member, integer_member, long_integer_member, logical_member, &
-            reals_member, matrix_member, texts_member   !! A value with its key
+            reals_member, matrix_member, texts_member, names_member     !! A value with its key
         procedure :: nothing                    !! A member without value: null
         procedure :: raw                        !! A member that is JSON already: a number's digits, true
         procedure :: finish                     !! The whole text
         procedure, private :: text_member, real_member, integer_member, long_integer_member, logical_member
-        procedure, private :: reals_member, matrix_member, texts_member
+        procedure, private :: reals_member, matrix_member, texts_member, names_member
         procedure, private :: put, open_member, open_level
     end type json_writer_t
 
@@ -141,6 +141,20 @@ contains
         end do
         call self%end()
     end subroutine texts_member
+
+    !> Texts without the blanks behind them, in one line.
+    subroutine names_member(self, key, value)
+        class(json_writer_t), intent(inout) :: self
+        character(*), intent(in) :: key, value(:)
+
+        integer :: i
+
+        call self%begin_array(key, on_one_line=.true.)
+        do i = 1, size(value)
+            call self%member('', trim(value(i)))
+        end do
+        call self%end()
+    end subroutine names_member
 
     subroutine real_member(self, key, value)
         class(json_writer_t), intent(inout) :: self

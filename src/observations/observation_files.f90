@@ -181,8 +181,11 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. directory_exists(folder)) then
-            call fail(error, trim(folder)// &
-                      ': no such folder; name the folder of an observation set')
+            if (file_exists(folder)) then
+                call fail(error, trim(folder)//': is a file; name the folder of an observation set')
+            else
+                call fail(error, trim(folder)//': no such folder; name the folder of an observation set')
+            end if
             return
         end if
         call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)

@@ -23,6 +23,7 @@ module gracecg_studies_campaign_files
         real_text, join, split_words, logical_text, parse_logical
     use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, &
         remove_file
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_files_csv, only: csv_writer_t, csv_field
     use gracecg_files_table, only: table_file_t, csv_of_text
     use gracecg_studies_campaign, only: campaign_t, campaign_case_t
@@ -30,7 +31,7 @@ module gracecg_studies_campaign_files
     use gracecg_studies_published_case, only: built_in_calibration
     implicit none
     private
-    public :: write_table, write_runs, read_runs, journal_t, journal_path
+    public :: campaign_table, write_table, write_runs, read_runs, journal_t, journal_path
 
     character(*), parameter :: TABLE_COLUMNS = &
         'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
@@ -72,39 +73,46 @@ contains
         end if
     end function settings_comments
 
-    !> Writes RMS, mean and standard deviation of the errors beside prediction and published values.
-    subroutine write_table(path, campaign, command, error)
-        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+    !> RMS, mean and standard deviation of the errors beside prediction and published values.
+    function campaign_table(campaign) result(table)
         type(campaign_t), intent(in) :: campaign
-        character(*), intent(in) :: command         !! That made the campaign, for the comments
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(csv_writer_t) :: file
-        type(string_t) :: fields(9)
         integer :: a, i, axis
 
-        call file%open(path, TABLE_COLUMNS, settings_comments(campaign, command), error)
-        if (allocated(error)) return
+        call table%columns_of(TABLE_COLUMNS)
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
                     do axis = 1, 3
-                        fields(1)%text = trim(campaign%cases(i)%name)
-                        fields(2)%text = trim(campaign%algorithms(a))
-                        fields(3)%text = AXES(axis)
-                        fields(4)%text = integer_text(size(entry%run))
-                        fields(5)%text = real_text(entry%statistics%rms(axis))
-                        fields(6)%text = real_text(entry%statistics%mean(axis))
-                        fields(7)%text = real_text(entry%statistics%deviation(axis))
-                        fields(8)%text = real_text(entry%predicted(axis))
-                        fields(9)%text = ''
-                        if (entry%published(axis) > 0) fields(9)%text = real_text(entry%published(axis))
-                        call file%fields(fields)
+                        call table%add(campaign%cases(i)%name)
+                        call table%add(campaign%algorithms(a))
+                        call table%add(AXES(axis))
+                        call table%add(size(entry%run))
+                        call table%add([entry%statistics%rms(axis), entry%statistics%mean(axis), &
+                                        entry%statistics%deviation(axis), entry%predicted(axis)])
+                        if (entry%published(axis) > 0) then
+                            call table%add(entry%published(axis))
+                        else
+                            call table%add_nothing()
+                        end if
                     end do
                 end associate
             end do
         end do
-        call file%commit(error)
+    end function campaign_table
+
+    !> The same as a CSV file.
+    subroutine write_table(path, campaign, command, error)
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command         !! That made the campaign, for FILE.meta.json
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_table_t) :: table
+
+        table = campaign_table(campaign)
+        call table%write(path, settings_comments(campaign, command), error)
     end subroutine write_table
 
     !> Writes the estimate of every run.

@@ -11,6 +11,7 @@ module gracecg_studies_magnetometer_loss
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -26,7 +27,7 @@ module gracecg_studies_magnetometer_loss
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
     public :: study_magnetometer_loss, study_loss_of_cases, names_of_loss_cases, LOSS_ALGORITHMS, LOSS_STUDIES
-    public :: write_field_studies, write_field_runs
+    public :: field_table, write_field_studies, write_field_runs
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
@@ -248,30 +249,41 @@ contains
         offset = solution%offset
     end subroutine estimate_with_field_error
 
-    !> Figure 6.6: RMS errors with measured and with modelled field.
+    !> Figure 6.6: RMS errors with measured and with modelled field, beside what theory expects.
+    function field_table(studies) result(table)
+        type(field_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        character(64) :: labels(3)
+        integer :: i, k, axis
+
+        call table%columns_of('case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm')
+        do i = 1, size(studies)
+            labels = labels_of(studies(i))
+            do axis = 1, 3
+                do k = 1, 3
+                    call table%add(labels(k))
+                end do
+                call table%add(AXES(axis))
+                call table%add(size(studies(i)%run))
+                call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
+            end do
+        end do
+    end function field_table
+
+    !> The same as a CSV file.
     subroutine write_field_studies(path, command, seed, deviation, studies, error)
         character(*), intent(in) :: path, command
-        !! The file; the command that computed it, for the comments
+        !! The file; the command that computed it, for what tells of it
         integer(i8), intent(in) :: seed    !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         type(field_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
-        character(64) :: labels(4)
-        integer :: i, axis
+        type(data_table_t) :: table
 
-        call file%open(path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
-                       field_comments(command, seed, deviation), error)
-        if (allocated(error)) return
-        do i = 1, size(studies)
-            labels(:3) = labels_of(studies(i))
-            do axis = 1, 3
-                labels(4) = AXES(axis)
-                call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], labels)
-            end do
-        end do
-        call file%commit(error)
+        table = field_table(studies)
+        call table%write(path, field_comments(command, seed, deviation), error)
     end subroutine write_field_studies
 
     !> The estimates of every run with measured and with modelled field.

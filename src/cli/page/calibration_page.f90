@@ -109,7 +109,7 @@ contains
         end associate
         if (allocated(error)) return
         do i = 1, size(book%reasons)
-            call console%message('warning: the page lacks a figure: '//book%reasons(i)%text)
+            call console%warn('the page lacks a figure: '//book%reasons(i)%text)
         end do
     end subroutine write_calibration_page
 
