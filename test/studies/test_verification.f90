@@ -263,7 +263,7 @@ contains
         do i = 1, 6
             do a = 1, 4
                 campaign%entries(a, i)%run = [(k, k=1, 20)]
-                allocate (campaign%entries(a, i)%offset(3, 20))
+                campaign%entries(a, i)%offset = reshape([(0.0_dp, k=1, 60)], [3, 20])
                 do axis = 1, 3
                     limits = published_axis_limits(merge('6.2', '6.3', i <= 3), merge('front', 'back ', i <= 3), &
                                                    REPORT_ESTIMATORS(a), AXES(axis))/MILLIMETRE
