@@ -635,10 +635,19 @@ contains
         allocate (offered(n + 2))
         do i = 1, n
             associate (option => self%options(i))
-                offered(i) = offered_t(option%name, option%placeholder, option%choices, option%help)
+                offered(i)%name = option%name           ! one by one: gfortran 12 writes beyond a constructor's texts
+                offered(i)%placeholder = option%placeholder
+                offered(i)%choices = option%choices
+                offered(i)%help = option%help
             end associate
         end do
-        offered(n + 1) = offered_t('--help', '', '', 'shows the help of the command')
-        offered(n + 2) = offered_t('', self%positionals, '', '')
+        offered(n + 1)%name = '--help'
+        offered(n + 1)%placeholder = ''
+        offered(n + 1)%choices = ''
+        offered(n + 1)%help = 'shows the help of the command'
+        offered(n + 2)%name = ''
+        offered(n + 2)%placeholder = self%positionals
+        offered(n + 2)%choices = ''
+        offered(n + 2)%help = ''
     end subroutine completion
 end module gracecg_cli_arguments

@@ -2,7 +2,7 @@
 module gracecg_simulation_case_library
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, join, lower_case
-    use gracecg_files_file, only: file_exists
+    use gracecg_files_file, only: file_exists, directory_exists
     use gracecg_files_value, only: did_you_mean
     use gracecg_simulation_case, only: case_t, read_case
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES
@@ -27,6 +27,8 @@ contains
             call report_case(lower_case(name_or_path), case, error)
         else if (file_exists(name_or_path)) then
             call read_case(name_or_path, case, error)
+        else if (directory_exists(name_or_path)) then
+            call fail(error, trim(name_or_path)//': is a folder, not a case file')
         else
             call fail(error, 'no case "'//trim(name_or_path)// &
                       '": it is neither a built-in case ('//join(REPORT_CASE_NAMES, ', ')// &

@@ -216,6 +216,7 @@ contains
     subroutine test_wrong_unit(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
@@ -223,6 +224,11 @@ contains
         if (allocated(error)) return
         observations%acceleration = 1e3_dp*observations%acceleration
         call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'CG offset on z would be -476.8', 'not plausible', &
+                                                      'largest_offset_mm'])
+        if (allocated(error)) return
+        options%largest_offset = 1
+        call estimate_offset('assest-rde', observations, options, solution, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call warned(error, solution%warnings, &
                                                 [character(W) :: 'residuals of axis z', 'check the unit'])

@@ -16,13 +16,16 @@ module gracecg_estimation_linearisation
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED
     implicit none
     private
-    public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES
+    public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES, FIRST_FIT
     public :: given_t, nominal_t
     public :: new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration
 
     !> The parameters of the physical model that are estimated, in their order among the constants
     integer, parameter :: ESTIMATED(19) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, DRAG_CURVATURE, OFFSET]
     integer, parameter :: OFFSET_PLACES(3) = size(ESTIMATED) - [2, 1, 0]    !! Of the offset among them
+
+    !> What the first fit is called in the history
+    character(*), parameter :: FIRST_FIT = 'attitude and rate'
 
     !> The constants
     integer, parameter :: MODEL_FIRST = size(SHARED) + 1    !! First those SHARED; from here on those ESTIMATED
@@ -178,6 +181,10 @@ contains
             note%residual_rms(3 + axis) = rms_of(pack(problem%acceleration(N_CONSTANTS + 1, :, axis), &
                                                       problem%kept(:, axis)))
         end do
+        if (fit == FIRST_FIT) then      ! which leaves the accelerometer aside
+            note%residual_names = note%residual_names(:3)
+            note%residual_rms = note%residual_rms(:3)
+        end if
         note%residual_unit = 'sigma'
         call append_iteration(nominal%history, note, fit)
     end subroutine note_iteration

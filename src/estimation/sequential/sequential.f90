@@ -25,7 +25,7 @@ module gracecg_estimation_sequential
     use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, filter_axis, gather, &
         smooth_axis, smooth_star_camera
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
-        new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration
+        new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration, FIRST_FIT
     use gracecg_estimation_disturbance_search, only: disturbance_t, disturbances_t, search_disturbances, &
         with_disturbance
     use gracecg_estimation_sequential_solution, only: filtered_t, store_solution
@@ -194,7 +194,7 @@ contains
             y = constants%solution()
             call move_nominal(given%model, y, nominal, error)
             if (allocated(error)) return
-            call note_iteration('attitude and rate', given%model, problem, y, nominal)
+            call note_iteration(FIRST_FIT, given%model, problem, y, nominal)
             call linearise_prior(given, nominal%state, NO_PART, problem)
             call linearise_stars(given, nominal, problem)
             if (corrections_in_sigmas(constants, y, ATTITUDE_AND_RATE) < 1) exit
