@@ -529,6 +529,8 @@ def check_all(checks, work):
     checks.run("symbols of the interfaces", check_symbols, prefix)
     checks.run("the library without the program", check_without_program, prefix)
     checks.run("the manual page", check_manual, here)
+    checks.run("completion in bash and zsh", check_completion, here)
+    checks.run("licence and sources of the data", check_documents, here.prefix)
     check_examples(checks, here)
     checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)
     checks.run("fpm install", check_fpm_install, here)
