@@ -48,7 +48,6 @@ module gracecg_cli_report
 
     character(*), parameter :: PAGE_NAME = 'index.html'
     integer, parameter :: DEFAULT_RUNS = 200
-    integer, parameter :: MOST_LIMIT_RUNS = 60      !! Of a Monte Carlo of the chapters beyond the report
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
@@ -179,12 +178,11 @@ contains
         type(design_study_t) :: designs(size(SATELLITES))
         type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
         type(calibration_t) :: calibration
-        integer :: i, runs
+        integer :: i
 
-        runs = min(book%runs, MOST_LIMIT_RUNS)
         do i = 1, size(REPORT_CASE_NAMES)
             call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
-            if (.not. allocated(error)) call study_limit(calibration, book%seed, runs, threads, limits(i), error, console)
+            if (.not. allocated(error)) call study_limit(calibration, book%seed, book%runs, threads, limits(i), error, console)
             if (allocated(error)) return
             call console%next_part()
         end do
@@ -198,7 +196,8 @@ contains
             if (allocated(error)) return
             call calibrate_with_design(REPORT_CASE_NAMES(i), &
                                        designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
-                                       book%seed, runs, REPORT_RUNS, threads, reached(i), error, console)
+                                       book%seed, book%runs, book%runs, threads, reached(i), error, &
+                                       console)
             call console%next_part()
         end do
         if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)

@@ -17,11 +17,11 @@ module gracecg_studies_limit
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     implicit none
     private
-    public :: limit_study_t, study_limit, relative_error, at_the_bound, write_limits, MOST_SEQUENTIAL_RUNS
+    public :: limit_study_t, study_limit, relative_error, at_the_bound, detectable_excess, write_limits
 
-    integer, parameter :: MOST_SEQUENTIAL_RUNS = 15     !! One takes as long as ten of the others
     integer, parameter :: ALGORITHMS = size(ESTIMATOR_NAMES)
     real(dp), parameter :: SIGMAS = 3               !! Of the sampling error: so far the bound counts as reached
+    real(dp), parameter :: POWER_SIGMAS = 0.8416_dp !! Of a test that finds what there is in 80 % of its trials
 
     !> The limit of a case, and what the estimators reach; each array in the order of ESTIMATOR_NAMES.
     type :: limit_study_t
@@ -34,8 +34,8 @@ module gracecg_studies_limit
 
 contains
 
-    !> Bound of a case and Monte Carlo of every estimator, the systematic errors off; `sequential` does
-    !> MOST_SEQUENTIAL_RUNS at most. Fails as `bound_of_case` and `run_monte_carlo` do.
+    !> Bound of a case and Monte Carlo of every estimator, the systematic errors off. Fails as `bound_of_case`
+    !> and `run_monte_carlo` do.
     subroutine study_limit(calibration, seed, runs, threads, study, error, progress)
         type(calibration_t), intent(in) :: calibration
         integer(i8), intent(in) :: seed        !! Of the random numbers
@@ -52,7 +52,7 @@ contains
         integer :: a, k
 
         study%case_name = calibration%case%name
-        study%runs = merge(min(runs, MOST_SEQUENTIAL_RUNS), runs, ESTIMATOR_NAMES == 'sequential')
+        study%runs = runs
         call switch_off(switches, 'systematic', error)
         if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
         if (.not. allocated(error)) call new_switched_simulator(calibration%case, switches, simulator, error)
@@ -88,6 +88,14 @@ contains
 
         at_the_bound = abs(ratio - 1) <= SIGMAS*sampling_error(runs)
     end function at_the_bound
+
+    !> The relative excess over the bound that so many runs tell from chance with a probability of 80 %: an RMS
+    !> so much larger is not "at the bound" any more.
+    elemental real(dp) function detectable_excess(runs) result(excess)
+        integer, intent(in) :: runs                     !! Of the Monte Carlo
+
+        excess = (SIGMAS + POWER_SIGMAS)*sampling_error(runs)
+    end function detectable_excess
 
     !> The studies as CSV: a row a case, estimator and axis.
     subroutine write_limits(path, command, seed, studies, error)

@@ -7,7 +7,8 @@ module gracecg_cli_chapter_limit
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, write_limits, MOST_SEQUENTIAL_RUNS
+    use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, detectable_excess, &
+        write_limits
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_MISSED, &
         VERDICT_NONE
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
@@ -20,6 +21,7 @@ module gracecg_cli_chapter_limit
 
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), ALGORITHMS = size(ESTIMATOR_NAMES)
     character(*), parameter :: BOUND_FILE = 'bound.csv'
+    real(dp), parameter :: TELLING = 0.25_dp        !! Excess that runs must show for "at the bound" to be said
     character(1), parameter :: LF = achar(10)
     integer, parameter :: STYLES = 6    !! Of the estimators, in turn; a seventh takes the first again
     character(32), parameter :: COLOURS(STYLES) = [character(32) :: 'linetype 1', 'linetype 2', &
@@ -50,9 +52,10 @@ contains
                                  'on them one after the other.')
         call book%page%paragraph('The RMS of '//integer_text(runs)//' runs scatters by '// &
                                  percent_text(sampling_error(runs))//' (one sigma): a ratio below 1 by that '// &
-                                 'much is chance. All estimators see the same observations; `sequential`, which takes '// &
-                                 'longest, those of the first '//integer_text(min(runs, MOST_SEQUENTIAL_RUNS))// &
-                                 ' runs ('//percent_text(sampling_error(min(runs, MOST_SEQUENTIAL_RUNS)))//').')
+                                 'much is chance. All estimators see the same observations. "At the bound" is an RMS '// &
+                                 'within three sigma of it; so many runs would tell an excess of '// &
+                                 percent_text(detectable_excess(runs))//' with a probability of 80 %, a smaller one less '// &
+                                 'often.')
         call add_figure(book, 'figure_bound', script_of(runs, studies), 'RMS error of the CG offset divided by the '// &
                        'Cramer-Rao bound, '//integer_text(runs)//' runs, systematic errors off (logarithmic). '// &
                        'Vertical lines: one sigma of the sampling error.', &
@@ -125,14 +128,18 @@ contains
             range = fixed_text(minval(ratios), 2)//' to '//fixed_text(maxval(ratios), 2)
             kind = merge(VERDICT_MET, VERDICT_MISSED, reached == size(ratios) .and. missing == 0)
             if (any(REPORT_ESTIMATORS == ESTIMATOR_NAMES(a))) kind = VERDICT_NONE
-            call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))//' at the bound.', &
+            call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))// &
+                                   pick_text(detectable_excess(studies(1)%runs(a)) <= TELLING, ' at the bound.', &
+                                             ' not told apart from the bound by so few runs.'), &
                                    'Ratios '//range//'; median '//fixed_text(median_of(ratios), 2)// &
                                    pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', &
                                              '')//'.')
             if (kind == VERDICT_NONE) cycle
             call add_claim(book, 'beyond: limit', 'bound_table', name//' reaches the Cramer-Rao bound (the report has '// &
                            'none)', share_text(reached, size(ratios))//' RMS errors within three sigma of '// &
-                           'the bound; ratios '//range, kind, pick_text(kind == VERDICT_MET, 'reached', 'missed'))
+                           'the bound, which would show an excess of '// &
+                           percent_text(detectable_excess(studies(1)%runs(a)))//'; ratios '//range, kind, &
+                           pick_text(kind == VERDICT_MET, 'reached', 'missed'))
         end do
     end subroutine add_verdicts
 
