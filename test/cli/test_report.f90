@@ -169,7 +169,7 @@ contains
             if (allocated(error)) return
             call read_text_file(path//trim(FILES(1, i)), file, failure)
             call check_passes(error, message_of(failure))
-            if (.not. allocated(error)) call check(error, index(file%text, achar(10)//trim(FILES(2, i))) > 0, &
+            if (.not. allocated(error)) call check(error, index(file%text, trim(FILES(2, i))) == 1, &
                                                    trim(FILES(1, i)))
         end do
         if (allocated(error)) return
