@@ -8,6 +8,7 @@ module gracecg_cli_estimate
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
@@ -157,6 +158,7 @@ contains
         else
             call estimate_offset(algorithm, observations, options, solution, error)
         end if
+        if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
     end subroutine read_and_estimate
 
     !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.

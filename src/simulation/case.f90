@@ -170,7 +170,7 @@ contains
         call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
-        call settings%real_values('offset_mm', case%satellite%offset, -1000.0_dp, 1000.0_dp, &
+        call settings%real_values('offset_mm', case%satellite%offset, -10.0_dp, 10.0_dp, &
                                   'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
                                   unit='m', required=.true.)

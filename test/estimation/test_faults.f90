@@ -19,6 +19,7 @@ module test_faults
     use gracecg_estimation_field_fallback, only: complete_field
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
@@ -223,12 +224,14 @@ contains
         call fault_free(observations, error)
         if (allocated(error)) return
         observations%acceleration = 1e3_dp*observations%acceleration
-        call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure)
+        call estimate_offset('assest-rde', observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call refuse_implausible(solution, options%largest_offset, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'CG offset on z would be -476.8', 'not plausible', &
                                                       'largest_offset_mm'])
         if (allocated(error)) return
-        options%largest_offset = 1
-        call estimate_offset('assest-rde', observations, options, solution, failure)
+        call refuse_implausible(solution, 1.0_dp, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call warned(error, solution%warnings, &
                                                 [character(W) :: 'residuals of axis z', 'check the unit'])

@@ -1,8 +1,6 @@
 !> The estimators by name: the choice.
 submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_base_error, only: fail, number_text
+    use gracecg_base_error, only: fail
     use gracecg_base_text, only: join
     use gracecg_files_value, only: did_you_mean
     use gracecg_estimation_assest, only: estimate_assest
@@ -38,25 +36,5 @@ contains
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
         end select
-        if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
-            call refuse_implausible(solution, options%largest_offset, error)
     end subroutine estimate_offset
-
-    !> Mass and accelerometer of such a satellite are balanced to a millimetre: an offset beyond a centimetre
-    !> tells of wrong units, axes or times.
-    subroutine refuse_implausible(solution, largest, error)
-        type(solution_t), intent(in) :: solution
-        real(dp), intent(in) :: largest         !! m
-        type(error_t), allocatable, intent(out) :: error
-
-        integer :: axis
-
-        if (.not. solution%converged) return
-        axis = maxloc(abs(solution%offset), 1)
-        if (abs(solution%offset(axis)) <= largest) return
-        call fail(error, solution%algorithm//': the CG offset on '//AXES(axis)//' would be '// &
-                  number_text(solution%offset(axis)/MILLIMETRE)//' mm; beyond '//number_text(largest/MILLIMETRE)// &
-                  ' mm it is not plausible: check units, axes and time tags of the samples and the rods of the setup, or '// &
-                  'raise largest_offset_mm of the group estimation of the options')
-    end subroutine refuse_implausible
 end submodule gracecg_estimation_estimators_choice

@@ -30,7 +30,7 @@ module gracecg_estimation_options
         real(dp) :: guess_angular_velocity(3) = 0   !! At the epoch, body axes, rad/s; 0: from those samples
         real(dp) :: guess_offset(3) = 1e-5_dp       !! d*, body axes, m
         real(dp) :: largest_offset = 1e-2_dp
-        !! Of each component, m: an estimate beyond it is refused when the fit is checked
+        !! Of each component, m: gracecg estimate refuses one that is beyond it by five sigmas
         real(dp) :: accelerometer_weight(3) = [10.0_dp, 1.0_dp, 145.0_dp]
         !! Of its axes, in the report's estimators: CSR-TM-00-01 section 6.1
         real(dp) :: star_camera_weight = 1          !! Of every attitude component in ASSEST: ibid.
