@@ -268,7 +268,6 @@ contains
         own = options
         own%covariance = covariance
         own%optimal%noise = NOISE_GIVEN         ! there is none to estimate
-        own%largest_offset = huge(1.0_dp)       ! theory speaks of manoeuvres that show nothing, too
         call estimate_offset(algorithm, observations, own, solution, error)
     end subroutine estimate_without_noise
 end module gracecg_studies_monte_carlo
