@@ -410,7 +410,7 @@ def check_python(here, expected):
                  **here.environment)
     check_offset(output, expected)
     values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
-    compare("gravity", line_with(output, "gravity")[:3], [values[name] for name in ("ax", "ay", "az")],
+    compare("gravity", line_with(output, "gravity")[:3], [values[name] for name in ("ax_m_s2", "ay_m_s2", "az_m_s2")],
             relative=1e-12)
     if "degree 99: " not in output:
         raise Failure(f"no exception: {output}")
@@ -497,7 +497,7 @@ def check_fpm_package(here):
     (folder / "app/main.f90").write_text(program)
     output = run([run([ROOT / "tools/setup.sh"]).strip(), "run"], cwd=folder)
     values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
-    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax", "ay", "az")],
+    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax_m_s2", "ay_m_s2", "az_m_s2")],
             relative=1e-13)
 
 
