@@ -134,7 +134,9 @@ def check_files(prefix):
     expected = {"bin/gracecg", "lib/libgracecg.a", "lib/libgracecg.so",
                 f"lib/libgracecg.so.{version.split('.')[0]}", f"lib/libgracecg.so.{version}",
                 "lib/pkgconfig/gracecg.pc", "include/gracecg.h", "include/gracecg/gracecg.mod",
-                "share/man/man1/gracecg.1"}
+                "share/man/man1/gracecg.1", "share/bash-completion/completions/gracecg",
+                "share/zsh/site-functions/_gracecg", "share/doc/gracecg/LICENSE", "share/doc/gracecg/DATA.md"}
+    expected |= {f"share/doc/gracecg/LICENSES/{path.name}" for path in (ROOT / "LICENSES").iterdir()}
     found = {str(path.relative_to(prefix)) for path in prefix.rglob("*") if not path.is_dir()}
     if found != expected:
         raise Failure(f"missing {sorted(expected - found)}, too many {sorted(found - expected)}")
