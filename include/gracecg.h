@@ -344,7 +344,7 @@ gracecg_status gracecg_force_model_propagate(const gracecg_force_model *model, c
    inertial, at time 0; the rest as in gracecg_force_model_propagate. The states have the attitude and the
    angular velocity that are held. */
 gracecg_status gracecg_force_model_propagate_nadir(const gracecg_force_model *model, const double position[3],
-                                                   const double velocity[3], int forward, double interval,
+                                                   const double velocity[3], int32_t forward, double interval,
                                                    size_t steps, double tolerance, double *states,
                                                    gracecg_error *error);
 

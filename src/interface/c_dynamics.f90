@@ -1,6 +1,6 @@
 !> The C interface: cases, force model, propagation. Documented in include/gracecg.h.
 module gracecg_interface_c_dynamics
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
     use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
         initial_state, build_dynamics, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
         propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_ATTITUDE, STATE_OMEGA
@@ -391,7 +391,7 @@ contains
                                            error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
         integer(c_intptr_t), intent(in), value :: handle
         real(c_double), intent(in), optional :: position(3), velocity(3)
-        integer(c_int), intent(in), value :: forward
+        integer(c_int32_t), intent(in), value :: forward
         real(c_double), intent(in), value :: interval, tolerance
         integer(c_size_t), intent(in), value :: steps
         real(c_double), intent(inout), optional :: states(STATE_SIZE, *)

@@ -29,8 +29,8 @@ module gracecg_simulation_arc
 
 contains
 
-    !> Integrates from t = 0 over `steps` intervals, the attitude free or held as `dynamics` has it, with one Runge-Kutta step an interval, or, when
-    !> `tolerance` is given, with step-size control between the epochs.
+    !> Integrates from t = 0 over `steps` intervals, the attitude free or held as `dynamics` has it, with one
+    !> Runge-Kutta step an interval, or, when `tolerance` is given, with step-size control between the epochs.
     !>
     !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
     !> or a number is not finite.

@@ -653,10 +653,10 @@ module c_library
 
         function gracecg_force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, &
             states, error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
-            import :: c_double, c_int, c_intptr_t, c_size_t, error_struct
+            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
             integer(c_intptr_t), intent(in), value :: model
             real(c_double), intent(in), optional :: position(3), velocity(3)
-            integer(c_int), intent(in), value :: forward
+            integer(c_int32_t), intent(in), value :: forward
             real(c_double), intent(in), value :: interval
             integer(c_size_t), intent(in), value :: steps
             real(c_double), intent(in), value :: tolerance

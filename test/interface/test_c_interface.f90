@@ -637,7 +637,7 @@ contains
         status = gracecg_force_model_propagate(model, state, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
                                                states, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'steps')
-        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int, 1.0_dp, ONE, 0.0_dp, &
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int32_t, 1.0_dp, ONE, 0.0_dp, &
                                                      states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'plane')
         if (.not. allocated(error)) call compare_held(error, model, state)
@@ -656,7 +656,8 @@ contains
         integer, parameter :: STEPS = 600
         real(dp), parameter :: INTERVAL = 1, DEGREES = 2
         type(error_struct) :: failure
-        integer(c_int) :: status, forward
+        integer(c_int) :: status
+        integer(c_int32_t) :: forward
         real(dp) :: states(13, 0:STEPS), axes(3, 3), turn(4), rate(3)
         integer :: k
 
@@ -680,7 +681,7 @@ contains
                 if (allocated(error)) return
             end do
         end do
-        status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), 0_c_int, INTERVAL, ONE, 0.0_dp, &
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), 0_c_int32_t, INTERVAL, ONE, 0.0_dp, &
                                                      states, failure)
         turn = quaternion_product(states(10:13, 0), conjugate_quaternion(state(10:13)))
         call check(error, 2*norm2(turn(1:3)) < DEGREES*atan(1.0_dp)/45, 'the attitude of the case')
