@@ -8,7 +8,7 @@ module gracecg_cli_statements
     use gracecg_files_file, only: check_writable
     use gracecg_studies_statements, only: statement_t, examine_statement, write_statements, STATEMENT_NAMES
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, console_width, wrapped
     implicit none
     private
     public :: declare_statements, run_statements
@@ -123,20 +123,10 @@ contains
 
     contains
 
-        !> A sentence in lines of the console's width.
         subroutine say(text)
             character(*), intent(in) :: text
 
-            integer, parameter :: WIDTH = 98
-            integer :: first, last
-
-            first = 1
-            do while (len(text) - first + 1 > WIDTH)
-                last = first + index(text(first:first + WIDTH), ' ', back=.true.) - 1
-                call console%line(text(first:last - 1))
-                first = last + 1
-            end do
-            call console%line(text(first:))
+            call console%line(wrapped(text, 1, console_width()))
         end subroutine say
     end subroutine show
 end module gracecg_cli_statements

@@ -66,6 +66,11 @@ module gracecg_studies_statements
     character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
     character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde', COMBINED_ALGORITHM = 'ascfest'
     real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
+    ! What the verdicts ask for
+    real(dp), parameter :: NO_CHANGE = 0.01_dp          !! Of errors, relative: so little is no dependence on a weight
+    real(dp), parameter :: DEPENDENCE = 1.1_dp          !! Quotient of errors from which on they depend on a weight
+    real(dp), parameter :: REGULAR = 1e8_dp, SINGULAR = 1e12_dp
+    !! Condition with unit diagonal: below the first half of the digits is left, above the second hardly any
     real(dp), parameter :: LENGTHS(6) = [60.0_dp, 90.0_dp, 120.0_dp, 180.0_dp, 240.0_dp, 300.0_dp]      !! Of arcs, s
 
 contains
@@ -237,7 +242,8 @@ contains
         call judge_arc_length(statement)
     end subroutine examine_arc_length
 
-    !> Rows by place and length: at which length the largest error is least, and where one is longest enough.
+    !> Rows by place and length: at which length the worst axis is best, and how many components are worse again in the
+    !> longest arc than in a shorter one.
     subroutine judge_arc_length(statement)
         type(statement_t), intent(inout) :: statement
 
@@ -271,7 +277,7 @@ contains
             statement%verdict = merge(HOLDS_NOT, HOLDS_IN_PART, turns == 0)
             statement%found = 'The worst axis is best at'//trim(lengths_text)//'. '//integer_text(turns)//' of '// &
                 integer_text(3*n)//' components are worse again at 300 s than at a shorter arc: so the trade-off '// &
-                'exists, but not at 60 s.'
+                'exists; it lies at 60 s in '//integer_text(shortest)//' of '//integer_text(n)//' places.'
             if (turns == 0) statement%found = 'Does not hold: the worst axis is best at'//trim(lengths_text)// &
                 ', and no component is worse at 300 s.'
         end if
@@ -319,12 +325,15 @@ contains
             change = maxval([(abs(rows(i)%predicted/rows(1)%predicted - 1), i=2, n - 1)])
             range = maxval([(rows(i)%predicted/rows(1)%predicted, i=n + 1, size(rows))])
         end associate
-        if (change < 0.01_dp .and. range > 1.1_dp) then
+        if (change < NO_CHANGE .and. range > DEPENDENCE) then
             statement%verdict = HOLDS_IN_PART
             statement%found = 'Holds for the accelerometer only: '
-        else if (range > 1.1_dp) then
+        else if (range > DEPENDENCE) then
             statement%verdict = HOLDS
             statement%found = 'Holds: '
+        else if (change >= NO_CHANGE) then
+            statement%verdict = HOLDS_IN_PART
+            statement%found = 'Holds for the star camera only: '
         else
             statement%verdict = HOLDS_NOT
             statement%found = 'Does not hold: '
@@ -399,7 +408,7 @@ contains
         full = maxval(statement%rows(1::3)%condition)
         reduced = maxval(statement%rows(2::3)%condition)
         across = minval(statement%rows(3::3)%condition)
-        statement%verdict = merge(HOLDS, HOLDS_NOT, full < 1e8_dp .and. across > 1e12_dp)
+        statement%verdict = merge(HOLDS, HOLDS_NOT, full < REGULAR .and. across > SINGULAR)
         statement%found = trim(merge('Holds:        ', 'Does not hold:', statement%verdict == HOLDS))// &
             ' condition of the full state to '//plain_text(full, '(es9.2)')//', of the reduced one to '// &
             plain_text(reduced, '(es9.2)')//'. With unit weights every observation determines the length of q as well '// &

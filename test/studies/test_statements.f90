@@ -17,6 +17,8 @@ contains
 
         testsuite = [ &
                     new_unittest('one-rod', test_one_rod), &
+                    new_unittest('arc-length', test_arc_length), &
+                    new_unittest('weights', test_weights), &
                     new_unittest('accuracy', test_accuracy), &
                     new_unittest('condition', test_condition), &
                     new_unittest('two-steps', test_two_steps), &
@@ -51,6 +53,34 @@ contains
                 minval([maxval(s%rows(i + 1)%predicted), maxval(s%rows(i + 2)%predicted), maxval(s%rows(i + 3)%predicted)]))
         end do
     end subroutine test_one_rod
+
+    !> Noise alone falls as the arc grows; the y component of front-2, whose noise is least, shows that drag does not.
+    subroutine test_arc_length(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(statement_t) :: s
+
+        call examine(error, 'arc-length', 0, s)
+        if (.not. allocated(error)) call check(error, size(s%rows), 18)
+        if (allocated(error)) return
+        call check(error, maxval(s%rows(4)%predicted) < maxval(s%rows(1)%predicted)/3 .and. &
+                   s%rows(12)%predicted(2) > s%rows(8)%predicted(2), s%found)
+        if (.not. allocated(error)) call check(error, s%verdict == HOLDS_IN_PART .and. &
+                                               index(s%found, 'at 60 s in 0 of 3 places') > 0, s%found)
+    end subroutine test_arc_length
+
+    !> The star camera alone fixes the rotation, whatever its weight; the accelerometer's weights decide how its axes
+    !> share in d.
+    subroutine test_weights(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(statement_t) :: s
+
+        call examine(error, 'weights', 0, s)
+        if (.not. allocated(error)) call check(error, size(s%rows), 8)
+        if (allocated(error)) return
+        call check(error, all(abs(s%rows(4)%predicted/s%rows(1)%predicted - 1) < 1e-6_dp) .and. &
+                   all(s%rows(6)%predicted > 5*s%rows(1)%predicted), s%found)
+        if (.not. allocated(error)) call check(error, s%verdict == HOLDS_IN_PART, s%found)
+    end subroutine test_weights
 
     !> Better than 0.02, 0.01, 0.02 mm in the best case: Table 6.1; and the runs agree with theory.
     subroutine test_accuracy(error)
