@@ -79,6 +79,7 @@ module gracecg
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
         STATE_ATTITUDE => ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc, check_state
+    use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     ! Instruments
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
@@ -148,7 +149,7 @@ module gracecg
     public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
-    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state
+    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state, nadir_pointing_t
 
     public :: random_stream_t, new_stream
     public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration

@@ -281,6 +281,10 @@ contains
 
         type(series_t) :: series
 
+        if (observations%knowledge%knows_angular_velocity() .and. .not. file_exists(path_of(folder, STAR_CAMERA))) then
+            allocate (observations%star_camera_time(0), observations%star_camera_head(0), observations%quaternion(4, 0))
+            return
+        end if
         call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
         if (.not. allocated(error)) call check_star_camera(series, error)
         if (.not. allocated(error)) &

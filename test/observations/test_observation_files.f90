@@ -265,6 +265,20 @@ contains
         call check(error, size(again%magnetometer_time) == 0 .and. size(again%orbit_time) == 61 .and. &
                    .not. file_exists(SET//'/magnetometer.csv'), 'samples that are not in the set')
 
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        observations%star_camera_time = observations%star_camera_time(:0)
+        observations%star_camera_head = observations%star_camera_head(:0)
+        observations%quaternion = observations%quaternion(:, :0)
+        observations%knowledge%angular_velocity = [1e-6_dp, 1.1e-3_dp, -2e-7_dp]
+        observations%knowledge%angular_velocity_sigma = [1e-7_dp, 2e-7_dp, 3e-7_dp]
+        call rewrite()
+        if (allocated(error)) return
+        call check(error, size(again%star_camera_time) == 0 .and. .not. file_exists(SET//'/star_camera.csv') .and. &
+                   all(abs(again%knowledge%angular_velocity - observations%knowledge%angular_velocity) <= 0) .and. &
+                   all(abs(again%knowledge%angular_velocity_sigma - observations%knowledge%angular_velocity_sigma) <= 0), &
+                   'the angular velocity from other means')
+
     contains
 
         subroutine rewrite()
