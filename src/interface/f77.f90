@@ -838,8 +838,8 @@ subroutine gcprna(ifrc, xinr, vinr, iforw, dt, n, xout, istat, msg)
     type(c_error_t) :: error
     integer(c_int) :: status
 
-    status = c_force_model_propagate_nadir(c_handle(ifrc), xinr, vinr, int(iforw, c_int32_t), dt, int(n, &
-        c_size_t), 0.0_dp, xout, error=error)
+    status = c_force_model_propagate_nadir(c_handle(ifrc), xinr, vinr, iforw, dt, int(n, c_size_t), 0.0_dp, &
+        xout, error=error)
     call finish(status, error, istat, msg)
 end subroutine gcprna
 
