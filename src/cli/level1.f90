@@ -50,7 +50,7 @@ contains
         type(level1_summary_t) :: summary
         type(data_table_t) :: table
         type(results_t) :: results
-        integer :: i, k
+        integer :: i
 
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
@@ -66,9 +66,7 @@ contains
                 cycle
             end if
             call add_row(table, summary)
-            do k = 1, size(summary%reader%warnings)
-                call console%warn(file_name(paths(i)%text)//': '//summary%reader%warnings(k)%text)
-            end do
+            call tell_warnings(paths(i)%text, summary%warnings, console)
         end do
         call console%table(table)
         call results%open('level1 list')
@@ -113,21 +111,19 @@ contains
         integer :: bit
 
         call table%column('file', 'a', 'file')
-        call table%column('product', 'a', 'product')
-        call table%column('satellite', 'a', 'sat')
-        call table%column('format', 'a', 'format')
+        call table%columns_of('product,satellite,format')
         call table%column('records', 'i0', 'records')
-        call table%column('first')
-        call table%column('last')
+        call table%columns_of('first,last')
         call table%column('first_date', 'a', 'first (GPS)')
-        call table%column('last_date', 'a', 'last (GPS)')
-        call table%column('interval_s', 'f0.6', 'interval|s')
+        call table%column('last_date')
+        call table%column('interval_s', 'f12.6', 'interval|s')
         call table%column('gaps', 'i0', 'gaps')
-        call table%column('duplicates', 'i0', 'double')
-        call table%column('unsorted', 'i0', 'unsorted')
+        call table%column('duplicates', 'i0', 'dou-|ble')
+        call table%column('unsorted', 'i0', 'un-|sorted')
         do bit = 0, 7
-            call table%column('bit_'//integer_text(bit), 'i0', 'bit|'//integer_text(bit))
+            call table%column('bit_'//integer_text(bit))
         end do
+        call table%column('flags', 'a', 'flags|bit:records')
         call table%column('warnings')
     end subroutine declare_columns
 
@@ -137,9 +133,9 @@ contains
 
         integer :: bit
 
-        call table%add(file_name(summary%reader%path))
-        call table%add(summary%reader%layout%product)
-        call table%add(summary%reader%satellite)
+        call table%add(file_name(summary%path))
+        call table%add(summary%layout%product)
+        call table%add(summary%satellite)
         call table%add(form_of(summary))
         call table%add(summary%records)
         if (summary%records > 0) then
@@ -164,8 +160,23 @@ contains
         do bit = 0, 7
             call table%add(summary%flags(bit))
         end do
-        call table%add(join(padded(summary%reader%warnings), '; '))
+        call table%add(flags_text(summary%flags))
+        call table%add(join(padded(summary%warnings), '; '))
     end subroutine add_row
+
+    !> Which bits are set in how many records: 2:100 3:100
+    pure function flags_text(flags) result(text)
+        integer(i8), intent(in) :: flags(0:7)
+        character(:), allocatable :: text
+
+        integer :: bit
+
+        text = ''
+        do bit = 0, 7
+            if (flags(bit) > 0) text = trim(text//' '//integer_text(bit)//':'//integer_text(flags(bit)))
+        end do
+        text = adjustl(text)
+    end function flags_text
 
     !> The name of a file without its folders.
     pure function file_name(path) result(name)
@@ -178,7 +189,7 @@ contains
     pure character(6) function form_of(summary) result(form)
         type(level1_summary_t), intent(in) :: summary
 
-        form = merge('binary', 'text  ', summary%reader%header%binary)
+        form = merge('binary', 'text  ', summary%header%binary)
     end function form_of
 
     !> Seconds past 2000-01-01 12:00 without losing a digit of the tag.
@@ -244,15 +255,15 @@ contains
         times = ','
         if (summary%records > 0) times = time_text(summary%first_seconds, summary%first_fraction)//','// &
             time_text(summary%last_seconds, summary%last_fraction)
-        start = file_name(path)//','//summary%reader%layout%product//','//trim(summary%reader%satellite)//','// &
+        start = file_name(path)//','//summary%layout%product//','//trim(summary%satellite)//','// &
             trim(form_of(summary))//','//integer_text(summary%records)//','//times//','
         do i = 1, size(summary%fields)
-            associate (field => summary%reader%layout%fields(i))
+            associate (field => summary%layout%fields(i))
                 if (field%channel > 0 .and. summary%fields(i)%count == 0) cycle
                 call console%data(start//trim(field%name)//','//statistics_text(summary%fields(i), field%kind))
             end associate
         end do
-        call tell_warnings(summary%reader, console)
+        call tell_warnings(path, summary%warnings, console)
     end subroutine dump_statistics
 
     !> count,first_value,last_value,mean,min,max
@@ -315,17 +326,18 @@ contains
                 call console%data(line)
             end do
         end do
-        call tell_warnings(reader, console)
+        call tell_warnings(path, reader%warnings, console)
     end subroutine dump_records
 
-    subroutine tell_warnings(reader, console)
-        type(level1_reader_t), intent(in) :: reader
+    subroutine tell_warnings(path, warnings, console)
+        character(*), intent(in) :: path
+        type(string_t), intent(in) :: warnings(:)
         type(console_t), intent(inout) :: console
 
         integer :: i
 
-        do i = 1, size(reader%warnings)
-            call console%warn(file_name(reader%path)//': '//reader%warnings(i)%text)
+        do i = 1, size(warnings)
+            call console%warn(file_name(path)//': '//warnings(i)%text)
         end do
     end subroutine tell_warnings
 

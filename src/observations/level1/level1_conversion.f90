@@ -39,10 +39,10 @@ contains
         end if
         call summarise_level1(path, summary, error, with_fields=.false.)    ! the header tells what will follow
         if (allocated(error)) return
-        header = summary%reader%header
+        header = summary%header
         binary = .not. header%binary
         if (present(same_form)) binary = binary .neqv. same_form
-        header%satellite = summary%reader%satellite
+        header%satellite = summary%satellite
         if (scan(header%satellite, SATELLITES) == 0) header%satellite = 'C'
         header%records = int(summary%records)
         if (summary%records > 0) then

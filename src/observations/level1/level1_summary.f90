@@ -4,6 +4,9 @@ module gracecg_observations_level1_summary
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t
+    use gracecg_observations_level1_header, only: level1_header_t
+    use gracecg_observations_level1_products, only: level1_layout_t
     use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
     implicit none
     private
@@ -25,7 +28,11 @@ module gracecg_observations_level1_summary
 
     type :: level1_summary_t
         !! What a file holds
-        type(level1_reader_t) :: reader                 !! At its end: header, layout, warnings
+        character(:), allocatable :: path               !! Of the file
+        type(level1_header_t) :: header                 !! What the header says
+        type(level1_layout_t) :: layout                 !! The fields of the records
+        character(1) :: satellite = ''                  !! By the records; without any by header or name
+        type(string_t), allocatable :: warnings(:)      !! What is unusual, but no failure
         integer(i8) :: records = 0
         integer(i8) :: first_seconds = 0, last_seconds = 0      !! Of the first and the last record of the file
         real(dp) :: first_fraction = 0, last_fraction = 0       !! s
@@ -46,21 +53,25 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in) :: with_fields          !! The fields too
 
+        type(level1_reader_t) :: reader
         type(level1_block_t) :: block
         real(dp) :: key(MOST_SERIES), fraction(MOST_SERIES), first_steps(STEPS), usual, step, total
         integer(i8) :: seconds(MOST_SERIES), counted
         integer :: series, collected, i, k, field
 
-        call summary%reader%open(path, error)
+        call reader%open(path, error)
         if (allocated(error)) return
-        allocate (summary%fields(size(summary%reader%layout%fields)))
+        summary%path = reader%path
+        summary%header = reader%header
+        summary%layout = reader%layout
+        allocate (summary%fields(size(summary%layout%fields)))
         series = 0
         collected = 0
         usual = 0
         total = 0
         counted = 0
         do
-            call summary%reader%next(block, error)
+            call reader%next(block, error)
             if (allocated(error)) return
             if (block%count == 0) exit
             if (summary%records == 0) then
@@ -93,8 +104,8 @@ contains
                 seconds(k) = block%seconds(i)
                 fraction(k) = block%fraction(i)
             end do
-            if (summary%reader%layout%qualflg > 0) &
-                call count_flags(block%values(:block%count, summary%reader%layout%qualflg), summary%flags)
+            if (summary%layout%qualflg > 0) &
+                call count_flags(block%values(:block%count, summary%layout%qualflg), summary%flags)
             if (.not. with_fields) cycle
             do field = 1, size(summary%fields)
                 call add_values(block%values(:block%count, field), summary%fields(field))
@@ -102,6 +113,8 @@ contains
         end do
         if (collected < STEPS) call take_first_steps()
         if (counted > 0) summary%interval = total/real(counted, dp)
+        summary%satellite = reader%satellite
+        summary%warnings = reader%warnings
 
     contains
 
@@ -111,7 +124,7 @@ contains
             integer, intent(in) :: i
 
             key_of = 0
-            if (summary%reader%layout%series > 0) key_of = block%values(i, summary%reader%layout%series)
+            if (summary%layout%series > 0) key_of = block%values(i, summary%layout%series)
         end function key_of
 
         !> The number of a record's series; one more than there are when it is new.
@@ -139,7 +152,7 @@ contains
         subroutine take_step(step)
             real(dp), intent(in) :: step
 
-            if (step > GAP_INTERVALS*usual .and. .not. summary%reader%layout%is_event) then
+            if (step > GAP_INTERVALS*usual .and. .not. summary%layout%is_event) then
                 summary%gaps = summary%gaps + 1
             else
                 total = total + step

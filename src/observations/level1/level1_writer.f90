@@ -5,7 +5,7 @@
 !>     call writer%record(values)                          ! by field of the layout; NaN: not in this record
 !>     call writer%commit(error)
 !>
-!> Reals of text have 16 digits, as official files have, and 17 where 16 would not give the same number back.
+!> Reals of text have the fewest of 15 to 17 digits that give the same number back: those of official files.
 module gracecg_observations_level1_writer
     use, intrinsic :: iso_fortran_env, only: real32
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -147,7 +147,7 @@ contains
         call self%file%line('    creator_name: gracecg '//VERSION)
         call self%file%line('    platform: GRACE '//header%satellite)
         call self%file%line('    processing_level: '//self%layout%product(4:5))
-        call self%file%line('    product_version: '//trim(header%version))
+        call self%file%line('    product_version: 04')
         call self%file%line('    time_coverage_start: '//first(:22))
         call self%file%line('    time_coverage_stop: '//last(:22))
         call self%file%line('    title: GRACE-FO Level-'//self%layout%product(4:5)//' '//title_of(self%layout%product(:3))// &
@@ -294,13 +294,14 @@ contains
         length = length + len_trim(word) + 1
     end subroutine append_text
 
-    !> A number with 16 digits without needless zeros, as %.16g of C prints it: -1.25e-05, 65000, 1e+33. With 17
-    !> digits where 16 would not give the number back; 16 always do for a number of single precision.
+    !> A number in the form that official files have: -1.25e-05, 65000, 1e+33. The fewest of 15 to 17 digits that
+    !> give the number back, without needless zeros; 16 always do for a number of single precision.
     function general_text(value, single) result(text)
         real(dp), intent(in) :: value       !! NaN is 'nan'
         logical, intent(in) :: single       !! It is one of single precision
         character(32) :: text
 
+        character(11), parameter :: FORMATS(15:17) = ['(es32.14e3)', '(es32.15e3)', '(es32.16e3)']
         character(32) :: buffer, digits
         real(dp) :: again
         integer :: places, exponent, last, at, status
@@ -310,19 +311,12 @@ contains
         if (.not. abs(value) <= huge(value)) return
         text = '0'
         if (abs(value) <= 0) return
-        do places = 16, 17
-            if (places == 16) then
-                write (buffer, '(es32.15e3)') abs(value)
-            else
-                write (buffer, '(es32.16e3)') abs(value)
-            end if
+        do places = 15, merge(16, 17, single)
+            write (buffer, FORMATS(places)) abs(value)
             buffer = adjustl(buffer)
             at = 1
-            if (places == 16 .and. .not. single) then
-                call scan_real(buffer, at, again, ok)
-                if (abs(again - abs(value)) > 0) cycle
-            end if
-            exit
+            call scan_real(buffer, at, again, ok)
+            if (abs(again - abs(value)) <= 0) exit
         end do
         at = index(buffer, 'E')
         read (buffer(at + 1:), *, iostat=status) exponent
