@@ -90,7 +90,7 @@ contains
         call arguments%describe('completion', 'bash|zsh', 1, 1, &
                                 'Prints a script that completes commands, options and their values. `make install` '// &
                                 'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
-                                'gracecg completion bash > gracecg.bash')
+                                'gracecg completion bash > gracecg.bash', SHELLS)
     end subroutine declare_completion
 
     !> The work of `gracecg completion`.
@@ -130,8 +130,10 @@ contains
             call run_command(commands(position), asked(used + 1:), console, misuse, error)
         else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
+        else if (size(asked) > 0) then
+            call console%line(overview(commands, asked(1)%text == MODEL))
         else
-            call console%line(overview(commands))
+            call console%line(overview(commands, .false.))
         end if
         call console%finish(output_error)
 
@@ -245,14 +247,25 @@ contains
         end do
     end function wants_version
 
-    !> The help of the program itself.
-    function overview(commands) result(text)
+    !> The help of the program itself, or of its models alone.
+    function overview(commands, of_models) result(text)
         type(command_t), intent(in) :: commands(:)
+        logical, intent(in) :: of_models
         character(:), allocatable :: text
 
         character(*), parameter :: LF = new_line('a')
         integer :: i
 
+        if (of_models) then
+            text = 'usage: gracecg model NAME [OPTIONS]'//LF//LF//'One model of nature or of an instrument by itself.'// &
+                LF//LF//'models:'
+            do i = 1, size(commands)
+                if (index(commands(i)%name, MODEL//' ') == 1) &
+                    text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
+            end do
+            text = text//LF//LF//'gracecg help model NAME shows the options of a model and an example.'
+            return
+        end if
         text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &
             LF//LF//'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
         do i = 1, size(commands)
