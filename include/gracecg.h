@@ -332,10 +332,21 @@ gracecg_status gracecg_force_model_rate(const gracecg_force_model *model, double
 
 /* Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the
    first one the initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else the
-   local error allowed per step, with step-size control. At most 10^6 steps. */
+   local error allowed per step, with step-size control. At most 10^6 steps. Nothing controls the attitude:
+   the torques turn the satellite freely, as in a calibration manoeuvre; over more than some minutes use
+   gracecg_force_model_propagate_nadir. */
 gracecg_status gracecg_force_model_propagate(const gracecg_force_model *model, const double state[13],
                                              double interval, size_t steps, double tolerance,
                                              double *states, gracecg_error *error);
+
+/* Integrates the orbit of a satellite whose attitude is held: body z to the centre of the Earth, y across
+   the orbit, x along the orbit (forward other than 0) or against it (0). Position (m) and velocity (m/s),
+   inertial, at time 0; the rest as in gracecg_force_model_propagate. The states have the attitude and the
+   angular velocity that are held. */
+gracecg_status gracecg_force_model_propagate_nadir(const gracecg_force_model *model, const double position[3],
+                                                   const double velocity[3], int32_t forward, double interval,
+                                                   size_t steps, double tolerance, double *states,
+                                                   gracecg_error *error);
 
 /* ------------------------------------------------------------------ simulation */
 
@@ -371,6 +382,12 @@ gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
 /* The text of setup.nml, followed by the options; text, size and length as in gracecg_case_text. */
 gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
                                   gracecg_error *error);
+
+/* The same setup with measured moments of the torque rods in place of those that they were commanded to: times
+   [count] in s from the epoch, rising, over the whole arc; moments [count][3] along the rods x, y, z in A m^2.
+   They have the rods' gain and delay in them. */
+gracecg_status gracecg_setup_measured(const gracecg_setup *setup, size_t count, const double *time,
+                                      const double *moment, gracecg_setup **measured, gracecg_error *error);
 
 /* The samples of one calibration; times in s from the setup's epoch, rising. */
 typedef struct gracecg_samples {

@@ -62,7 +62,8 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
@@ -78,6 +79,7 @@ module gracecg
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
         STATE_ATTITUDE => ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc, check_state
+    use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     ! Instruments
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
@@ -140,14 +142,14 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES, motion_limits_t
+    public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
-    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state
+    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state, nadir_pointing_t
 
     public :: random_stream_t, new_stream
     public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration

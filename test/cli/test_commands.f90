@@ -527,6 +527,8 @@ contains
         end do
         call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'none: no such folder'])
+        call estimate_without_stars()
+        if (allocated(error)) return
         call remove_file(FOLDER//'run3/magnetometer.csv')
         if (allocated(error)) return
         call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
@@ -537,6 +539,54 @@ contains
         call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'run3/magnetometer.csv: no such file'])
+
+    contains
+
+        !> With the angular velocity of the setup, that of the truth file's first row: no star camera, no attitude.
+        subroutine estimate_without_stars()
+            type(text_file_t) :: setup, truth
+            type(string_t), allocatable :: names(:), values(:)
+            character(:), allocatable :: rates
+            type(error_t), allocatable :: failure
+            integer :: i, place, length
+
+            call succeeds(error, 'simulate front-3 --out '//FOLDER//'run4', output)
+            if (allocated(error)) return
+            call remove_file(FOLDER//'run4/star_camera.csv')
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm assest-fde', STATUS_FAILED, &
+                         [character(W) :: 'run4/star_camera.csv: no such file'])
+            call read_text_file(FOLDER//'run4/truth.csv', truth, failure)
+            names = split(truth%line(1), ',')
+            values = split(truth%line(2), ',')
+            rates = ''
+            do i = 1, size(names)
+                if (index(names(i)%text, '_rad_s') > 0 .and. index(names(i)%text, 'wd') == 0) rates = rates//' '//values(i)%text
+            end do
+            call read_text_file(FOLDER//'run4/setup.nml', setup, failure)
+            call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
+                           ' sigma = 3*1e-8 /'//new_line('a'))
+            if (allocated(error)) return
+            call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
+            call check(error, status == STATUS_DONE .and. index(messages, 'from other means') > 0, messages)
+            if (allocated(error)) return
+            text = text_file_of(output, 'output')
+            fields = split(text%line(2), ',')
+            do axis = 1, 3
+                call parse_real(fields(1 + axis)%text, value, ok)
+                call parse_real(fields(4 + axis)%text, sigma, ok)
+                call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. sigma < 0.1_dp, text%line(2))
+                if (allocated(error)) return
+            end do
+            names = split(text%line(1), ',')
+            place = findloc([(names(i)%text == 'q1', i=1, size(names))], .true., 1)
+            length = 0
+            do i = place, place + 7
+                length = length + len_trim(fields(i)%text)
+            end do
+            call check(error, length, 0, text%line(2))
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, &
+                         [character(W) :: 'ASSEST alone can do without'])
+        end subroutine estimate_without_stars
     end subroutine test_estimate
 
     !> The running estimate: its columns, its last row the estimate; refused of a batch estimator, and not
