@@ -5,7 +5,7 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text, real_text, rounded_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, write_field_studies, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_planning_calibration, only: calibration_t
@@ -128,9 +128,9 @@ contains
 
         index_text = ''
         if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)
-        call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
-                          ' runs; error of the field model '//real_text(request%deviation_nt)// &
-                          ' nT on each axis'//index_text)
+        call console%paragraph('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
+                               ' runs; error of the field model '//rounded_text(request%deviation_nt, 6)// &
+                               ' nT on each axis'//index_text)
         width = max(9, maxval(len_trim(studies%case_name)) + 2)
         call console%line(wide('case', width)//'algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')
