@@ -8,13 +8,13 @@ module gracecg_cli_completion
     use gracecg_simulation_case_library, only: CASE_GROUPS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_arguments, only: arguments_t, offered_t
-    use gracecg_cli_command, only: command_t
+    use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     implicit none
     private
     public :: completion_script, SHELLS
 
     character(4), parameter :: SHELLS(2) = [character(4) :: 'bash', 'zsh']    !! That are completed
-    character(*), parameter :: LF = new_line('a'), MODEL = 'model'
+    character(*), parameter :: LF = new_line('a')
     character(1), parameter :: BACKSLASH = achar(92)
 
 contains
@@ -41,13 +41,17 @@ contains
 
         words = ''
         do i = 1, size(commands)
-            if (index(commands(i)%name, ' ') <= len_trim(commands(i)%name)) cycle
+            if (in_group(commands(i))) cycle
             words = words//trim(commands(i)%name)//' '
         end do
-        words = words//MODEL//' help'
+        do i = 1, size(COMMAND_GROUPS)
+            words = words//trim(COMMAND_GROUPS(i))//' '
+        end do
+        words = words//'help'
     end function first_words
 
-    function model_words(commands) result(words)
+    function words_of_group(group, commands) result(words)
+        character(*), intent(in) :: group       !! First word
         type(command_t), intent(in) :: commands(:)
         character(:), allocatable :: words
 
@@ -55,10 +59,17 @@ contains
 
         words = ''
         do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') == 1) words = words//' '//trim(commands(i)%name(len(MODEL) + 2:))
+            if (index(commands(i)%name, group//' ') == 1) words = words//' '//trim(commands(i)%name(len(group) + 2:))
         end do
         words = words(2:)
-    end function model_words
+    end function words_of_group
+
+    !> Whether a command has two words.
+    pure logical function in_group(command)
+        type(command_t), intent(in) :: command
+
+        in_group = index(trim(command%name), ' ') > 0
+    end function in_group
 
     function case_words() result(words)
         character(:), allocatable :: words
@@ -112,13 +123,17 @@ contains
             '        command=${COMP_WORDS[2]}'//LF// &
             '        place=3'//LF// &
             '    fi'//LF// &
-            '    if [[ $command == '//MODEL//' ]]; then'//LF// &
-            '        command="'//MODEL//' ${COMP_WORDS[place]}"'//LF// &
-            '        place=$((place + 1))'//LF// &
-            '    fi'//LF// &
+            '    case $command in '//join(COMMAND_GROUPS, ' | ')//')'//LF// &
+            '        command="$command ${COMP_WORDS[place]}"'//LF// &
+            '        place=$((place + 1)) ;;'//LF// &
+            '    esac'//LF// &
             '    if ((COMP_CWORD < place)); then'//LF// &
-            '        options="'//first_words(commands)//' --help --version"'//LF// &
-            '        [[ $command == "'//MODEL//' "* ]] && options="'//model_words(commands)//'"'//LF// &
+            '        options="'//first_words(commands)//' --help --version"'//LF
+        do i = 1, size(COMMAND_GROUPS)
+            script = script//'        [[ $command == "'//trim(COMMAND_GROUPS(i))//' "* ]] && options="'// &
+                     words_of_group(trim(COMMAND_GROUPS(i)), commands)//'"'//LF
+        end do
+        script = script// &
             '        mapfile -t COMPREPLY < <(compgen -W "$options" -- "$current")'//LF// &
             '        return'//LF// &
             '    fi'//LF// &
@@ -190,30 +205,38 @@ contains
             '# Completion of gracecg '//VERSION//' for zsh, written by: gracecg completion zsh'//LF//LF// &
             '_gracecg_cases() {'//LF// &
             "    _alternative 'cases:built-in case:("//case_words()//")' 'files:case file:_files'"//LF//'}'//LF//LF// &
-            '_gracecg() {'//LF//'    local -a commands models'//LF//'    local command'//LF//'    commands=('//LF
+            '_gracecg() {'//LF//'    local -a commands '//join(COMMAND_GROUPS, ' ')//LF//'    local command'//LF// &
+            '    commands=('//LF
         do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') == 1) cycle
+            if (in_group(commands(i))) cycle
             script = script//"        '"//trim(commands(i)%name)//':'//zsh_text(trim(commands(i)%summary))//"'"//LF
         end do
-        script = script//"        '"//MODEL//":single models of the environment'"//LF// &
-            "        'help:shows the help of a command')"//LF//'    models=('//LF
-        do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') /= 1) cycle
-            script = script//"        '"//trim(commands(i)%name(len(MODEL) + 2:))//':'// &
-                     zsh_text(trim(commands(i)%summary))//"'"//LF
+        do k = 1, size(COMMAND_GROUPS)
+            script = script//"        '"//trim(COMMAND_GROUPS(k))//':'//trim(GROUP_SUMMARIES(k))//"'"//LF
         end do
-        script = script//'    )'//LF// &
+        script = script//"        'help:shows the help of a command')"//LF
+        do k = 1, size(COMMAND_GROUPS)
+            script = script//'    '//trim(COMMAND_GROUPS(k))//'=('//LF
+            do i = 1, size(commands)
+                if (index(commands(i)%name, trim(COMMAND_GROUPS(k))//' ') /= 1) cycle
+                script = script//"        '"//trim(commands(i)%name(len_trim(COMMAND_GROUPS(k)) + 2:))//':'// &
+                         zsh_text(trim(commands(i)%summary))//"'"//LF
+            end do
+            script = script//'    )'//LF
+        end do
+        script = script// &
             '    if [[ $words[2] == help ]] && ((CURRENT > 2)); then'//LF// &
             '        shift words'//LF//'        ((CURRENT -= 1))'//LF// &
             '        ((CURRENT == 2)) && _describe command commands'//LF// &
-            '        [[ $words[2] == '//MODEL//' ]] && ((CURRENT == 3)) && _describe model models'//LF// &
+            '        case $words[2] in '//join(COMMAND_GROUPS, ' | ')// &
+            ') ((CURRENT == 3)) && _describe command $words[2] ;; esac'//LF// &
             '        return'//LF//'    fi'//LF// &
             '    if ((CURRENT == 2)); then'//LF//'        _describe command commands'//LF//'        return'//LF//'    fi'//LF// &
             '    command=$words[2]'//LF// &
-            '    if [[ $command == '//MODEL//' ]]; then'//LF// &
-            '        if ((CURRENT == 3)); then'//LF//'            _describe model models'//LF//'            return'//LF// &
-            '        fi'//LF//'        command="'//MODEL//' $words[3]"'//LF//'        shift words'//LF// &
-            '        ((CURRENT -= 1))'//LF//'    fi'//LF// &
+            '    case $command in '//join(COMMAND_GROUPS, ' | ')//')'//LF// &
+            '        if ((CURRENT == 3)); then'//LF//'            _describe command $command'//LF//'            return'//LF// &
+            '        fi'//LF//'        command="$command $words[3]"'//LF//'        shift words'//LF// &
+            '        ((CURRENT -= 1)) ;;'//LF//'    esac'//LF// &
             '    shift words'//LF//'    ((CURRENT -= 1))'//LF//'    case $command in'//LF
         do i = 1, size(commands)
             call commands(i)%declare(arguments)

@@ -195,6 +195,12 @@ contains
         call refused(error, 'model fild', STATUS_MISUSED, &
                      [character(W) :: 'did you mean "model field"?'])
         call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'star-camera'])
+        call refused(error, 'level1', STATUS_MISUSED, [character(W) :: 'which level1?', 'list', 'dump'])
+        call refused(error, 'level1 lst x', STATUS_MISUSED, [character(W) :: 'did you mean "level1 list"?'])
+        call refused(error, 'level1 dump x --format json', STATUS_MISUSED, [character(W) :: 'one of csv, records'])
+        call refused(error, 'level1 convert x', STATUS_MISUSED, [character(W) :: '--out FILE is required'])
+        call refused(error, 'level1 convert x --out x', STATUS_MISUSED, [character(W) :: 'the same file as the input'])
+        call refused(error, 'level1 dump no-such-file', STATUS_FAILED, [character(W) :: 'no such file'])
         call refused(error, 'simulate front-1', STATUS_MISUSED, &
                      [character(W) :: '--out DIR is required', 'usage: gracecg simulate'])
         call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, &
@@ -1267,6 +1273,7 @@ contains
             call succeeds(error, 'completion '//trim(SHELLS(i)), output)
             if (allocated(error)) return
             call check(error, index(output, "'magnetometer-loss')") > 0 .and. index(output, "'model star-camera')") > 0 .and. &
+                       index(output, "'level1 convert')") > 0 .and. index(output, 'list dump') + index(output, "'list:") > 0 .and. &
                        index(output, '--field-error') > 0 .and. index(output, 'sequential') > 0 .and. &
                        index(output, 'back-3') > 0, output)
             if (allocated(error)) return

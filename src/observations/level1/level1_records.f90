@@ -9,7 +9,7 @@
 module gracecg_observations_level1_records
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, fail_unknown_name
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_observations_level1_products, only: level1_layout_t
     use gracecg_observations_level1_header, only: level1_header_t
     use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
@@ -120,7 +120,7 @@ contains
         type(level1_records_t), intent(inout) :: records
         character(*), intent(in) :: text
 
-        records%warnings = [records%warnings, string_t(text)]
+        call append(records%warnings, text)
     end subroutine note
 
     !> The positions of the wanted fields.
