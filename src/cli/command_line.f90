@@ -260,17 +260,17 @@ contains
         character(:), allocatable :: text
 
         character(*), parameter :: LF = new_line('a')
+        character(:), allocatable :: name
         integer :: i
 
         if (group > 0) then
-            associate (name => trim(COMMAND_GROUPS(group)))
-                text = 'usage: gracecg '//name//' NAME [OPTIONS]'//LF//LF//trim(GROUP_SUMMARIES(group))//':'
-                do i = 1, size(commands)
-                    if (index(commands(i)%name, name//' ') == 1) &
-                        text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
-                end do
-                text = text//LF//LF//'gracecg help '//name//' NAME shows the options of one of them and an example.'
-            end associate
+            name = trim(COMMAND_GROUPS(group))
+            text = 'usage: gracecg '//name//' NAME [OPTIONS]'//LF//LF//trim(GROUP_SUMMARIES(group))//':'
+            do i = 1, size(commands)
+                if (index(commands(i)%name, name//' ') == 1) &
+                    text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
+            end do
+            text = text//LF//LF//'gracecg help '//name//' NAME shows the options of one of them and an example.'
             return
         end if
         text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &

@@ -91,9 +91,11 @@ contains
         character(:), allocatable, intent(out) :: caption
         character(20), allocatable :: heads(:)
 
+        character(:), allocatable :: name
         integer :: i
 
-        associate (row => statement%rows(1), name => 'Statement '//trim(statement%name)//': ')
+        name = 'Statement '//trim(statement%name)//': '
+        associate (row => statement%rows(1))
             if (row%runs > 0) then
                 heads = [character(20) :: 'case', 'setting', (AXES(i)//' here', AXES(i)//' theory', i=1, 3)]
                 caption = name//'RMS errors of the CG offset, mm, '//integer_text(row%runs)//' runs and theory'
