@@ -7,7 +7,7 @@ module gracecg_cli_command_line
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
-    use gracecg_cli_command, only: command_t, COMMAND_GROUPS
+    use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify
     use gracecg_cli_simulate, only: declare_simulate, run_simulate
@@ -99,7 +99,7 @@ contains
         call arguments%describe('completion', 'bash|zsh', 1, 1, &
                                 'Prints a script that completes commands, options and their values. `make install` '// &
                                 'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
-                                'gracecg completion bash > gracecg.bash')
+                                'gracecg completion bash > gracecg.bash', SHELLS)
     end subroutine declare_completion
 
     !> The work of `gracecg completion`.
@@ -139,8 +139,10 @@ contains
             call run_command(commands(position), asked(used + 1:), console, misuse, error)
         else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
+        else if (size(asked) > 0) then
+            call console%line(overview(commands, findloc(COMMAND_GROUPS == asked(1)%text, .true., 1)))
         else
-            call console%line(overview(commands))
+            call console%line(overview(commands, 0))
         end if
         call console%finish(output_error)
 
@@ -254,14 +256,26 @@ contains
         end do
     end function wants_version
 
-    !> The help of the program itself.
-    function overview(commands) result(text)
+    !> The help of the program itself, or of one of its groups of commands alone.
+    function overview(commands, group) result(text)
         type(command_t), intent(in) :: commands(:)
+        integer, intent(in) :: group            !! Of COMMAND_GROUPS; 0: all commands
         character(:), allocatable :: text
 
         character(*), parameter :: LF = new_line('a')
+        character(:), allocatable :: name
         integer :: i
 
+        if (group > 0) then
+            name = trim(COMMAND_GROUPS(group))
+            text = 'usage: gracecg '//name//' NAME [OPTIONS]'//LF//LF//trim(GROUP_SUMMARIES(group))//':'
+            do i = 1, size(commands)
+                if (index(commands(i)%name, name//' ') == 1) &
+                    text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
+            end do
+            text = text//LF//LF//'gracecg help '//name//' NAME shows the options of one of them and an example.'
+            return
+        end if
         text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &
             LF//LF//'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
         do i = 1, size(commands)

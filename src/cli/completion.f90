@@ -1,10 +1,11 @@
 !> Completion of the command line in a shell, made of what the commands declare.
 !>
 !> A value that an option names FILE or DIR is completed as a path, CASE as a built-in case or a file, one with
-!> choices by these; of numbers nothing is known.
+!> choices by these, a LIST after each comma anew; of numbers nothing is known.
 module gracecg_cli_completion
-    use gracecg_base_text, only: string_t, split_words, join
+    use gracecg_base_text, only: string_t, join, split_words
     use gracecg_base_version, only: VERSION
+    use gracecg_simulation_case_library, only: CASE_GROUPS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_arguments, only: arguments_t, offered_t
     use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
@@ -82,12 +83,16 @@ contains
         words = words(2:)
     end function case_words
 
-    !> How a value is completed: files, folders, cases, nothing, or the words themselves behind `words `.
+    !> How a value is completed: files, folders, cases, nothing, or the words themselves behind `words `, of values
+    !> with commas between them behind `list `.
     function kind_of(offered) result(kind)
         type(offered_t), intent(in) :: offered
         character(:), allocatable :: kind
 
-        if (offered%choices /= '') then
+        if (offered%placeholder == 'LIST' .and. (offered%choices /= '' .or. offered%name == '--cases')) then
+            kind = 'list '//case_words()//' '//join(CASE_GROUPS, ' ')
+            if (offered%choices /= '') kind = 'list '//offered%choices
+        else if (offered%choices /= '') then
             kind = 'words '//offered%choices
         else if (index(offered%placeholder, 'FILE') > 0) then
             kind = 'files'
@@ -166,6 +171,11 @@ contains
             '            mapfile -t COMPREPLY < <(compgen -W "'//case_words()//'" -- "$current"; compgen -f -- "$current")'// &
             LF//'            ;;'//LF// &
             '        "words "*) mapfile -t COMPREPLY < <(compgen -W "${kind#words }" -- "$current") ;;'//LF// &
+            '        "list "*)'//LF// &
+            '            local before='//LF// &
+            '            [[ $current == *,* ]] && before=${current%,*},'//LF// &
+            '            mapfile -t COMPREPLY < <(compgen -P "$before" -W "${kind#list }" -- "${current##*,}")'//LF// &
+            '            ;;'//LF// &
             '    esac'//LF//'}'//LF//'complete -F _gracecg gracecg'
     end subroutine write_bash
 
@@ -276,7 +286,11 @@ contains
         case ('nothing')
             action = ' '
         case default
-            action = '('//action(len('words ') + 1:)//')'
+            if (index(action, 'list ') == 1) then
+                action = '_values -s , LIST '//action(len('list ') + 1:)
+            else
+                action = '('//action(len('words ') + 1:)//')'
+            end if
         end select
     end function zsh_action
 
