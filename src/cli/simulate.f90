@@ -3,7 +3,7 @@ module gracecg_cli_simulate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: make_directory, remove_file
     use gracecg_spacecraft_moment_series, only: has_moments
     use gracecg_spacecraft_torque_rods, only: moves_rods
@@ -11,9 +11,10 @@ module gracecg_cli_simulate
     use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, write_options
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, measure_rods
+    use gracecg_simulation_instrument_limits, only: full_scale_warnings
     use gracecg_simulation_truth_file, only: write_truth
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_cli_calibration_argument, only: take_calibration
+    use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, quoted_word
     implicit none
@@ -54,10 +55,11 @@ contains
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
+        type(string_t), allocatable :: warnings(:)
         character(:), allocatable :: folder
         integer(i8) :: seed        !! Of the random numbers
         real(dp) :: rods_interval
-        integer :: run
+        integer :: run, i
 
         call arguments%get('--out', folder, misuse)
         call arguments%get('--seed', seed, misuse, default=1_i8)
@@ -73,7 +75,13 @@ contains
             call measure_rods(simulator, rods_interval, observations, error)
         if (.not. allocated(error)) &
             call write_run(folder, simulator, seed, run, observations, calibration%options, error)
-        if (.not. allocated(error)) call report(folder, observations, console)
+        if (allocated(error)) return
+        call warn_of_instruments(calibration%case, console)
+        call full_scale_warnings(calibration%case%satellite, observations, warnings)
+        do i = 1, size(warnings)
+            call console%warn(warnings(i)%text)
+        end do
+        call report(folder, observations, console)
     end subroutine run_simulate
 
     !> Writes the truth and the observation set; after a failure none of them.
