@@ -383,6 +383,12 @@ gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
 gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
                                   gracecg_error *error);
 
+/* The same setup with measured moments of the torque rods in place of those that they were commanded to: times
+   [count] in s from the epoch, rising, over the whole arc; moments [count][3] along the rods x, y, z in A m^2.
+   They have the rods' gain and delay in them. */
+gracecg_status gracecg_setup_measured(const gracecg_setup *setup, size_t count, const double *time,
+                                      const double *moment, gracecg_setup **measured, gracecg_error *error);
+
 /* The samples of one calibration; times in s from the setup's epoch, rising. */
 typedef struct gracecg_samples {
     size_t accelerometer_count;

@@ -62,7 +62,8 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
@@ -141,7 +142,7 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES, motion_limits_t
+    public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES

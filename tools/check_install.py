@@ -11,12 +11,15 @@ is `N passed, N failed`; status 1 on a failure.
 import gzip
 import os
 import pathlib
+import pty
 import re
+import select
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "example"
@@ -253,6 +256,41 @@ def check_completion(here):
         raise Failure(f"{zsh} does not begin with #compdef")
     if shutil.which("zsh"):
         run(["zsh", "-n", zsh])
+        check_zsh(here, zsh.parent)
+
+
+def check_zsh(here, folder):
+    """An interactive zsh on a terminal of its own: what stands on the line, or is listed, after the tab key."""
+    cases = (("gracecg sim", "gracecg simulate "), ("gracecg model gra", "gracecg model gravity"),
+             ("gracecg help model gra", "gracecg help model gravity"), ("gracecg estimate --alg", "--algorithm"),
+             ("gracecg estimate run1 --algorithm seq", "sequential"), ("gracecg simulate back-", "back-3"),
+             ("gracecg bound --cases front-1,pri", "front-1,printed"), ("gracecg statements one", "one-rod"),
+             ("gracecg montecarlo --algorithms assest-fde,opt", "assest-fde,optimal"),
+             ("gracecg completion b", "gracecg completion bash"), ("gracecg simulate my", "my\\ case.nml"))
+    child, terminal = pty.fork()
+    if child == 0:
+        os.chdir(here.work)
+        os.environ.update(TERM="dumb", PATH=f"{here.prefix}/bin:{os.environ['PATH']}")
+        os.execvp("zsh", ["zsh", "-f", "-i"])
+
+    def typed(text, seconds):
+        os.write(terminal, text.encode())
+        said, end = b"", time.monotonic() + seconds
+        while time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                said += os.read(terminal, 65536)
+        return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]|[\r\x07]", "", said.decode(errors="replace"))
+
+    try:
+        typed(f"stty cols 200 rows 60; fpath=({shlex.quote(str(folder))} $fpath); autoload -Uz compinit; compinit -u -D; "
+              "LISTMAX=0; unsetopt beep\r", 4)
+        for line, expected in cases:
+            if expected not in (said := typed(line + "\t\t", 2)):
+                raise Failure(f"zsh completes {line!r} as {said!r}, expected {expected!r}")
+            typed("\x15\x03", 0.5)
+    finally:
+        os.close(terminal)
+        os.waitpid(child, 0)
 
 
 def check_documents(prefix):

@@ -52,6 +52,7 @@ module gracecg_observations_level1_products
         integer :: channels = 0         !! Position of the number of channels, n_prns
         integer :: series = 0           !! Position of what tells apart series in one file: a head, gyro, tank
         integer :: qualflg = 0          !! Position of the quality flag
+        logical :: id_first = .false.   !! Text has the satellite before the time frame
     contains
         procedure :: field_of => position_of_field  !! Position of a field by its name
     end type level1_layout_t
@@ -173,6 +174,7 @@ contains
             layout%series = layout%field_of('gyro_id')
         case ('MAG1A', 'MAG1B')
             call describe(layout, MAG1A)
+            layout%id_first = .true.
         case ('THR1A', 'THR1B')
             call describe(layout, THR1A)
             layout%is_event = .true.

@@ -21,7 +21,7 @@ module gracecg_observations_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp, i4, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, integer_text, lower_case
+    use gracecg_base_text, only: string_t, append, integer_text, lower_case
     use gracecg_base_decimal, only: scan_real, scan_integer, is_white
     use gracecg_files_file, only: input_stream_t
     use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES, &
@@ -789,7 +789,7 @@ contains
         class(level1_reader_t), intent(inout) :: self
         character(*), intent(in) :: text    !! One sentence, without the name of the file
 
-        self%warnings = [self%warnings, string_t(text)]
+        call append(self%warnings, text)
     end subroutine warn
 
     !> Ends it; header, layout and warnings stay.
