@@ -156,7 +156,7 @@ contains
         end do
         call find_driven(calibration, setup, rods%driven)
         if (used == 0 .or. .not. any(rods%driven)) then
-            call fail(error, 'no span with a driven rod is usable')
+            call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
             return
         end if
         weight = 1

@@ -14,7 +14,7 @@ module gracecg_estimation_level1_calibration
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_frames, only: srf_of_accelerometer, gracecg_quaternion, continuous_quaternions, &
         mounting_of_head, attitude_by_head, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
-    use gracecg_observations_level1_header, only: product_of_file_name, satellite_of_file_name
+    use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps
@@ -91,16 +91,15 @@ contains
         type(level1_calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        type(string_t), allocatable :: paths(:)
+        type(level1_folder_t) :: paths
         type(level1_records_t) :: records
         type(level1_clock_t) :: clock
         real(dp), allocatable :: spans(:, :), windows(:, :)
+        character(:), allocatable :: path
         integer :: i
 
         allocate (calibration%notes(0))
-        call files_in_folder(folder, paths, error)
-        if (allocated(error)) return
-        call choose_satellite(folder, paths, satellite, calibration, error)
+        call open_files(folder, satellite, paths, calibration, error)
         if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
         if (.not. allocated(error)) call read_currents(paths, clock, calibration, error)
         if (.not. allocated(error)) call choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
@@ -121,9 +120,9 @@ contains
         if (field_choice == 'magnetometer') call correct_magnetometer(calibration, error)
         if (allocated(error)) return
         call edit_spans(setup, calibration)
-        call find_file(paths, ['MAS1B', 'MAS1A'], calibration%satellite, i)
-        if (i == 0) return
-        call read_level1(paths(i)%text, records, error)
+        call find_file(paths, ['MAS1B', 'MAS1A'], path)
+        if (path == '') return
+        call read_level1(path, records, error)
         if (.not. allocated(error)) call take_gas(records, calibration)
     end subroutine gather_calibration
 
@@ -134,79 +133,69 @@ contains
         call append(calibration%notes, text)
     end subroutine note
 
-    !> The first file of a satellite of the first of some products that is there; 0: none.
-    subroutine find_file(paths, products, satellite, number)
-        type(string_t), intent(in) :: paths(:)
+    !> The file of the first of some products that is there; empty: none.
+    subroutine find_file(files, products, path)
+        type(level1_folder_t), intent(in) :: files
         character(5), intent(in) :: products(:)
-        character(1), intent(in) :: satellite
-        integer, intent(out) :: number
+        character(:), allocatable, intent(out) :: path
 
         integer :: i
 
         do i = 1, size(products)
-            do number = 1, size(paths)
-                if (product_of_file_name(paths(number)%text) /= products(i)) cycle
-                if (satellite_of_file_name(paths(number)%text) == satellite) return
-            end do
+            call files%path_of(products(i), path)
+            if (path /= '') return
         end do
-        number = 0
     end subroutine find_file
 
-    !> The satellite that is asked for, or the only one with an ACC1A file.
-    subroutine choose_satellite(folder, paths, satellite, calibration, error)
+    !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
+    subroutine open_files(folder, satellite, files, calibration, error)
         character(*), intent(in) :: folder, satellite
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(out) :: files
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        character(4) :: present_ones
-        character(1) :: one
+        character(:), allocatable :: path
+        character(1) :: wanted
         integer :: i
-        logical :: has_act
 
-        present_ones = ''
-        has_act = .false.
-        do i = 1, size(paths)
-            one = satellite_of_file_name(paths(i)%text)
-            if (satellite /= '' .and. one /= satellite) cycle
-            has_act = has_act .or. any(product_of_file_name(paths(i)%text) == ['ACT1A', 'ACT1B'])
-            if (product_of_file_name(paths(i)%text) /= 'ACC1A' .or. one == '') cycle
-            if (index(present_ones, one) == 0) present_ones = trim(present_ones)//one
+        wanted = satellite
+        call open_level1_folder(folder, wanted, files, error)
+        if (allocated(error)) return
+        calibration%satellite = files%satellite
+        calibration%date = files%date
+        do i = 1, size(files%warnings)
+            call note(calibration, files%warnings(i)%text)
         end do
-        if (present_ones == '') then
-            call fail(error, trim(folder)//': no file of product ACC1A, which is the observation; its name is like '// &
-                      'ACC1A_2020-02-01_C_04.txt')
-            if (satellite /= '') call add_context(error, 'satellite '//satellite)
-            if (has_act) error%message = error%message//'. ACT data are no observation: they are transplanted from the '// &
-                'other satellite, without angular accelerations'
-        else if (len_trim(present_ones) > 1) then
-            call fail(error, trim(folder)//': files of satellites '//trim(present_ones)//'; choose one with --satellite')
-        else
-            calibration%satellite = present_ones(1:1)
-        end if
-    end subroutine choose_satellite
+        call files%path_of('ACC1A', path)
+        if (path /= '') return
+        call fail(error, trim(folder)//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
+                  'observation; its name is like ACC1A_2020-02-01_C_04.txt')
+        call find_file(files, ['ACT1A', 'ACT1B'], path)
+        if (path /= '') error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
+            'the other satellite, and have no angular accelerations'
+    end subroutine open_files
 
     !> Time: CLK1B, TIM1B. Without CLK1B tags are taken as they are, and that is said.
     subroutine make_clock(paths, calibration, clock, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_calibration_t), intent(inout) :: calibration
         type(level1_clock_t), intent(out) :: clock
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_records_t) :: clk, tim
-        integer :: i, k
+        character(:), allocatable :: path, other
 
-        call find_file(paths, ['CLK1B'], calibration%satellite, i)
-        call find_file(paths, ['TIM1B'], calibration%satellite, k)
-        if (i == 0) then
+        call find_file(paths, ['CLK1B'], path)
+        call find_file(paths, ['TIM1B'], other)
+        if (path == '') then
             call fail(error, 'no file of product CLK1B of satellite '//calibration%satellite//': the tags of ACC1A cannot be '// &
                       'taken to GPS time')
             return
         end if
-        call read_level1(paths(i)%text, clk, error)
+        call read_level1(path, clk, error)
         if (allocated(error)) return
-        if (k > 0) then
-            call read_level1(paths(k)%text, tim, error)
+        if (other /= '') then
+            call read_level1(other, tim, error)
             if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
         else
             call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
@@ -257,7 +246,7 @@ contains
 
     !> Net currents of the rods, |A| - |B|, and the measured field, of MAG1B or MAG1A.
     subroutine read_currents(paths, clock, calibration, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
@@ -267,15 +256,16 @@ contains
         real(dp), parameter :: LEAST = 0.5_dp       ! mA: what has a sign
         type(level1_records_t) :: mag
         logical :: grace_fo
-        integer :: i, negative_a, wrong_b
+        character(:), allocatable :: path
+        integer :: negative_a, wrong_b
 
-        call find_file(paths, ['MAG1B', 'MAG1A'], calibration%satellite, i)
-        if (i == 0) then
+        call find_file(paths, ['MAG1B', 'MAG1A'], path)
+        if (path == '') then
             call fail(error, 'no file of product MAG1B or MAG1A of satellite '//calibration%satellite//': the currents of the '// &
                       'torque rods are not known')
             return
         end if
-        call read_product(paths(i)%text, clock, calibration, FIELDS, mag, error)
+        call read_product(path, clock, calibration, FIELDS, mag, error)
         if (allocated(error)) return
         call mag%drop(.not. without_bits(mag, [0, 6]) .or. any(ieee_is_nan(mag%values), 2))
         if (mag%count < 10) then
@@ -298,7 +288,7 @@ contains
 
     !> The spans, s from the epoch: given, of a file, of the SOE file in the folder, or of the currents.
     subroutine choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         character(*), intent(in) :: spans_file
         real(dp), intent(in) :: given_span(:, :)
         type(level1_setup_t), intent(in) :: setup
@@ -307,6 +297,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_event_t), allocatable :: events(:)
+        type(string_t), allocatable :: found(:)
         real(dp) :: first, last
         integer :: i
 
@@ -319,9 +310,11 @@ contains
             if (allocated(error)) return
             calibration%spans_from = 'a file'
         else
-            do i = 1, size(paths)
-                if (.not. is_soe(paths(i)%text)) cycle
-                call read_events(paths(i)%text, events, error)
+            call files_in_folder(paths%folder, found, error)
+            if (allocated(error)) return
+            do i = 1, size(found)
+                if (.not. is_soe(found(i)%text)) cycle
+                call read_events(found(i)%text, events, error)
                 if (allocated(error)) return
                 call manoeuvre_spans(events, calibration%satellite, spans)
                 calibration%spans_from = 'the SOE file (CMCAL)'
@@ -407,7 +400,7 @@ contains
 
     !> Thruster firings.
     subroutine read_firings(paths, clock, calibration, windows, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), intent(in) :: windows(:, :)
@@ -416,19 +409,19 @@ contains
         character(16) :: fields(14)
         type(level1_records_t) :: records
         real(dp), allocatable :: times(:)
+        character(:), allocatable :: path
         integer :: i
 
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%firings(0))
         end do
-        call find_file(paths, ['THR1B', 'THR1A'], calibration%satellite, i)
-        if (i == 0) then
+        call find_file(paths, ['THR1B', 'THR1A'], path)
+        if (path == '') then
             call note(calibration, 'no THR1B or THR1A: firings of thrusters are not known, and no sample is vetoed')
             return
         end if
         fields = [('on_time_'//integer_text(i), i=1, 14)]
-        call find_file(paths, ['THR1B', 'THR1A'], calibration%satellite, i)
-        call read_product(paths(i)%text, clock, calibration, fields, records, error, windows)
+        call read_product(path, clock, calibration, fields, records, error, windows)
         if (allocated(error)) return
         if (records%count == 0) return
         call records%drop(.not. any(records%values > 0, 2))
@@ -443,7 +436,7 @@ contains
 
     !> Samples of ACC1A in SRF.
     subroutine read_accelerometer(paths, setup, clock, calibration, windows, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_setup_t), intent(in) :: setup
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
@@ -459,14 +452,15 @@ contains
         real(dp) :: interval
         integer(i8) :: second
         real(dp) :: fraction
+        character(:), allocatable :: path
         integer :: i, k
 
         second = calibration%epoch
         fraction = 0
         call clock%gps_time(second, fraction)
         calibration%clock_correction = real(second - calibration%epoch, dp) + fraction
-        call find_file(paths, ['ACC1A'], calibration%satellite, i)
-        call read_product(paths(i)%text, clock, calibration, FIELDS, acc, error, windows)
+        call find_file(paths, ['ACC1A'], path)
+        call read_product(path, clock, calibration, FIELDS, acc, error, windows)
         if (allocated(error)) return
         if (acc%count < 10) then
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
@@ -502,7 +496,7 @@ contains
 
     !> Attitude by SCA1B, or SCA1A and QSA1B, and with the orbit what depends on it: field, vertical, gradient.
     subroutine read_attitude(paths, setup, clock, calibration, windows, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_setup_t), intent(in) :: setup
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
@@ -512,18 +506,19 @@ contains
         type(level1_records_t) :: fixed, inertial
         class(geomagnetic_model_t), allocatable :: model
         real(dp), allocatable :: times(:), q(:, :)
-        integer :: i, k
+        character(:), allocatable :: path, other
+        integer :: i
 
         call star_cameras(paths, clock, calibration, windows, times, q, error)
         if (allocated(error)) return
-        call find_file(paths, ['GNV1B'], calibration%satellite, i)
-        if (i == 0) then
+        call find_file(paths, ['GNV1B'], path)
+        if (path == '') then
             call fail(error, 'no file of product GNV1B of satellite '//calibration%satellite//': the orbit is not known')
             return
         end if
-        call read_orbit(paths(i)%text, fixed)
-        call find_file(paths, ['GNI1B'], calibration%satellite, k)
-        if (k > 0 .and. .not. allocated(error)) call read_orbit(paths(k)%text, inertial)
+        call read_orbit(path, fixed)
+        call find_file(paths, ['GNI1B'], other)
+        if (other /= '' .and. .not. allocated(error)) call read_orbit(other, inertial)
         if (allocated(error)) return
         if (setup%field_file == '') then
             call new_geomagnetic_model('igrf14', decimal_year(utc_of_gps(calibration%epoch, 0.0_dp)), '', model, error)
@@ -532,10 +527,10 @@ contains
                                        model, error)
         end if
         if (allocated(error)) return
-        if (k == 0) call note(calibration, 'no GNI1B: Earth-fixed to inertial axes by precession and mean sidereal time '// &
+        if (other == '') call note(calibration, 'no GNI1B: Earth-fixed to inertial axes by precession and mean sidereal time '// &
                               '(some 20 arcsec)')
         do i = 1, size(calibration%spans)
-            call span_attitude(calibration, calibration%spans(i), times, q, fixed, inertial, k > 0, model)
+            call span_attitude(calibration, calibration%spans(i), times, q, fixed, inertial, other /= '', model)
         end do
 
     contains
@@ -558,7 +553,7 @@ contains
 
     !> Times and quaternions, inertial to SRF, scalar last.
     subroutine star_cameras(paths, clock, calibration, windows, times, q, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), intent(in) :: windows(:, :)
@@ -569,24 +564,25 @@ contains
                                                  'sca_id', 'qualflg', 'sca_mode']
         type(level1_records_t) :: sca, qsa
         real(dp) :: mounting(4)
+        character(:), allocatable :: path, other
         integer :: i, k, head, number(HEADS)
 
-        call find_file(paths, ['SCA1B'], calibration%satellite, i)
-        if (i > 0) then
-            call read_product(paths(i)%text, clock, calibration, FIELDS(:6), sca, error, windows)
+        call find_file(paths, ['SCA1B'], path)
+        if (path /= '') then
+            call read_product(path, clock, calibration, FIELDS(:6), sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop(.not. without_bits(sca, [0]))
         else
-            call find_file(paths, ['SCA1A'], calibration%satellite, i)
-            call find_file(paths, ['QSA1B'], calibration%satellite, k)
-            if (i == 0 .or. k == 0) then
+            call find_file(paths, ['SCA1A'], path)
+            call find_file(paths, ['QSA1B'], other)
+            if (path == '' .or. other == '') then
                 call fail(error, 'no file of product SCA1B, or SCA1A with QSA1B, of satellite '//calibration%satellite// &
                           ': the attitude is not known')
                 return
             end if
-            call read_level1(paths(k)%text, qsa, error)
+            call read_level1(other, qsa, error)
             if (allocated(error)) return
-            call read_product(paths(i)%text, clock, calibration, FIELDS, sca, error, windows)
+            call read_product(path, clock, calibration, FIELDS, sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop([(.not. btest(nint(sca%values(k, 7)), 0), k=1, sca%count)])
             do head = 1, HEADS
@@ -699,7 +695,7 @@ contains
 
     !> Angles of the gyros, where there are any.
     subroutine read_gyros(paths, clock, calibration, windows, error)
-        type(string_t), intent(in) :: paths(:)
+        type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), intent(in) :: windows(:, :)
@@ -711,6 +707,7 @@ contains
         type(level1_records_t) :: imu
         real(dp), allocatable :: times(:)
         logical, allocatable :: wanted(:)
+        character(:), allocatable :: path
         integer :: i, k
 
         do i = 1, size(calibration%spans)
@@ -719,9 +716,9 @@ contains
                 allocate (calibration%spans(i)%gyros(k)%time(0), calibration%spans(i)%gyros(k)%angle(0))
             end do
         end do
-        call find_file(paths, ['IMU1B', 'IMU1A'], calibration%satellite, i)
-        if (i == 0) return
-        call read_product(paths(i)%text, clock, calibration, FIELDS, imu, error, windows)
+        call find_file(paths, ['IMU1B', 'IMU1A'], path)
+        if (path == '') return
+        call read_product(path, clock, calibration, FIELDS, imu, error, windows)
         if (allocated(error)) return
         if (imu%count == 0) return
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))

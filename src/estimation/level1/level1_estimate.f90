@@ -152,14 +152,18 @@ contains
 
         real(dp), parameter :: SAMPLE = 0.1_dp      ! s, of ACC1A
         real(dp), parameter :: REACH = 0.4_dp, STEPS(4) = [0.1_dp, 0.05_dp, 0.02_dp, 0.01_dp]
-        real(dp) :: squares(-1:1), lowest, best, curvature, trial
-        integer :: i, k
+        real(dp) :: squares(-1:1), noise(3), lowest, best, curvature, trial
+        integer :: i, k, size_of_band
         logical :: usable
 
         estimate%accelerometer_delay = setup%accelerometer_delay
         estimate%accelerometer_delay_sigma = 0
         call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .true.)
         if (.not. calibration%has_angular) return
+        size_of_band = 0
+        do i = 1, size(calibration%spans)
+            if (calibration%spans(i)%used) size_of_band = size_of_band + size(estimate%motion(i)%band, 2)
+        end do
         lowest = huge(lowest)
         best = 0
         usable = .false.
@@ -175,14 +179,18 @@ contains
             return
         end if
         do k = 2, size(STEPS)
+            call squares_at(best, trial)
+            if (allocated(error)) return
+            noise = estimate%angular%residual
             do i = -1, 1
-                call squares_at(best + i*STEPS(k), squares(i))
+                call squares_at(best + i*STEPS(k), trial)
                 if (allocated(error)) return
+                squares(i) = sum((estimate%angular%residual/noise)**2)*size_of_band
             end do
             curvature = squares(-1) - 2*squares(0) + squares(1)
-            if (curvature > 0) best = best + max(-1.0_dp, min(1.0_dp, (squares(-1) - squares(1))/(2*curvature)))*STEPS(k)
-            ! n log(squares) is twice the log-likelihood: its curvature is 1/sigma^2
-            if (curvature > 0) estimate%accelerometer_delay_sigma = sqrt(2*STEPS(k)**2/curvature)
+            if (.not. curvature > 0) exit
+            best = best + max(-1.0_dp, min(1.0_dp, (squares(-1) - squares(1))/(2*curvature)))*STEPS(k)
+            estimate%accelerometer_delay_sigma = sqrt(2*STEPS(k)**2/curvature)
         end do
         call squares_at(best, trial)
         estimate%accelerometer_delay = best
@@ -374,6 +382,7 @@ contains
         integer, intent(out) :: dropped
 
         real(dp), parameter :: LIMIT = 5, TO_SIGMA = 1.4826_dp
+        real(dp), parameter :: QUIETEST = 5e-11_dp      ! m/s^2: no accelerometer of these missions is quieter
         integer, parameter :: DEGREE = 6        ! What is slower than the manoeuvre is no residual
         integer, parameter :: LAGS = 2          ! Steps of held currents leak as spikes into a sample near them
         real(dp), parameter :: SAMPLE = 0.1_dp  ! s
@@ -410,7 +419,7 @@ contains
                 stays = .true.
                 do axis = 1, 3
                     call remove_space(basis, left(:, axis))
-                    sigma = TO_SIGMA*median_of(abs(left(:, axis)))
+                    sigma = max(QUIETEST, TO_SIGMA*median_of(abs(left(:, axis))))
                     stays = stays .and. abs(left(:, axis)) <= LIMIT*sigma
                 end do
                 if (.not. all(stays)) then
@@ -566,7 +575,7 @@ contains
             integer, intent(in) :: flag
             character(*), intent(in) :: reason
 
-            if (flag < estimate%solutions(i)%flag) return
+            if (flag <= estimate%solutions(i)%flag .and. flag < 2) return
             estimate%solutions(i)%flag = flag
             estimate%solutions(i)%reason = reason
         end subroutine lower
