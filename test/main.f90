@@ -34,6 +34,7 @@ program tester
     use test_level1_reader, only: collect_level1_reader
     use test_level1_writer, only: collect_level1_writer
     use test_level1_time, only: collect_level1_time
+    use test_level1_check, only: collect_level1_check
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -132,6 +133,7 @@ program tester
              new_testsuite('level1-reader', collect_level1_reader), &
              new_testsuite('level1-writer', collect_level1_writer), &
              new_testsuite('level1-time', collect_level1_time), &
+             new_testsuite('level1-check', collect_level1_check), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &

@@ -7,7 +7,8 @@ module gracecg_observations_level1_header
     use gracecg_observations_level1_products, only: is_level1_product
     implicit none
     private
-    public :: level1_header_t, parse_level1_header, product_of_file_name, satellite_of_file_name
+    public :: level1_header_t, parse_level1_header, product_of_file_name, satellite_of_file_name, &
+        date_of_file_name
     public :: FORM_YAML, FORM_CARDS, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
 
     integer, parameter :: FORM_YAML = 1, FORM_CARDS = 2             !! Of headers
@@ -299,4 +300,15 @@ contains
             path(start + 18:start + 18) /= '_') return
         if (scan(path(start + 17:start + 17), PLATFORMS) == 1) satellite = path(start + 17:start + 17)
     end function satellite_of_file_name
+
+    !> The date in a file's name, YYYY-MM-DD; blank when it is not of the form above.
+    pure character(10) function date_of_file_name(path) result(date)
+        character(*), intent(in) :: path    !! With or without folders
+
+        integer :: start
+
+        date = ''
+        start = start_of_name(path)
+        if (satellite_of_file_name(path) /= '') date = path(start + 6:start + 15)
+    end function date_of_file_name
 end module gracecg_observations_level1_header

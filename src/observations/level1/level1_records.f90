@@ -44,12 +44,13 @@ contains
     !> Reads a file. Of equal epochs of one series (head, gyro, tank) the first record stays; of clocks and
     !> calibration histories (QSA1B, VCM1B, ...) the last. Fails when the file cannot be read, a record is
     !> broken, satellites or time frames are mixed, or a field is not of the product.
-    subroutine read_level1(path, records, error, fields, spans)
+    subroutine read_level1(path, records, error, fields, spans, most)
         character(*), intent(in) :: path                        !! Of the file
         type(level1_records_t), intent(out) :: records
         type(error_t), allocatable, intent(out) :: error
         character(*), intent(in), optional :: fields(:)         !! Their names; without them: all
         real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
+        integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
 
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
@@ -92,6 +93,9 @@ contains
                     end if
                 end associate
             end do
+            if (present(most)) then
+                if (records%count >= most) exit
+            end if
         end do
         records%satellite = reader%satellite
         records%time_ref = reader%time_ref
