@@ -601,6 +601,42 @@ gracecg_status gracecg_map(const gracecg_case *the_case, size_t n, const double 
                            double *latitude, double *longitude, double *sigma, double *worst_sigma,
                            double *worst_direction, double *wave, double *force, gracecg_error *error);
 
+/* ------------------------------------------------------------------ Level-1 data of GRACE and GRACE-FO */
+
+/* The records of a Level-1 file in order of time, each epoch once. */
+typedef struct gracecg_level1 gracecg_level1;
+
+/* Reads a file, text or binary, of any product that `gracecg level1 list` knows. span or NULL: first and last
+   time tag that are wanted, in s past 2000-01-01 12:00:00 in the file's own time frame. */
+gracecg_status gracecg_level1_read(const char *path, const double span[2], gracecg_level1 **level1,
+                                   gracecg_error *error);
+gracecg_status gracecg_level1_free(gracecg_level1 **level1, gracecg_error *error);
+
+/* How many records, fields and warnings there are; each or NULL. */
+gracecg_status gracecg_level1_counts(const gracecg_level1 *level1, size_t *records, size_t *fields,
+                                     size_t *warnings, gracecg_error *error);
+
+/* Product, satellite and time frame (R: on-board computer or receiver, G: GPS; none where records do not say),
+   as "MAG1A C R". */
+gracecg_status gracecg_level1_about(const gracecg_level1 *level1, char *text, size_t size, size_t *length,
+                                    gracecg_error *error);
+
+/* The name of field 0 <= index < fields, and what is unusual about the file, 0 <= index < warnings. */
+gracecg_status gracecg_level1_field(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                    size_t *length, gracecg_error *error);
+gracecg_status gracecg_level1_warning(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                      size_t *length, gracecg_error *error);
+
+/* Time tags [records]: whole seconds past 2000-01-01 12:00:00, and the rest, 0 <= fraction < 1 s; each or NULL.
+   capacity is the length of the arrays. */
+gracecg_status gracecg_level1_times(const gracecg_level1 *level1, size_t capacity, double *seconds,
+                                    double *fraction, gracecg_error *error);
+
+/* The values [records] of a field, in the units of the file: integers and flags are exact, letters their codes.
+   A value that a record has not is NaN. */
+gracecg_status gracecg_level1_values(const gracecg_level1 *level1, const char *field, size_t capacity,
+                                     double *values, gracecg_error *error);
+
 #ifdef __cplusplus
 }
 #endif

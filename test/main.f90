@@ -35,6 +35,8 @@ program tester
     use test_level1_writer, only: collect_level1_writer
     use test_level1_time, only: collect_level1_time
     use test_level1_check, only: collect_level1_check
+    use test_level1_estimate, only: collect_level1_estimate
+    use test_level1_fuzz, only: collect_level1_fuzz
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -136,6 +138,8 @@ program tester
              new_testsuite('level1-writer', collect_level1_writer), &
              new_testsuite('level1-time', collect_level1_time), &
              new_testsuite('level1-check', collect_level1_check), &
+             new_testsuite('level1-estimate', collect_level1_estimate), &
+             new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &

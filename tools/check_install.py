@@ -456,6 +456,13 @@ def check_python(here, expected):
         raise Failure(f"no exception: {output}")
 
 
+def check_level1(here, program, *parts):
+    """The example of Level-1 data reads the file that it has written."""
+    output = here.output(program)
+    if missing := [part for part in parts if part not in output]:
+        raise Failure(f"{missing} is not in: {output}")
+
+
 def check_memory(here, program):
     """No block left, no invalid access, no jump on a value that was never set."""
     run(["valgrind", "--quiet", "--error-exitcode=99", "--leak-check=full",
@@ -495,6 +502,8 @@ def check_examples(checks, here):
             "fortran/calibrate.f90", STRICT_FORTRAN)
     example("bound (Fortran)", check_bound, fortran, "fortran/bound.f90", STRICT_FORTRAN)
     example("design (Fortran)", check_design, fortran, "fortran/design.f90", STRICT_FORTRAN)
+    example("level1 (Fortran)", check_level1, fortran, "fortran/level1.f90", STRICT_FORTRAN, "USO1B", "3 records", "uso_freq")
+    level1 = example("level1 (C)", check_level1, "cc", "c/level1.c", STRICT_C, "CLK1B C", "2 records", "eps_time")
     optimal = example("optimal (C)", check_optimal, "cc", "c/optimal.c", STRICT_C)
     models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
     calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
@@ -502,7 +511,7 @@ def check_examples(checks, here):
     example("threads (C)", check_threads, "cc", "c/threads.c", [*STRICT_C, "-pthread"], expected)
     checks.run("calibrate (Python) gives the command line's numbers", check_python, here, expected)
     for label, program in (("models (F77)", models), ("calibrate (C)", calibrate),
-                           ("optimal (C)", optimal)):
+                           ("optimal (C)", optimal), ("level1 (C)", level1)):
         if program is not None:
             checks.run(f"{label} under valgrind", check_memory, here, program)
     static = checks.run("calibrate (C) links the static library", here.build, "cc", EXAMPLE / "c/calibrate.c",

@@ -30,6 +30,7 @@ module gracecg_cli_command_line
     use gracecg_cli_level1, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
         declare_level1_convert, run_level1_convert
     use gracecg_cli_level1_check, only: declare_level1_check, run_level1_check
+    use gracecg_cli_level1_estimate, only: declare_level1_estimate, run_level1_estimate
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -90,6 +91,8 @@ contains
                       declare_level1_dump, run_level1_dump), &
             command_t('level1 check', 'a day of Level-1 data in numbers, with a verdict each', &
                       declare_level1_check, run_level1_check), &
+            command_t('level1 estimate', 'the CG offset from Level-1 files of a manoeuvre', &
+                      declare_level1_estimate, run_level1_estimate), &
             command_t('level1 convert', 'Level-1 text as binary, binary as text', &
                       declare_level1_convert, run_level1_convert)]
     end function all_commands

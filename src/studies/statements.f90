@@ -141,7 +141,6 @@ contains
         row%setting = setting
         row%runs = settings%runs
         call tell(progress, trim(statement%name)//', '//trim(row%case_name)//', '//setting)
-        call expect_pieces(progress, settings%runs, 'runs')
         call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
         if (allocated(error)) return
@@ -169,6 +168,7 @@ contains
         statement%place = 'sections 4.1 and 7.1(1)'
         statement%claim = 'activating the magnetic dipole moment along only one axis cannot yield good CG calibration accuracy'
         statement%method = 'one rod of 30 A m^2 at 0.1 Hz in place of the report''s two; '//SINGLE_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*(1 + 3)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (.not. allocated(error)) call add_row(settings, calibration, SINGLE_ALGORITHM, 'both rods', statement, &
@@ -240,6 +240,7 @@ contains
         statement%claim = 'longer arcs do not yield good results, since the non-gravitational acceleration is no longer '// &
             'linear: 60 s are the trade-off'
         statement%method = 'the report''s rods for 60 to 300 s; '//SINGLE_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*size(LENGTHS)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (allocated(error)) return
@@ -318,6 +319,7 @@ contains
         statement%claim = 'the estimation accuracy is relatively highly dependent on the weight for the accelerometer '// &
             'data and star cameras data'
         statement%method = 'weights of the star camera, then of the accelerometer''s axes; '//COMBINED_ALGORITHM
+        call expect_pieces(progress, (size(STAR) + size(ACC_TEXT))*settings%runs, 'runs')
         call find_calibration('front-1', calibration, error)
         if (allocated(error)) return
         options = calibration%options
@@ -372,6 +374,7 @@ contains
         statement%claim = 'the accuracy can be better than 0.02 mm for x, 0.01 mm for y and 0.02 mm for z, in the best '// &
             'chance of each axis'
         statement%method = 'the cases of the front satellite; '//COMBINED_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'as in the report', &

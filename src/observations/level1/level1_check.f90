@@ -315,8 +315,8 @@ contains
             call compare_tags(a, b, clock, .false., exact, compared)
             if (compared == 0) cycle
             call check%add(lower(PRODUCTS(i))//'_tags_compared', real(compared, dp), '', 1.0_dp, huge(1.0_dp))
-            call check%add(lower(PRODUCTS(i))//'_tags_difference', rough*1e6_dp, 'us', 0.0_dp, 0.75_dp)
-            call check%add(lower(PRODUCTS(i))//'_tags_difference_chain', exact*1e6_dp, 'us', 0.0_dp, 0.75_dp)
+            call check%add(lower(PRODUCTS(i))//'_tags_difference', rough*1e6_dp, 'us', 0.0_dp, 1.5_dp)
+            call check%add(lower(PRODUCTS(i))//'_tags_difference_chain', exact*1e6_dp, 'us', 0.0_dp, 1.5_dp)
         end do
     end subroutine check_tags
 

@@ -64,7 +64,9 @@ contains
             call append(files%paths, found(i)%text)
         end do
         if (files%date == '') then
-            call fail(error, trim(folder)//': no Level-1 files'//of_satellite(satellite)//'; their names are like '// &
+            others = ''
+            if (satellite /= '') others = ' of satellite '//satellite
+            call fail(error, trim(folder)//': no Level-1 files'//others//'; their names are like '// &
                       'ACC1A_2023-06-01_C_04.txt')
             return
         end if
@@ -74,14 +76,6 @@ contains
         if (len_trim(dates) > len(files%date) + 1) &
             call append(files%warnings, 'the folder has files of several days,'//dates//': '//files%date//' is taken')
     end subroutine open_level1_folder
-
-    function of_satellite(satellite) result(text)
-        character(1), intent(in) :: satellite
-        character(:), allocatable :: text
-
-        text = ''
-        if (satellite /= '') text = ' of satellite '//satellite
-    end function of_satellite
 
     pure logical function is_history(path)
         character(*), intent(in) :: path

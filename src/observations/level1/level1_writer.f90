@@ -117,7 +117,7 @@ contains
     function time_text(time, between) result(text)
         real(dp), intent(in) :: time            !! s past 2000-01-01 12:00 GPS
         character(1), intent(in) :: between     !! Date and time of day
-        character(:), allocatable :: text
+        character(54) :: text
 
         character(24) :: number
         character(26) :: date
@@ -150,8 +150,8 @@ contains
         call self%file%line('    product_version: 04')
         call self%file%line('    time_coverage_start: '//first(:22))
         call self%file%line('    time_coverage_stop: '//last(:22))
-        call self%file%line('    title: GRACE-FO Level-'//self%layout%product(4:5)//' '//title_of(self%layout%product(:3))// &
-                            ' Data')
+        call self%file%line('    title: GRACE-FO Level-'//self%layout%product(4:5)//' '// &
+                            trim(title_of(self%layout%product(:3)))//' Data')
         call self%file%line('  non-standard_attributes:')
         call self%file%line('    epoch_time: 2000-01-01T12:00:00.00')
         call self%file%line('    software_version: '//VERSION)
@@ -176,7 +176,7 @@ contains
 
     pure function title_of(product) result(title)
         character(3), intent(in) :: product
-        character(:), allocatable :: title
+        character(32) :: title
 
         select case (product)
         case ('ACC')
@@ -212,13 +212,13 @@ contains
     function standard_name(self, header) result(name)
         class(level1_writer_t), intent(in) :: self
         type(level1_header_t), intent(in) :: header
-        character(:), allocatable :: name
+        character(25) :: name
 
         character(26) :: date
 
         date = gps_date_text(floor(header%first_time, i8), 0.0_dp)
         name = self%layout%product//'_'//date(:10)//'_'//header%satellite//'_'// &
-            trim(merge('04', '02', self%layout%grace_fo))//trim(merge('.dat', '.txt', self%binary))
+            merge('04', '02', self%layout%grace_fo)//merge('.dat', '.txt', self%binary)
     end function standard_name
 
     !> Writes a record. What is wrong with it is remembered and told by `commit`.
