@@ -29,6 +29,7 @@ module gracecg_estimation_level1_estimate
     type :: level1_estimate_t
         !! The result of a calibration
         type(rod_calibration_t) :: rods
+        type(level1_drive_t) :: drive                       !! Currents at any time
         logical :: steps = .false.                          !! Currents are held from tag to tag
         real(dp) :: accelerometer_delay = 0                 !! s
         real(dp) :: accelerometer_delay_sigma = 0           !! s; 0: not estimated
@@ -83,6 +84,7 @@ contains
             end if
             estimate%solutions = [estimate%solutions, solution]
         end do
+        estimate%drive = drive
         if (size(estimate%solutions) == 0) then
             call fail(error, 'no source gives an offset: '//estimate%remarks(size(estimate%remarks))%text)
             return
