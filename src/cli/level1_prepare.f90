@@ -45,6 +45,7 @@ contains
         type(level1_estimate_t) :: estimate
         type(observation_set_t) :: observations
         character(:), allocatable :: folder
+        character(80) :: about(2)
         integer :: number, i
 
         call arguments%get('--number', number, misuse, default=1, low=1, high=MOST_SPANS)
@@ -64,9 +65,9 @@ contains
         do i = 1, size(estimate%findings)
             call console%warn(estimate%findings(i)%text)
         end do
-        call write_observations(folder, observations, &
-                                [character(120) :: 'gracecg '//VERSION//' level1 prepare, GRACE-'//calibration%satellite//', '// &
-                                 calibration%date//', span '//integer_text(number)], error)
+        about(1) = 'gracecg '//VERSION//' level1 prepare'
+        about(2) = 'GRACE-'//calibration%satellite//', '//calibration%date//', span '//integer_text(number)
+        call write_observations(folder, observations, about, error)
         if (.not. allocated(error)) call console%line('written: '//folder//' ('// &
             integer_text(size(observations%accelerometer_time))//' samples of the accelerometer)')
     end subroutine run_level1_prepare

@@ -199,7 +199,7 @@ contains
             call table%column('line_'//AXES(k)//'_mm', 'f9.4', 'line '//AXES(k)//'|mm')
         end do
         do k = 1, 3
-            call table%column('by_gas_'//AXES(k)//'_um', 'f7.2', 'by gas '//AXES(k)//'|um')
+            call table%column('by_gas_'//AXES(k)//'_um', 'f9.2', 'by gas '//AXES(k)//'|um')
         end do
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)

@@ -41,11 +41,11 @@ contains
                 call fail(error, 'span '//integer_text(number)//' is not usable: '//trim(span%reason))
                 return
             end if
-            zero = real(floor(span%start), dp)
+            zero = real(ceiling(span%start) + 1, dp)    ! a sample lies within an interval behind it
             length = span%stop - zero
             associate (knowledge => observations%knowledge)
                 knowledge%name = 'GRACE-'//calibration%satellite//' '//calibration%date//' span '//integer_text(number)
-                knowledge%epoch = utc_of_gps(calibration%epoch + floor(span%start, i8), 0.0_dp)
+                knowledge%epoch = utc_of_gps(calibration%epoch + nint(zero, i8), 0.0_dp)
                 knowledge%duration = length
                 knowledge%mass = setup%mass
                 knowledge%inertia = setup%inertia
