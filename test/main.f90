@@ -66,7 +66,9 @@ program tester
     use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
+    use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
+    use test_programme, only: collect_programme
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
     use test_knowledge_errors, only: collect_knowledge_errors
@@ -167,7 +169,9 @@ program tester
              new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
+             new_testsuite('joint', collect_joint), &
              new_testsuite('bound', collect_bound), &
+             new_testsuite('programme', collect_programme), &
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &

@@ -18,6 +18,7 @@ module gracecg_cli_command_line
     use gracecg_cli_errors, only: declare_errors, run_errors
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
     use gracecg_cli_statements, only: declare_statements, run_statements
+    use gracecg_cli_history, only: declare_history, run_history
     use gracecg_cli_trim, only: declare_trim, run_trim
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
@@ -66,6 +67,7 @@ contains
                       declare_magnetometer_loss, run_magnetometer_loss), &
             command_t('statements', 'what CSR-TM-00-01 states without a table or figure, examined', &
                       declare_statements, run_statements), &
+            command_t('history', 'the CG offset over months and years', declare_history, run_history), &
             command_t('trim', 'calibrates and moves masses until the offset is small', &
                       declare_trim, run_trim), &
             command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', &
