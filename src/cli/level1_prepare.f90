@@ -26,8 +26,9 @@ contains
 
         call arguments%describe('level1 prepare', 'DIR', 1, 1, &
                                 'Makes an observation set, as `gracecg estimate` takes it, of one span of Level-1 files: '// &
-                                'times from the span''s beginning, SRF axes, the field of the model or the corrected '// &
-                                'magnetometer, the rods as measured, with gains and delays from the attitude (rods.csv).', &
+                                'GPS time, accelerations at whole tenths of a second, SRF axes, the field of the model '// &
+                                'or the corrected magnetometer, the rods as measured, with gains and delays from the '// &
+                                'attitude (rods.csv).', &
                                 'gracecg level1 prepare day --setup setup.nml --number 2 --out span2')
         call declare_data_options(arguments)
         call arguments%add_option('--number', 'N', 'of the span that is wanted (default 1)')
@@ -65,6 +66,8 @@ contains
         do i = 1, size(estimate%findings)
             call console%warn(estimate%findings(i)%text)
         end do
+        if (estimate%solutions(1)%leakage /= 'estimated') call console%warn('the spans do not determine the leakage of the '// &
+            'rods: it is in the accelerations, and the sigma of an estimate leaves it out')
         about(1) = 'gracecg '//VERSION//' level1 prepare'
         about(2) = 'GRACE-'//calibration%satellite//', '//calibration%date//', span '//integer_text(number)
         call write_observations(folder, observations, about, error)
