@@ -2,7 +2,7 @@
 !> acceleration side by side, and a judgement that names what is wrong.
 module gracecg_estimation_level1_estimate
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MICROMETRE
+    use gracecg_base_constants, only: AXES, MICROMETRE, NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text
@@ -342,7 +342,7 @@ contains
             do i = 1, n         ! the field of each place
                 if (.not. calibration%spans(i)%used) cycle
                 do k = 1, 3
-                    one = consider_t(sigma=setup%field_sigma, span=i)
+                    one = consider_t(sigma=field_sigma(calibration, setup), span=i)
                     allocate (one%change(n))
                     one%change(i)%acceleration = estimate%motion(i)%by_field(:, k, :)
                     considered = [considered, one]
@@ -375,6 +375,20 @@ contains
             end do
         end subroutine by_axis
     end subroutine list_considered
+
+    !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
+    !> magnetometer is closer to the model.
+    pure real(dp) function field_sigma(calibration, setup) result(sigma)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+
+        integer, parameter :: PLACES = 3
+        real(dp), parameter :: LEAST = 10*NANOTESLA     ! What no difference shows: a constant along SRF of that size
+
+        sigma = setup%field_sigma
+        if (calibration%field_difference < 0 .or. count(calibration%spans%used) < PLACES) return
+        sigma = min(sigma, max(LEAST, calibration%field_difference))
+    end function field_sigma
 
     !> Takes samples out whose residual exceeds five robust sigmas on some axis.
     subroutine drop_outliers(calibration, drive, estimate, solution, dropped)
@@ -541,7 +555,7 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3
+        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3, MOST_COLOURED = 8
         real(dp) :: sigma(3), difference(3), allowed(3)
         integer :: i, k
 
@@ -555,6 +569,7 @@ contains
                     call lower(1, 'leakage and d are not separable')
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
+                if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
                 if (.not. calibration%has_angular .and. .not. estimate%gyros%known) &
                     call lower(1, 'torque and star cameras alone check each other')
                 do k = 1, 3
