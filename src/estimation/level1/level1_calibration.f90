@@ -44,6 +44,8 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: linear(:, :)       !! m/s^2
         real(dp), allocatable :: angular(:, :)      !! rad/s^2; NaN: none
         real(dp), allocatable :: attitude_time(:)   !! Of the attitude, with margins
+        real(dp), allocatable :: quaternion(:, :)   !! Inertial to SRF, scalar last
+        real(dp), allocatable :: position(:, :)     !! Inertial, m
         real(dp), allocatable :: angle(:, :)        !! phi, rotation vector summed up, rad
         real(dp), allocatable :: rate(:, :)         !! Angular velocity, rad/s
         real(dp), allocatable :: field(:, :)        !! Of the Earth, T
@@ -629,7 +631,8 @@ contains
         wanted = pack([(i, i=1, size(times))], times >= span%start - SPAN_MARGIN - 2 .and. times <= span%stop + SPAN_MARGIN + 2)
         n = size(wanted)
         span%attitude_time = times(wanted)
-        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n))
+        span%quaternion = q(:, wanted)
+        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n), span%position(3, n))
         if (n < 10) then
             call leave_out(span, 'no attitude')
             return
@@ -653,6 +656,7 @@ contains
                 c = inertial_of_earth_fixed(utc_of_gps(calibration%epoch + second, span%attitude_time(i) - real(second, dp)))
             end if
             call model%evaluate(rf, b)
+            span%position(:, i) = matmul(c, rf)
             to_body = matmul(rotation_matrix(q(:, wanted(i))), c)
             span%field(:, i) = matmul(to_body, b)
             span%up(:, i) = matmul(to_body, rf/norm2(rf))
