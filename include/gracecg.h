@@ -383,6 +383,12 @@ gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
 gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
                                   gracecg_error *error);
 
+/* The same setup with measured moments of the torque rods in place of those that they were commanded to: times
+   [count] in s from the epoch, rising, over the whole arc; moments [count][3] along the rods x, y, z in A m^2.
+   They have the rods' gain and delay in them. */
+gracecg_status gracecg_setup_measured(const gracecg_setup *setup, size_t count, const double *time,
+                                      const double *moment, gracecg_setup **measured, gracecg_error *error);
+
 /* The samples of one calibration; times in s from the setup's epoch, rising. */
 typedef struct gracecg_samples {
     size_t accelerometer_count;
@@ -495,6 +501,22 @@ gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observation
                                 gracecg_solution *solution, char *warnings, size_t size,
                                 gracecg_error *error);
 
+/* One offset from several observation sets, by the algorithm optimal with the options of each; scale factors, rod gain,
+   magnetometer bias and inertia are one for all. */
+typedef struct gracecg_joint {
+    double offset[3];           /* of the time of the last run, body axes, m */
+    double covariance[3][3];    /* m^2 */
+    double chi_square;          /* of all differences between the runs */
+    double probability;         /* that chance makes so much */
+    int32_t degrees;            /* of freedom of chi_square */
+    int32_t consistent;         /* 1: the runs agree on one offset, 0: they do not */
+} gracecg_joint;
+
+/* observations[count] are handles. difference[count][3] and difference_sigma[count][3], each or NULL, receive each run
+   alone minus all others, and its standard deviation if they agree, m. */
+gracecg_status gracecg_estimate_joint(gracecg_observations **observations, size_t count, gracecg_joint *joint,
+                                      double *difference, double *difference_sigma, gracecg_error *error);
+
 /* ------------------------------------------------------------------ the limit of an estimate */
 
 /* The least covariance of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the
@@ -578,6 +600,42 @@ gracecg_status gracecg_design_manoeuvre(const gracecg_case *the_case, const grac
 gracecg_status gracecg_map(const gracecg_case *the_case, size_t n, const double *seconds, int32_t threads,
                            double *latitude, double *longitude, double *sigma, double *worst_sigma,
                            double *worst_direction, double *wave, double *force, gracecg_error *error);
+
+/* ------------------------------------------------------------------ Level-1 data of GRACE and GRACE-FO */
+
+/* The records of a Level-1 file in order of time, each epoch once. */
+typedef struct gracecg_level1 gracecg_level1;
+
+/* Reads a file, text or binary, of any product that `gracecg level1 list` knows. span or NULL: first and last
+   time tag that are wanted, in s past 2000-01-01 12:00:00 in the file's own time frame. */
+gracecg_status gracecg_level1_read(const char *path, const double span[2], gracecg_level1 **level1,
+                                   gracecg_error *error);
+gracecg_status gracecg_level1_free(gracecg_level1 **level1, gracecg_error *error);
+
+/* How many records, fields and warnings there are; each or NULL. */
+gracecg_status gracecg_level1_counts(const gracecg_level1 *level1, size_t *records, size_t *fields,
+                                     size_t *warnings, gracecg_error *error);
+
+/* Product, satellite and time frame (R: on-board computer or receiver, G: GPS; none where records do not say),
+   as "MAG1A C R". */
+gracecg_status gracecg_level1_about(const gracecg_level1 *level1, char *text, size_t size, size_t *length,
+                                    gracecg_error *error);
+
+/* The name of field 0 <= index < fields, and what is unusual about the file, 0 <= index < warnings. */
+gracecg_status gracecg_level1_field(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                    size_t *length, gracecg_error *error);
+gracecg_status gracecg_level1_warning(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                      size_t *length, gracecg_error *error);
+
+/* Time tags [records]: whole seconds past 2000-01-01 12:00:00, and the rest, 0 <= fraction < 1 s; each or NULL.
+   capacity is the length of the arrays. */
+gracecg_status gracecg_level1_times(const gracecg_level1 *level1, size_t capacity, double *seconds,
+                                    double *fraction, gracecg_error *error);
+
+/* The values [records] of a field, in the units of the file: integers and flags are exact, letters their codes.
+   A value that a record has not is NaN. */
+gracecg_status gracecg_level1_values(const gracecg_level1 *level1, const char *field, size_t capacity,
+                                     double *values, gracecg_error *error);
 
 #ifdef __cplusplus
 }

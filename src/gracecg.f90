@@ -9,6 +9,7 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
+!> - Level-1 data of GRACE and GRACE-FO: `read_level1`, `level1_reader_t`, `level1_writer_t`, time, frames
 !> - estimators: `estimate_offset`; how to estimate: `estimation_options_t` with `optimal_options_t` and
 !>   `sequential_options_t` as components, `read_options`; the estimate on the way: `running_estimate_t`
 !> - a case and how it is estimated: `find_calibration`, `report_options`
@@ -62,7 +63,8 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
@@ -93,6 +95,23 @@ module gracecg
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
+    ! Level-1 data of GRACE and GRACE-FO
+    use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, level1_product_names
+    use gracecg_observations_level1_header, only: level1_header_t
+    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_observations_level1_records, only: level1_records_t, read_level1
+    use gracecg_observations_level1_writer, only: level1_writer_t
+    use gracecg_observations_level1_conversion, only: convert_level1
+    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
+    use gracecg_observations_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
+        continuous_quaternions, mounting_of_head, attitude_by_head, calibration_vector, &
+        inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
+    use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_observations_level1_check, only: level1_check_t, check_level1
+    use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_offset, only: level1_solution_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP
     use gracecg_estimation_report_options, only: report_options
@@ -101,6 +120,13 @@ module gracecg
     use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
+    use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
+    use gracecg_estimation_offset_change, only: offset_change_t, read_changes
+    use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
+        history_point_t, trace_offset
+    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_estimation_saved_estimate, only: read_information, dated_offset_t, read_offsets
     ! The limit of an estimate, and the planner
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_from_text, calibration_text
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
@@ -141,8 +167,17 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES, motion_limits_t
+    public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
+
+    public :: level1_layout_t, level1_layout, level1_product_names, level1_header_t, level1_reader_t, level1_block_t
+    public :: level1_records_t, read_level1, level1_writer_t, convert_level1
+    public :: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
+    public :: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, continuous_quaternions, mounting_of_head
+    public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
+    public :: inertial_velocity, level1_folder_t, open_level1_folder, level1_check_t, check_level1
+    public :: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration
+    public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, level1_solution_t
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: satellite_t, operator_t, OPERATOR_ERRORS
@@ -164,6 +199,10 @@ module gracecg
             calibration_text
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
+    public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
+    public :: estimate_runs, run_information_t, read_information
+    public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
+    public :: new_tank_series, offset_history_t, history_point_t, trace_offset
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES
     public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre

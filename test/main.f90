@@ -32,6 +32,11 @@ program tester
     use test_arguments, only: collect_arguments
     use test_observation_files, only: collect_observation_files
     use test_level1_reader, only: collect_level1_reader
+    use test_level1_writer, only: collect_level1_writer
+    use test_level1_time, only: collect_level1_time
+    use test_level1_check, only: collect_level1_check
+    use test_level1_estimate, only: collect_level1_estimate
+    use test_level1_fuzz, only: collect_level1_fuzz
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -61,7 +66,9 @@ program tester
     use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
+    use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
+    use test_programme, only: collect_programme
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
     use test_knowledge_errors, only: collect_knowledge_errors
@@ -128,6 +135,11 @@ program tester
              new_testsuite('arguments', collect_arguments), &
              new_testsuite('observation-files', collect_observation_files), &
              new_testsuite('level1-reader', collect_level1_reader), &
+             new_testsuite('level1-writer', collect_level1_writer), &
+             new_testsuite('level1-time', collect_level1_time), &
+             new_testsuite('level1-check', collect_level1_check), &
+             new_testsuite('level1-estimate', collect_level1_estimate), &
+             new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &
@@ -157,7 +169,9 @@ program tester
              new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
+             new_testsuite('joint', collect_joint), &
              new_testsuite('bound', collect_bound), &
+             new_testsuite('programme', collect_programme), &
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &

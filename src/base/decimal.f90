@@ -19,8 +19,9 @@ module gracecg_base_decimal
     integer(i8), parameter :: EXACT_INTEGER = 2_i8**53
     real(dp), parameter :: SPLITTER = 2.0_dp**27 + 1    !! Of Dekker's product
     real(dp), parameter :: DOUBT = 2.0_dp**(-40)        !! Relative, far above the error of the small part
-    integer :: i
-    real(dp), parameter :: POWER(0:EXACT_TENS) = [(10.0_dp**i, i=0, EXACT_TENS)]
+    real(dp), parameter :: POWER(0:EXACT_TENS) = [1e0_dp, 1e1_dp, 1e2_dp, 1e3_dp, 1e4_dp, 1e5_dp, 1e6_dp, 1e7_dp, 1e8_dp, &
+                                                  1e9_dp, 1e10_dp, 1e11_dp, 1e12_dp, 1e13_dp, 1e14_dp, 1e15_dp, 1e16_dp, &
+                                                  1e17_dp, 1e18_dp, 1e19_dp, 1e20_dp, 1e21_dp, 1e22_dp]
     character(1), parameter :: LF = achar(10)
 
 contains
@@ -29,7 +30,10 @@ contains
     elemental logical function is_white(letter)
         character(1), intent(in) :: letter  !! Of a text
 
-        is_white = letter == ' ' .or. (iachar(letter) >= 9 .and. iachar(letter) <= 13 .and. letter /= LF)
+        integer :: code
+
+        code = iachar(letter)
+        is_white = code == 32 .or. (code >= 9 .and. code <= 13 .and. code /= 10)
     end function is_white
 
     !> Reads the decimal number that begins at `at` and ends before white space or a line feed, one of which
@@ -83,7 +87,7 @@ contains
             end do
         end if
         ok = digits > 0
-        if (ok .and. scan(text(at:at), 'eEdD') == 1) then
+        if (ok .and. is_exponent(text(at:at))) then
             at = at + 1
             sign_of_scale = 1
             if (text(at:at) == '-') sign_of_scale = -1
@@ -125,6 +129,12 @@ contains
             value = -value
         end if
     end subroutine scan_real
+
+    elemental logical function is_exponent(letter)
+        character(1), intent(in) :: letter
+
+        is_exponent = letter == 'e' .or. letter == 'E' .or. letter == 'd' .or. letter == 'D'
+    end function is_exponent
 
     !> m 10^e to the nearest number. Not sure where twice the precision does not tell.
     pure subroutine scale_integer(m, e, value, sure)

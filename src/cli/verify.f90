@@ -3,6 +3,7 @@ module gracecg_cli_verify
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
@@ -92,7 +93,7 @@ contains
         if (allocated(error)) return
         call table%columns_of(COLUMNS)
         do i = 1, size(calibrations)
-            call console%progress('verify: '//trim(calibrations(i)%case%name))
+            call tell(console, 'verify: '//trim(calibrations(i)%case%name))
             call verify_case(calibrations(i)%case, verification, error)
             if (allocated(error)) return
             if (i > 1) call console%line('')
@@ -105,9 +106,9 @@ contains
             if (allocated(error)) return
             call console%line('written: '//path)
         end do
-        if (.not. named) call show_estimates(runs, seed, threads, console, error)
-        if (allocated(error)) return
         call results%open('verify')
+        if (.not. named) call add_estimates(runs, seed, threads, results, console, error)
+        if (allocated(error)) return
         call results%publish(table, console, error)
     end subroutine run_verify
 
@@ -248,17 +249,21 @@ contains
                           share_text(counts%surface_near, counts%surface))
     end subroutine show_counts
 
-    !> The points of Figures 6.2, 6.3 and 6.6.
-    subroutine show_estimates(runs, seed, threads, console, error)
+    !> The points of Figures 6.2, 6.3 and 6.6, as text and as members of the result.
+    subroutine add_estimates(runs, seed, threads, results, console, error)
         integer, intent(in) :: runs, threads
         integer(i8), intent(in) :: seed
+        type(results_t), intent(inout) :: results
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(campaign_t) :: campaign
         type(field_study_t) :: losses(LOSS_STUDIES)
+        type(data_table_t) :: panels
 
+        call console%expect_parts(2, 'parts')
         call report_campaign(seed, runs, threads, campaign, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, seed, runs, threads, losses, &
                                                                  error, console)
         if (allocated(error)) return
@@ -275,7 +280,36 @@ contains
         call console%line('Figure 6.2: '//estimate_counts_words(count_estimate_windows(campaign_windows(campaign, 1))))
         call console%line('Figure 6.3: '//estimate_counts_words(count_estimate_windows(campaign_windows(campaign, 2))))
         call console%line('Figure 6.6: '//estimate_counts_words(count_estimate_windows(loss_windows(losses))))
-    end subroutine show_estimates
+        call results%member('runs', runs)
+        call results%member('seed', seed)
+        panels = panel_table([campaign_windows(campaign, 1), campaign_windows(campaign, 2), loss_windows(losses)])
+        call panels%to_json(results, 'estimates')
+    end subroutine add_estimates
+
+    !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
+    function panel_table(windows) result(table)
+        type(estimate_window_t), intent(in) :: windows(:)
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,'// &
+                              'on_ticks,automatic')
+        do i = 1, size(windows)
+            associate (w => windows(i))
+                call table%add(w%figure)
+                call table%add(w%satellite)
+                call table%add(w%algorithm)
+                call table%add(w%axis)
+                call table%add([w%low, w%high, w%least, w%greatest]/MILLIMETRE)
+                call table%add(w%fill)
+                call table%add(w%points)
+                call table%add(w%inside)
+                call table%add(w%on_ticks)
+                call table%add(w%automatic)
+            end associate
+        end do
+    end function panel_table
 
     subroutine show_panels(windows, console)
         type(estimate_window_t), intent(in) :: windows(:)

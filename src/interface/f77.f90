@@ -905,6 +905,29 @@ subroutine gcsetr(file, iset, istat, msg)
     call finish_handle(status, error, handle, iset, istat, msg)
 end subroutine gcsetr
 
+!> The same setup with measured moments of the torque rods, which stand in for those commanded.
+subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, finish_handle, measured_setup
+    implicit none
+    integer, intent(in) :: iset    !! Handle: setup
+    integer, intent(in) :: n    !! Samples
+    real(dp), intent(in) :: t(*)    !! s from the setup's epoch; moment of each rod, A m^2
+    real(dp), intent(in) :: xm(3, *)    !! s from the setup's epoch; moment of each rod, A m^2
+    integer, intent(out) :: isetm    !! Handle: setup
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = measured_setup(c_handle(iset), n, t, xm, handle, error=error)
+    call finish_handle(status, error, handle, isetm, istat, msg)
+end subroutine gcsetm
+
 !> Reads an observation set from its folder.
 subroutine gcobsr(dir, iobs, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t

@@ -7,6 +7,7 @@ module gracecg_observations_observation_set
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
+    use gracecg_spacecraft_moment_series, only: has_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
@@ -123,6 +124,8 @@ contains
             if (.not. allocated(error)) call check_instruments(knowledge, error)
             if (.not. allocated(error)) &
                 call check_rod_sampling(knowledge%rods, knowledge%accelerometer_interval, error)
+            if (.not. allocated(error) .and. has_moments(knowledge%rods%measured)) &
+                call check_moments_cover(knowledge%rods%measured, knowledge%duration, error)
         end if
     end subroutine check_setup
 

@@ -11,7 +11,9 @@ module test_estimators
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use statistics, only: chi_square_limits
-    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t, rod_moments, &
+        take_measured_moments
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
@@ -56,6 +58,7 @@ contains
                     new_unittest('covariance-of-coloured-accelerometer-noise', &
                                  test_accelerometer_noise), &
                     new_unittest('covariance-of-star-camera-noise', test_star_noise), &
+                    new_unittest('measured-moments-stand-in', test_measured_moments), &
                     new_unittest('known-angular-velocity', test_known_rate), &
                     new_unittest('unknown-attitude', test_unknown_attitude), &
                     new_unittest('refusals-go-through', test_refusals)]
@@ -565,4 +568,62 @@ contains
         call estimate_offset('assest-fde', observations, options, solution, failure)
         call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_refusals
+
+    !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the
+    !> fourth derivative, that is of (2 pi 0.1 h)^4/384 of the moment. And they are used: twice the moments give half
+    !> the offset, which only the report's estimators do not refuse.
+    subroutine test_measured_moments(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SPACING(2) = [0.1_dp, 1.0_dp]
+        type(observation_set_t) :: commanded, measured
+        type(solution_t) :: expected, solution
+        type(error_t), allocatable :: failure
+        type(estimation_options_t) :: options
+        integer :: i, k
+
+        call example(commanded, error, star_camera_interval=0.5_dp)
+        if (allocated(error)) return
+        options%covariance = .false.
+        do i = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), commanded, options, expected, failure)
+            call check_passes(error, message_of(failure))
+            do k = 1, size(SPACING)
+                call measure(SPACING(k), 1.0_dp)
+                if (allocated(error)) return
+                call estimate_offset(trim(ESTIMATOR_NAMES(i)), measured, options, solution, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call check(error, norm2(solution%offset - expected%offset) < &
+                           2*(0.1_dp*TWO_PI*SPACING(k))**4/384*norm2(OFFSET), trim(ESTIMATOR_NAMES(i)))
+                if (allocated(error)) return
+            end do
+        end do
+        call measure(0.1_dp, 2.0_dp)
+        call estimate_offset('assest-fde', measured, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) &
+            call check(error, norm2(solution%offset - expected%offset/2) < 0.1_dp*norm2(OFFSET), 'twice the moments')
+
+    contains
+
+        subroutine measure(spacing, factor)
+            real(dp), intent(in) :: spacing, factor
+
+            type(moment_series_t) :: series
+            real(dp), allocatable :: time(:), moment(:, :)
+            integer :: j
+
+            time = [(j*spacing, j=0, nint(60/spacing))]
+            allocate (moment(3, size(time)))
+            do j = 1, size(time)
+                moment(:, j) = factor*rod_moments(commanded%knowledge%rods, time(j))
+            end do
+            call new_moment_series(series, time, moment, failure)
+            call check_passes(error, message_of(failure))
+            measured = commanded
+            call take_measured_moments(series, measured%knowledge%rods)
+            measured%knowledge%rods%activations%amplitude = 0      ! nothing of them is used
+        end subroutine measure
+    end subroutine test_measured_moments
 end module test_estimators

@@ -17,7 +17,9 @@ module test_c_interface
         observation_set_t, solution_t, estimate_offset, ESTIMATOR_NAMES, CASE_NAMES, &
         case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, map_case, &
         LIBRARY_VERSION, rotation_z, rotation_matrix, quaternion_product, conjugate_quaternion, &
-        STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
+        STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE, moment_series_t, new_moment_series, take_measured_moments, &
+        dipole_moment
+    use gracecg, only: joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
@@ -54,6 +56,7 @@ contains
                     new_unittest('propagation', test_propagation), &
                     new_unittest('truth', test_truth), &
                     new_unittest('estimate-as-in-fortran', test_estimate), &
+                    new_unittest('joint-estimate-as-in-fortran', test_joint_estimate), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
                     new_unittest('options', test_options), &
@@ -784,6 +787,48 @@ contains
         status = gracecg_observations_free(observations)
     end subroutine test_estimate
 
+    subroutine test_joint_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(7), parameter :: NAMES(2) = ['front-2', 'front-3']
+        type(error_struct) :: failure
+        type(joint_struct) :: joint
+        type(joint_run_t) :: runs(2)
+        type(joint_solution_t) :: expected
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations(2)
+        real(dp) :: difference(3, 2), difference_sigma(3, 2)
+        integer(c_int) :: status
+        integer :: i
+
+        do i = 1, 2
+            call simulate(NAMES(i), 5, 2, observations(i), status, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            call find_case(NAMES(i), case, problem)
+            call new_simulator(case, simulator, problem)
+            call observe(simulator, 5, 2, set, problem)
+            call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
+        end do
+        call estimate_runs(runs, joint_options_t(), expected, problem)
+        status = gracecg_estimate_joint(observations, 2_c_size_t, joint, difference, difference_sigma, failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [joint%offset, joint%covariance, joint%chi_square, joint%probability], &
+                         [expected%offset, expected%covariance, expected%statistic, expected%probability], 'joint')
+        call check_equal(error, [difference(:, 2), difference_sigma(:, 1)], &
+                         [expected%runs(2)%difference, expected%runs(1)%difference_sigma], 'differences')
+        if (allocated(error)) return
+        call check(error, joint%degrees == 3 .and. joint%consistent == 1, 'agreement')
+        status = gracecg_estimate_joint(observations, 0_c_size_t, joint, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'at least one')
+        do i = 1, 2
+            status = gracecg_observations_free(observations(i))
+        end do
+    end subroutine test_joint_estimate
+
     !> What was taken out of a set makes the same set again: same estimate, bit by bit. With gaps there
     !> are warnings.
     subroutine test_arrays(error)
@@ -792,6 +837,15 @@ contains
         type(error_struct) :: failure
         type(solution_struct) :: solution, again
         type(samples_struct) :: samples
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(solution_t) :: expected
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: problem
+        real(dp) :: time(121), moment(3, 121)
+        integer(c_intptr_t) :: measured
+        integer :: k
         integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_size_t) :: n(4), length
         integer(c_int) :: status
@@ -832,6 +886,31 @@ contains
         call check_equal(error, [again%offset, again%covariance], [solution%offset, solution%covariance], &
                          'estimate of the copy')
         status = gracecg_observations_free(copy)
+        if (allocated(error)) return
+
+        ! measured moments: the numbers of the Fortran API
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 1, 1, set, problem)
+        time = [(0.5_dp*k, k=0, 120)]
+        do k = 1, size(time)
+            moment(:, k) = 1.02_dp*dipole_moment(set%knowledge%rods, time(k))
+        end do
+        status = gracecg_setup_measured(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_observations_create(measured, samples, copy, failure)
+        status = gracecg_estimate(c_string('assest-fde'), copy, again, size=NONE, error=failure)
+        call new_moment_series(series, time, moment, problem)
+        call take_measured_moments(series, set%knowledge%rods)
+        call estimate_offset('assest-fde', set, report_options('front-3'), expected, problem)
+        call check_equal(error, [again%offset, again%covariance], [expected%offset, expected%covariance], &
+                         'estimate from measured moments')
+        status = gracecg_observations_free(copy)
+        status = gracecg_setup_free(measured)
+        moment(1, 7) = 1e4_dp
+        status = gracecg_setup_measured(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'have to be in A m^2')
         if (allocated(error)) return
 
         samples%accelerometer_count = 590       ! the last second is missing

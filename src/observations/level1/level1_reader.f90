@@ -21,7 +21,7 @@ module gracecg_observations_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp, i4, i8
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, integer_text, lower_case
+    use gracecg_base_text, only: string_t, append, integer_text, lower_case
     use gracecg_base_decimal, only: scan_real, scan_integer, is_white
     use gracecg_files_file, only: input_stream_t
     use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES, &
@@ -31,7 +31,7 @@ module gracecg_observations_level1_reader
         satellite_of_file_name
     implicit none
     private
-    public :: level1_reader_t, level1_block_t
+    public :: level1_reader_t, level1_block_t, BLOCK_RECORDS
 
     integer, parameter :: BUFFER_BYTES = 2**21      !! Read at once; a header must fit in
     integer, parameter :: LONGEST_LINE = 16384      !! Of a text file, behind the header
@@ -93,6 +93,7 @@ contains
 
         character(5) :: product, named
         character(1) :: satellite
+        integer :: i
 
         call self%close()
         self%path = trim(path)
@@ -119,6 +120,9 @@ contains
         end if
         self%at = self%header%bytes + 1
         self%line = self%header%lines
+        do i = 1, size(self%header%remarks)
+            call self%warn(self%header%remarks(i)%text)
+        end do
         named = product_of_file_name(path)
         product = self%header%product
         if (product == '') product = named
@@ -772,6 +776,9 @@ contains
             if (self%of_other_time > 0) &
                 call self%warn(integer_text(self%of_other_time)//' records have another time frame than '// &
                                self%time_ref//', that of the first')
+            if (index(self%layout%product, 'ACT') == 1 .and. self%satellite == 'D') &
+                call self%warn(self%layout%product//' of satellite D is that of C transplanted, with other signs: it is no '// &
+                               'measurement of D')
             if ((self%time_ref == 'R' .and. self%layout%product(5:5) == 'B') .or. &
                 (self%time_ref == 'G' .and. self%layout%product(5:5) == 'A')) &
                 call self%warn('the time frame '//self%time_ref//' is unusual for '//self%layout%product)
@@ -789,7 +796,7 @@ contains
         class(level1_reader_t), intent(inout) :: self
         character(*), intent(in) :: text    !! One sentence, without the name of the file
 
-        self%warnings = [self%warnings, string_t(text)]
+        call append(self%warnings, text)
     end subroutine warn
 
     !> Ends it; header, layout and warnings stay.
