@@ -164,8 +164,9 @@ contains
         allocate (values(parameters), vectors(parameters, parameters))
         call symmetric_eigen(scaled, values, vectors, error)
         if (allocated(error)) return
-        result%condition = values(parameters)/max(values(1), tiny(1.0_dp))
-        result%separable = values(1) > 0 .and. result%condition < WORST .and. all(driven_axis)
+        result%condition = huge(1.0_dp)
+        if (values(1) > values(parameters)*epsilon(1.0_dp)) result%condition = values(parameters)/values(1)
+        result%separable = result%condition < WORST .and. all(driven_axis)
         product = [(sum(rows(axis, :)*observed(:, axis)), axis=1, 3)]
         square = [(sum(rows(axis, :)**2), axis=1, 3)]
         result%common = sum(product/max(total, tiny(1.0_dp)))/sum(square/max(total, tiny(1.0_dp)))

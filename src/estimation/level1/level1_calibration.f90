@@ -76,6 +76,7 @@ module gracecg_estimation_level1_calibration
         real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
         real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
         logical :: has_angular = .false.                !! The accelerometer has angular channels
+        logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
         logical :: has_gyros = .false.
         type(string_t), allocatable :: notes(:)         !! What is unusual
     end type level1_calibration_t
@@ -480,8 +481,13 @@ contains
         interval = sum(steps, mask=steps < 0.5_dp)/max(1, count(steps < 0.5_dp))
         calibration%has_angular = .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3)))) .and. &
             maxval(abs(acc%values(:, 4:6)), mask=spread(good, 2, 3)) > 0
-        if (.not. calibration%has_angular) call note(calibration, 'ACC1A: the angular accelerations are zero or missing, as in '// &
-            'transplanted data (ACT): they are no source, and the linear ones may be those of the other satellite')
+        calibration%zero_angular = .not. calibration%has_angular .and. &
+            .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3))))
+        if (calibration%zero_angular) then
+            call note(calibration, 'ACC1A: all angular accelerations are zero, as in transplanted data (ACT)')
+        else if (.not. calibration%has_angular) then
+            call note(calibration, 'ACC1A has no angular accelerations: acc-cal and acc-raw are no sources')
+        end if
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 span%expected = nint((span%stop - span%start)/interval)

@@ -483,6 +483,8 @@ contains
                 call append(estimate%findings, 'tags left in OBC time: the torque is ahead of the currents by '// &
                             milliseconds(-estimate%rods%delay)//' ms, the clock correction that the tags of the currents lack')
         end associate
+        if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
+            'accelerations are zero, and the linear ones may be those of the other satellite')
         if (calibration%has_angular) call check_axes(calibration, setup, estimate)
     end subroutine name_faults
 
@@ -570,8 +572,7 @@ contains
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
-                if (.not. calibration%has_angular .and. .not. estimate%gyros%known) &
-                    call lower(1, 'torque and star cameras alone check each other')
+                if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
                 do k = 1, 3
                     difference(k) = abs(solution%offset(k) - first%offset(k))
                     allowed(k) = max(CLOSE_ENOUGH, SIGMAS*hypot(sigma(k), sqrt(first%covariance(k, k))))
