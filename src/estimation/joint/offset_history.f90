@@ -40,14 +40,14 @@ module gracecg_estimation_offset_history
 
     !> Masses of gas in the two tanks, at times; linear between, the last rate goes on.
     type :: tank_series_t
-        type(utc_t), allocatable :: time(:)
+        type(utc_t), allocatable :: time(:)    !! UTC, ascending
         real(dp), allocatable :: shift(:, :)    !! Change of d since the first time, (3, n), m
     end type tank_series_t
 
     !> The offset at a time. Body axes, m.
     type :: history_point_t
-        type(utc_t) :: time
-        logical :: is_calibration = .false.
+        type(utc_t) :: time    !! UTC
+        logical :: is_calibration = .false.    !! A calibration, not a time between
         real(dp) :: filtered(3) = 0             !! From the calibrations up to here
         real(dp) :: filtered_sigma(3) = 0       !! Of it
         real(dp) :: smoothed(3) = 0             !! From all calibrations
