@@ -181,7 +181,7 @@ contains
     !> The name of a file without its folders.
     pure function file_name(path) result(name)
         character(*), intent(in) :: path
-        character(len_trim(path) - index(path, '/', back=.true.)) :: name
+        character(len_trim(path) - index(path, '/', .true.)) :: name
 
         name = path(index(path, '/', back=.true.) + 1:)
     end function file_name

@@ -59,7 +59,7 @@ module gracecg_estimation_offset_history
     type :: offset_history_t
         type(history_point_t), allocatable :: points(:)     !! From the first calibration to today, in order of time
         type(history_point_t) :: today          !! Filtered: from all that is known
-        integer :: calibrations = 0
+        integer :: calibrations = 0         !! That are used
         real(dp) :: statistic = 0               !! Chi square of what each calibration brought that was not expected
         integer :: degrees = 0                  !! Of freedom: 3 for each calibration after the first
         real(dp) :: probability = 1             !! That chance makes so much
@@ -137,7 +137,7 @@ contains
         type(history_settings_t), intent(in) :: settings
         type(offset_history_t), intent(out) :: history
         type(error_t), allocatable, intent(out) :: error
-        type(utc_t), intent(in), optional :: today          !! Absent: the time of the last calibration
+        type(utc_t), intent(in), optional :: today          !! When absent, the time of the last calibration
 
         type(node_t), allocatable :: nodes(:)
         type(utc_t) :: start, end
