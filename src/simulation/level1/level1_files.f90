@@ -510,10 +510,9 @@ contains
         call file%writer%commit(error)
         if (allocated(error)) return
         n = 2*(truth%orbit%duration - 1)
-        call begin(folder, 'SCA1A', n*most, HEAD_TAG, (n - 1)*HALF + HEAD_TAG, file, error)
+        first = merge(1, 2, folder%grace_fo)    ! tags of GRACE's SCA1A are whole seconds: a record each second
+        call begin(folder, 'SCA1A', n/first*most, HEAD_TAG, (n - first)*HALF + HEAD_TAG, file, error)
         if (allocated(error)) return
-        ! Tags of GRACE's SCA1A are whole seconds: a record each second
-        first = merge(1, 2, folder%grace_fo)
         stream = level1_stream(truth%orbit, seed, run, NOISE_HEADS)
         do k = 0, n - 1, first
             time = k*HALF
