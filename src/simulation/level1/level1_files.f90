@@ -10,14 +10,13 @@
 module gracecg_simulation_level1_files
     use, intrinsic :: iso_fortran_env, only: real32
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: DEGREE, MICROTESLA, MILLIMETRE, NANOTESLA, TWO_PI
+    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE, MICROTESLA, MILLIMETRE, NANOTESLA, TWO_PI
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_of_matrix, quaternion_from_axis_angle, &
         normalised
     use gracecg_base_random, only: random_stream_t
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_vectors, only: cross, unit
-    use gracecg_base_constants, only: EARTH_ROTATION_RATE
     use gracecg_files_csv, only: csv_writer_t, SIDE_ENDING
     use gracecg_files_file, only: output_file_t, remove_file
     use gracecg_files_settings, only: settings_t, FULL_RANGE

@@ -112,7 +112,8 @@ module gracecg_simulation_level1_truth
         real(dp), private :: science(3, 3) = 0      !! Currents of science mode: two phases and a mean, by rod
         real(dp), allocatable :: state(:, :)        !! Rate, attitude, angle at every step; (10, 0:steps)
         real(dp), allocatable, private :: rates(:, :)   !! Their derivatives
-        real(dp), allocatable, private :: slow(:, :)    !! (QUANTITIES, seconds): position, field, force, torque, held attitude and rate
+        real(dp), allocatable, private :: slow(:, :)
+        !! (QUANTITIES, seconds): position, field, force, torque, held attitude and rate
     contains
         procedure :: at                     !! Everything at an instant
         procedure :: motion                 !! Attitude, rate, angle at an instant
