@@ -6,8 +6,10 @@ module gracecg_cli_level1_estimate
     use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, CLOSE_ENOUGH
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_gathering, only: gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
+        CLOSE_ENOUGH, milliseconds, offset_remark
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_estimation_level1_offset, only: level1_solution_t, LEAKAGE_CHOICES
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
@@ -160,11 +162,11 @@ contains
         call rod_table(setup, estimate, rods)
         call console%table(rods)
         call console%line('currents between samples: '//trim(merge('held (steps)', 'smooth      ', estimate%steps))// &
-                          '; torque behind the tags of its current: '//milliseconds(estimate%rods%delay)//' +- '// &
-                          milliseconds(estimate%rods%delay_sigma)//' ms')
+                          '; torque behind the tags of its current: '//trim(milliseconds(estimate%rods%delay))//' +- '// &
+                          trim(milliseconds(estimate%rods%delay_sigma))//' ms')
         if (estimate%accelerometer_delay_sigma > 0) &
-            call console%line('accelerometer behind its tags: '//milliseconds(estimate%accelerometer_delay)//' +- '// &
-                              milliseconds(estimate%accelerometer_delay_sigma)//' ms')
+            call console%line('accelerometer behind its tags: '//trim(milliseconds(estimate%accelerometer_delay))//' +- '// &
+                              trim(milliseconds(estimate%accelerometer_delay_sigma))//' ms')
         call console%line('')
         call show_sources(estimate, console)
         call show_leakage(estimate, console)
@@ -175,8 +177,7 @@ contains
         associate (first => estimate%solutions(1))
             call console%line('verdict on '//trim(first%source)//': '//trim(VERDICTS(first%flag))//' (flag '// &
                               integer_text(first%flag)//')'//because(first%reason))
-            call console%line('the offset is '//trim(merge('above', 'below', norm2(first%offset) > 0.1_dp*MILLIMETRE))// &
-                              ' 0.1 mm')
+            call console%line(trim(offset_remark(first%offset)))
             if (first%flag > 1) return
             call trim_commands(setup, first%offset, commands)
             do i = 1, size(commands)
@@ -192,16 +193,6 @@ contains
         text = ''
         if (reason /= '') text = ': '//trim(reason)
     end function because
-
-    function milliseconds(time) result(text)
-        real(dp), intent(in) :: time
-        character(:), allocatable :: text
-
-        character(16) :: digits
-
-        write (digits, '(f16.1)') time*1e3_dp
-        text = trim(adjustl(digits))
-    end function milliseconds
 
     subroutine span_table(calibration, table)
         type(level1_calibration_t), intent(in) :: calibration
@@ -224,9 +215,7 @@ contains
             call table%column('amplitude_'//AXES(rod)//'_ma', 'f6.1', '|mA')
             call table%column('phase_'//AXES(rod)//'_deg')
         end do
-        do rod = 1, 3
-            call table%column('field_'//AXES(rod)//'_nt', 'f7.0', 'B'//AXES(rod)//'|nT')
-        end do
+        call table%columns_by_axis('field_', '_nt', 'f7.0', 'B', 'nT')
         call table%column('used', 'a', 'used')
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -286,19 +275,13 @@ contains
 
         type(data_table_t) :: table
         real(dp) :: difference(3), sigma(3)
-        integer :: i, k
+        integer :: i
 
         call table%column('source', 'a', 'source')
         call table%column('leakage', 'a', 'leakage')
-        do k = 1, 3
-            call table%column('d'//AXES(k)//'_mm', 'f9.4', 'd'//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('sigma_'//AXES(k)//'_mm', 'f8.4', 'sigma '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('difference_'//AXES(k)//'_um', 'f7.1', 'diff. '//AXES(k)//'|um')
-        end do
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('difference_', '_um', 'f7.1', 'diff. ', 'um')
         call table%column('differences_sigma', 'f5.1', 'largest|sigma')
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(estimate%solutions)

@@ -189,18 +189,10 @@ contains
 
         call table%column('date', 'a', 'date (GPS)')
         call table%column('time_gps_s')
-        do k = 1, 3
-            call table%column('d'//AXES(k)//'_mm', 'f9.4', 'd'//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('sigma_'//AXES(k)//'_mm', 'f8.4', 'sigma '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('line_'//AXES(k)//'_mm', 'f9.4', 'line '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('by_gas_'//AXES(k)//'_um', 'f9.2', 'by gas '//AXES(k)//'|um')
-        end do
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('line_', '_mm', 'f9.4', 'line ', 'mm')
+        call table%columns_by_axis('by_gas_', '_um', 'f9.2', 'by gas ', 'um')
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)
             fitted = trend%at(points(i)%time)

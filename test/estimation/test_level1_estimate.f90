@@ -11,8 +11,10 @@ module test_level1_estimate
     use gracecg_files_file, only: output_file_t, make_directory
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_gathering, only: gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
+        milliseconds, offset_remark
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
     use gracecg_estimation_level1_spans, only: find_spans
     use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
@@ -72,6 +74,7 @@ contains
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
                     new_unittest('events', test_events), &
                     new_unittest('trim-steps', test_trim), &
+                    new_unittest('requirement-by-axis', test_requirement), &
                     new_unittest('observation-set', test_observation_set), &
                     new_unittest('trend', test_trend)]
     end subroutine collect_level1_estimate
@@ -556,6 +559,17 @@ contains
         if (allocated(error)) return
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
+
+    !> The requirement holds for each axis: 0.09 mm on all three is within it, though the vector is 0.16 mm long.
+    subroutine test_requirement(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, trim(offset_remark([90, -90, 90]*MICROMETRE)), 'the offset is below 0.1 mm on every axis')
+        if (allocated(error)) return
+        call check(error, trim(offset_remark([90, -101, 150]*MICROMETRE)), 'the offset is above 0.1 mm on y z')
+        if (allocated(error)) return
+        call check(error, trim(milliseconds(-0.0166667_dp)), '-16.7')
+    end subroutine test_requirement
 
     !> A span as an observation set: another estimator finds the offset, with the rods that flew.
     subroutine test_observation_set(error)
