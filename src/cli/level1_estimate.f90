@@ -9,12 +9,14 @@ module gracecg_cli_level1_estimate
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
     use gracecg_estimation_level1_gathering, only: gather_calibration
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
-        CLOSE_ENOUGH, milliseconds, offset_remark
+        CLOSE_ENOUGH, milliseconds, offset_remark, VERDICTS
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_estimation_level1_offset, only: level1_solution_t, LEAKAGE_CHOICES
+    use gracecg_estimation_level1_offset, only: sigma_of, LEAKAGE_CHOICES
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_level1_page, only: write_level1_page
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -22,7 +24,6 @@ module gracecg_cli_level1_estimate
 
     character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
-    character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used']
 
 contains
 
@@ -43,6 +44,7 @@ contains
                                   choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
                                   'a-priori sigma where the data do not decide), prior, none', choices=LEAKAGE_CHOICES)
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
         call add_format_option(arguments)
@@ -103,15 +105,18 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         character(10), allocatable :: sources(:)
-        character(:), allocatable :: source, leakage, vcm, soe
+        character(:), allocatable :: source, leakage, page, vcm, soe
         integer :: i
 
         call arguments%get('--source', source, misuse, default='all', choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%get('--leakage', leakage, misuse, default='estimate', choices=LEAKAGE_CHOICES)
+        call arguments%get('--report', page, misuse, default='')
         call arguments%get('--vcm', vcm, misuse, default='')
         call arguments%get('--soe', soe, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
+        call check_writable(page, error)
+        if (allocated(error)) return
         call take_calibration(arguments, setup, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         sources = [character(10) :: source]
@@ -130,16 +135,10 @@ contains
         if (vcm /= '') call write_vcm(vcm, calibration, estimate, error)
         if (allocated(error)) return
         if (soe /= '') call write_event(soe, calibration, estimate, error)
+        if (allocated(error) .or. page == '') return
+        call write_level1_page(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        if (.not. allocated(error)) call console%line('written: '//page)
     end subroutine run_level1_estimate
-
-    pure function sigmas(solution) result(sigma)
-        type(level1_solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)
-
-        integer :: k
-
-        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
-    end function sigmas
 
     !> For people.
     subroutine show(calibration, setup, estimate, console)
@@ -286,7 +285,7 @@ contains
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(estimate%solutions)
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
-                sigma = sigmas(solution)
+                sigma = sigma_of(solution)
                 difference = solution%offset - first%offset
                 call table%add(trim(solution%source))
                 call table%add(trim(solution%leakage))
@@ -367,7 +366,7 @@ contains
                 call table%add(trim(solution%source))
                 call table%add(trim(solution%leakage))
                 call table%add(solution%offset/MILLIMETRE)
-                call table%add(sigmas(solution)/MILLIMETRE)
+                call table%add(sigma_of(solution)/MILLIMETRE)
                 call table%add(solution%spans)
                 call table%add(solution%samples)
                 call table%add(solution%condition)
@@ -391,7 +390,7 @@ contains
         call results%member('gas_kg', calibration%gas)
         associate (first => estimate%solutions(1))
             call results%member('offset_mm', first%offset/MILLIMETRE)
-            call results%member('sigma_mm', sigmas(first)/MILLIMETRE)
+            call results%member('sigma_mm', sigma_of(first)/MILLIMETRE)
             call results%member('covariance_mm2', first%covariance/MILLIMETRE**2)
             call results%member('leakage_m_s2_ma', first%leak)
             call results%member('leakage_rate_m_s_ma', first%leak_rate)

@@ -14,16 +14,18 @@ module gracecg_estimation_level1_estimate
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, keep_samples
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes, gyro_attitude
     use gracecg_estimation_level1_series, only: hold
-    use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, signal_of
+    use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, &
+        modelled_acceleration, sigma_of
     implicit none
     private
     public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, CLOSE_ENOUGH
-    public :: milliseconds, offset_remark
+    public :: milliseconds, offset_remark, VERDICTS, REQUIREMENT
 
     !> The sources; the first is the recommended one
     character(10), parameter :: LEVEL1_SOURCES(6) = [character(10) :: 'torque+cal', 'torque', 'acc-cal', 'acc-raw', 'sca', &
                                                      'imu']
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
+    character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
     real(dp), parameter :: GOOD_SIGMA = 5*MICROMETRE        !! A source with a greater one is to be used with care
     real(dp), parameter :: POOR_SIGMA = 50*MICROMETRE       !! And with a greater one than this not at all
@@ -312,6 +314,7 @@ contains
         call list_considered(calibration, setup, estimate, source, series, considered)
         call solve_offset(calibration, estimate%motion, series, considered, estimate%rods%driven, leakage, &
                           setup%leakage_prior, setup%scale_sigma, solution, error)
+        call move_alloc(series, solution%series)
     end subroutine solve_by_source
 
     !> What is not estimated and changes the angular acceleration of a source, with its sigma.
@@ -408,9 +411,9 @@ contains
         ! to LAGS samples from a step is taken out. Fitted to the simulated set dirty: with fewer, samples at steps went.
         integer, parameter :: LAGS = 2
         real(dp), parameter :: SAMPLE = 0.1_dp  ! s
-        real(dp), allocatable :: left(:, :), basis(:, :)
+        real(dp), allocatable :: left(:, :), basis(:, :), modelled(:, :)
         logical, allocatable :: stays(:)
-        real(dp) :: sigma, matrix(3, 3), now(3), before(3)
+        real(dp) :: sigma, now(3), before(3)
         integer :: i, k, axis, n, lag, steps
 
         dropped = 0
@@ -419,12 +422,9 @@ contains
             associate (span => calibration%spans(i), motion => estimate%motion(i))
                 if (.not. span%used) cycle
                 n = size(span%time)
-                allocate (left(n, 3), basis(n, DEGREE + 1 + steps), stays(n))
-                do k = 1, n
-                    matrix = signal_of(motion%torque(:, k), motion%rate(:, k), motion%up(:, k), motion%gradient(k))
-                    left(k, :) = span%linear(:, k) - matmul(matrix, solution%offset) - &
-                        matmul(solution%leak, motion%current(:, k)) - matmul(solution%leak_rate, motion%current_rate(:, k))
-                end do
+                allocate (basis(n, DEGREE + 1 + steps), stays(n))
+                call modelled_acceleration(motion, solution%series(i), solution, modelled)
+                left = transpose(span%linear - modelled)
                 call polynomial_columns(span%time, DEGREE, basis)
                 if (estimate%steps) then
                     do k = 1, n
@@ -449,7 +449,7 @@ contains
                     span%outliers = span%outliers + count(.not. stays)
                     call keep_samples(span, stays)
                 end if
-                deallocate (left, basis, stays)
+                deallocate (basis, stays)
             end associate
         end do
     end subroutine drop_outliers
@@ -592,7 +592,7 @@ contains
 
         do i = 1, size(estimate%solutions)
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
-                sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+                sigma = sigma_of(solution)
                 solution%flag = 0
                 if (maxval(sigma) > GOOD_SIGMA) call lower(1, 'sigma above 5 um')
                 if (maxval(sigma) > POOR_SIGMA) call lower(2, 'sigma above 50 um')
