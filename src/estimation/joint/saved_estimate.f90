@@ -133,7 +133,8 @@ contains
         call parse_utc(value, epoch, error)
     end subroutine read_estimate_head
 
-    !> Reads offsets with their times: one from a saved estimate (of `gracecg estimate` or `level1 estimate`), or all rows of a CSV file with time_utc, offset and
+    !> Reads offsets with their times: one from a saved estimate (of `gracecg estimate` or `level1 estimate`), or all rows
+    !> of a CSV file with time_utc, offset and
     !> standard deviations in mm. Fails when the file is neither.
     subroutine read_offsets(path, offsets, error)
         character(*), intent(in) :: path        !! Of the file; a name that ends with .csv is that of a CSV file
