@@ -58,6 +58,7 @@ program tester
     use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
+    use test_beliefs_of_operator, only: collect_beliefs
     use test_bound_command, only: collect_bound_command
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
@@ -149,6 +150,7 @@ program tester
              new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
+             new_testsuite('beliefs', collect_beliefs), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &

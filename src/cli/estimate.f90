@@ -10,6 +10,8 @@ module gracecg_cli_estimate
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
@@ -212,6 +214,7 @@ contains
         write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
         call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
         if (solution%variance_factor > 0) call print_details(solution, console)
+        if (allocated(solution%beliefs)) call print_beliefs(solution%beliefs, console)
     end subroutine print_text
 
     !> What `optimal` says beside the offset.
@@ -240,6 +243,27 @@ contains
             call console%line(trim(line))
         end do
     end subroutine print_details
+
+    subroutine print_beliefs(report, console)
+        type(belief_report_t), intent(in) :: report
+        type(console_t), intent(inout) :: console
+
+        character(160) :: line
+        integer :: i
+
+        do i = 1, size(report%values)
+            associate (t => report%values(i), b => BELIEFS(report%values(i)%belief))
+                write (line, '(a36, i2, f10.2, es11.3, es10.2, es10.2, 3es10.2, 1x, a)') b%subject, t%state, t%score, &
+                    t%value/b%size, t%sigma/b%size, t%detectable/b%size, min(abs(t%effect)/MILLIMETRE, 1e9_dp), b%unit
+                call console%line(trim(line))
+            end associate
+        end do
+        do i = 1, size(report%noises)
+            write (line, '(a36, i2, f10.2, f10.3)') NOISE_SUBJECTS(report%noises(i)%subject), report%noises(i)%state, &
+                report%noises(i)%score, report%noises(i)%factor
+            call console%line(trim(line))
+        end do
+    end subroutine print_beliefs
 
     !> The unit of a parameter, by its name.
     pure function unit_of(name) result(unit)

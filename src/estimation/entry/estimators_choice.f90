@@ -7,6 +7,7 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
     use gracecg_estimation_combined, only: estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
+    use gracecg_estimation_explanation, only: explain
     implicit none
 
 contains
@@ -35,6 +36,28 @@ contains
         case default
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
+            return
         end select
+        if (options%covariance) call judge_beliefs(observations, options, solution)
     end subroutine estimate_offset
+
+    !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is
+    !> done at a fit of its own.
+    subroutine judge_beliefs(observations, options, solution)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(inout) :: solution
+
+        type(solution_t) :: tested
+        type(error_t), allocatable :: failure
+
+        if (.not. allocated(solution%beliefs)) then
+            call estimate_optimal(observations, options, tested, failure)
+            if (.not. allocated(tested%beliefs)) return
+            solution%beliefs = tested%beliefs
+            solution%misfit = tested%misfit
+        end if
+        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
+            call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
+    end subroutine judge_beliefs
 end submodule gracecg_estimation_estimators_choice

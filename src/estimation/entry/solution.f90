@@ -2,6 +2,7 @@
 module gracecg_estimation_solution
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: string_t
+    use gracecg_estimation_belief_report, only: belief_report_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
@@ -41,9 +42,14 @@ module gracecg_estimation_solution
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
         real(dp) :: variance_factor = 0
         !! Of `optimal` and `sequential`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        real(dp) :: misfit = 0
+        !! Of `optimal`: weighted squares of the residuals, each sample left out counted with its limit; 0 where the
+        !! noise is estimated
         integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
+        type(belief_report_t), allocatable :: beliefs
+        !! What the data say of the operator's beliefs; allocated where options%covariance asks for checks
         type(running_estimate_t), allocatable :: running
         !! The estimate on the way, of an estimator that filters
     end type solution_t

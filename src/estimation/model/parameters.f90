@@ -9,12 +9,16 @@ module gracecg_estimation_parameters
     use gracecg_observations_knowledge, only: operator_knowledge_t
     implicit none
     private
-    public :: PARAMETERS, PARAMETER_NAMES, PARAMETER_UNITS, ALWAYS_ESTIMATED
+    public :: PARAMETERS, ESTIMABLE, PARAMETER_NAMES, PARAMETER_UNITS, ALWAYS_ESTIMATED
     public :: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
-    public :: is_rotational, typical_sizes, loose_sigmas, a_priori_sigmas
+    public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
+    public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
+    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY
+    public :: is_rotational, is_tested_only, typical_sizes, loose_sigmas, a_priori_sigmas
 
-    integer, parameter :: PARAMETERS = 38    !! Number of all parameters
+    integer, parameter :: PARAMETERS = 72    !! Number of all parameters
+    integer, parameter :: ESTIMABLE = 38    !! The first so many can be estimated; the others are tested only
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch
     integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch
@@ -30,16 +34,30 @@ module gracecg_estimation_parameters
     integer, parameter :: WAVE_FREQUENCY = 29               !! Error of the wave's frequency
     integer, parameter :: INERTIA(6) = [30, 31, 32, 33, 34, 35] !! Errors of J's xx, yy, zz, xy, yz, zx
     integer, parameter :: TORQUE_CHANGE(3) = [36, 37, 38]   !! T'
+    ! What follows is never estimated with the rest, but tested: partials at the value 0 are all there is of it
+    integer, parameter :: ROD_GAINS(3) = [39, 40, 41]       !! Of the rods along x, y, z: gain minus that believed
+    integer, parameter :: ROD_TURNS(6) = [42, 43, 44, 45, 46, 47]   !! As torque_rods_t has its misalignment
+    integer, parameter :: ROD_DELAYS(3) = [48, 49, 50]      !! From command to moment, of each rod
+    integer, parameter :: ROD_FREQUENCIES(3) = [51, 52, 53] !! Of all activations of a rod
+    integer, parameter :: FIELD_TURN(3) = [54, 55, 56]      !! Rotation vector from the magnetometer's samples to the field
+    integer, parameter :: FIELD_DELAY = 57                  !! Of the magnetometer's time tags
+    integer, parameter :: ACCELEROMETER_DELAYS(3) = [58, 59, 60]    !! Of the time tags of each axis
+    integer, parameter :: ACCELEROMETER_TURN(3) = [61, 62, 63]
+    !! Rotation vector from the acceleration to the accelerometer's samples
+    integer, parameter :: MOUNTING_1(3) = [64, 65, 66], MOUNTING_2(3) = [67, 68, 69]
+    !! Rotation vector from the body to what the samples of a star-camera head say of it, body axes
+    integer, parameter :: STAR_CAMERA_DELAY = 70            !! Of the star camera's time tags
+    integer, parameter :: ALL_RODS_DELAY = 71, ALL_RODS_FREQUENCY = 72  !! As ROD_DELAYS, ROD_FREQUENCIES, of all rods
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
 
     !> What a parameter acts on
-    integer, parameter :: ROTATION = 1, ACCELERATION = 2
+    integer, parameter :: ROTATION = 1, ACCELERATION = 2, ATTITUDE = 3
 
     !> A row of the table: what the parameters of a group have in common.
     type :: group_t
         character(8) :: unit
-        integer :: acts_on          !! ROTATION (the accelerometer sees it, too) or ACCELERATION
+        integer :: acts_on          !! ROTATION (the accelerometer sees it, too), ACCELERATION or ATTITUDE (the star camera alone)
         real(dp) :: size            !! Typical, for convergence
         logical :: over_arc         !! `size` is what the parameter makes in the whole arc: divided by its length
         real(dp) :: loose           !! A standard deviation so large that it weighs nothing
@@ -47,7 +65,7 @@ module gracecg_estimation_parameters
 
     logical, parameter :: YES = .true., NO = .false.
     !> In the order of the places
-    type(group_t), parameter :: TABLE(15) = [ &
+    type(group_t), parameter :: TABLE(25) = [ &
         group_t('rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &            ! ATTITUDE_ANGLES
         group_t('rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &          ! RATE
         group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
@@ -62,17 +80,35 @@ module gracecg_estimation_parameters
         group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! WAVE_COSINE
         group_t('Hz', ACCELERATION, 1e-1_dp, YES, 1.0_dp), &        ! WAVE_FREQUENCY
         group_t('kg m^2', ROTATION, 1.0_dp, NO, 1e3_dp), &          ! INERTIA
-        group_t('N m', ROTATION, 1.0_dp, NO, 0.01_dp)]              ! TORQUE_CHANGE
+        group_t('N m', ROTATION, 1.0_dp, NO, 0.01_dp), &            ! TORQUE_CHANGE
+        group_t('1', ROTATION, 1.0_dp, NO, 1.0_dp), &               ! ROD_GAINS
+        group_t('rad', ROTATION, 1.0_dp, NO, 1.0_dp), &             ! ROD_TURNS
+        group_t('s', ROTATION, 1.0_dp, NO, 10.0_dp), &              ! ROD_DELAYS
+        group_t('Hz', ROTATION, 1.0_dp, NO, 1.0_dp), &              ! ROD_FREQUENCIES
+        group_t('rad', ROTATION, 1.0_dp, NO, 1.0_dp), &             ! FIELD_TURN
+        group_t('s', ROTATION, 1.0_dp, NO, 100.0_dp), &             ! FIELD_DELAY
+        group_t('s', ACCELERATION, 1.0_dp, NO, 10.0_dp), &          ! ACCELEROMETER_DELAYS
+        group_t('rad', ACCELERATION, 1.0_dp, NO, 1.0_dp), &         ! ACCELEROMETER_TURN
+        group_t('rad', ATTITUDE, 1.0_dp, NO, 1.0_dp), &             ! MOUNTING_1, MOUNTING_2
+        group_t('s', ATTITUDE, 1.0_dp, NO, 10.0_dp)]                ! STAR_CAMERA_DELAY
     !> The row of each parameter
     integer, parameter :: GROUP(PARAMETERS) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 7, 7, 7, 8, &
-                                               9, 9, 9, 10, 11, 12, 13, 14, 14, 14, 14, 14, 14, 15, 15, 15]
+                                               9, 9, 9, 10, 11, 12, 13, 14, 14, 14, 14, 14, 14, 15, 15, 15, &
+                                               16, 16, 16, 17, 17, 17, 17, 17, 17, 18, 18, 18, 19, 19, 19, &
+                                               20, 20, 20, 21, 22, 22, 22, 23, 23, 23, 24, 24, 24, 24, 24, 24, 25, 18, 19]
 
     character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
         'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
         'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z', &
         'scale_x', 'scale_y', 'scale_z', 'rod_gain', 'field_bias_x', 'field_bias_y', 'field_bias_z', &
         'drag_curve', 'wave_sin', 'wave_cos', 'wave_freq', &
-        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z']
+        'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z', &
+        'rod_gain_x', 'rod_gain_y', 'rod_gain_z', 'rod_x_turn_y', 'rod_x_turn_z', 'rod_y_turn_z', &
+        'rod_y_turn_x', 'rod_z_turn_x', 'rod_z_turn_y', 'rod_delay_x', 'rod_delay_y', 'rod_delay_z', &
+        'rod_freq_x', 'rod_freq_y', 'rod_freq_z', 'field_turn_x', 'field_turn_y', 'field_turn_z', 'field_delay', &
+        'acc_delay_x', 'acc_delay_y', 'acc_delay_z', 'acc_turn_x', 'acc_turn_y', 'acc_turn_z', &
+        'head1_turn_x', 'head1_turn_y', 'head1_turn_z', 'head2_turn_x', 'head2_turn_y', 'head2_turn_z', &
+        'star_delay', 'rod_delay', 'rod_freq']
     !! By place
     character(8), parameter :: PARAMETER_UNITS(PARAMETERS) = TABLE(GROUP)%unit    !! By place
 
@@ -84,6 +120,13 @@ contains
 
         is_rotational = TABLE(GROUP(parameter))%acts_on == ROTATION
     end function is_rotational
+
+    !> Is a parameter one of those that are tested, not estimated?
+    elemental logical function is_tested_only(parameter)
+        integer, intent(in) :: parameter        !! Its place
+
+        is_tested_only = parameter > ESTIMABLE
+    end function is_tested_only
 
     !> Sizes of parameters, for convergence.
     pure function typical_sizes(estimated, duration) result(sizes)

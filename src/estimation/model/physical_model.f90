@@ -19,6 +19,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -51,6 +52,9 @@ module gracecg_estimation_physical_model
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
+        real(dp), allocatable :: shape(:, :, :)
+        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_DELAY, (3, 0:2n, parameter); of size 0 unless some of
+        !! them are asked for
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
         integer, allocatable :: place(:)
@@ -110,7 +114,80 @@ contains
         model%estimated = estimated
         model%rotational = pack(estimated, is_rotational(estimated))
         model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
+        if (any(is_tested_only(model%rotational))) then
+            call take_torque_shapes(knowledge, data, model)
+        else
+            allocate (model%shape(3, 0:2*n, 0))
+        end if
     end subroutine prepare_model
+
+    !> What rods and magnetic field that are not as believed would do to the torque m x B.
+    subroutine take_torque_shapes(knowledge, data, model)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in) :: data
+        type(physical_model_t), intent(inout) :: model
+
+        real(dp), parameter :: TURN_STEP = 1e-6_dp, DELAY_STEP = 1e-4_dp, FREQUENCY_STEP = 1e-7_dp  ! rad, s, Hz
+        real(dp), parameter :: UNIT_MATRIX(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+        type(torque_rods_t) :: rods, up, down
+        integer :: i
+
+        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_DELAY), source=0.0_dp)
+        rods = knowledge%rods
+        rods%delay = rods%delay + knowledge%accelerometer_delay
+        do i = 1, 3
+            up = rods
+            down = rods
+            up%gain(i) = rods%gain(i) + 0.5_dp
+            down%gain(i) = rods%gain(i) - 0.5_dp
+            call difference(1.0_dp, ROD_GAINS(i))
+            up = rods
+            down = rods
+            up%delay(i) = rods%delay(i) + DELAY_STEP
+            down%delay(i) = rods%delay(i) - DELAY_STEP
+            call difference(2*DELAY_STEP, ROD_DELAYS(i))
+            up = rods
+            down = rods
+            where (rods%activations%axis == i)
+                up%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
+                down%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
+            end where
+            call difference(2*FREQUENCY_STEP, ROD_FREQUENCIES(i))
+        end do
+        do i = 1, size(ROD_TURNS)
+            up = rods
+            down = rods
+            up%misalignment(i) = rods%misalignment(i) + TURN_STEP
+            down%misalignment(i) = rods%misalignment(i) - TURN_STEP
+            call difference(2*TURN_STEP, ROD_TURNS(i))
+        end do
+        associate (n => 2*model%steps, b => data%field)
+            do i = 0, n
+                model%shape(:, i, FIELD_TURN(1)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 1), b(:, i + 1)))
+                model%shape(:, i, FIELD_TURN(2)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 2), b(:, i + 1)))
+                model%shape(:, i, FIELD_TURN(3)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 3), b(:, i + 1)))
+                ! samples that are tagged late show the field of an earlier time: the field at t stands at t + delay
+                model%shape(:, i, FIELD_DELAY) = cross(model%dipole(:, i), (b(:, min(n, i + 1) + 1) - b(:, max(0, i - 1) + 1))/ &
+                                                       ((min(n, i + 1) - max(0, i - 1))*model%interval/2))
+            end do
+        end associate
+
+    contains
+
+        !> The torque of the rods `up` less that of `down`, by the step between them.
+        subroutine difference(step, parameter)
+            real(dp), intent(in) :: step
+            integer, intent(in) :: parameter
+
+            real(dp) :: t
+            integer :: j
+
+            do j = 0, 2*model%steps
+                t = j*model%interval/2
+                model%shape(:, j, parameter) = cross((dipole_moment(up, t) - dipole_moment(down, t))/step, data%field(:, j + 1))
+            end do
+        end subroutine difference
+    end subroutine take_torque_shapes
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.
     subroutine take_gravity(data, model)
@@ -371,6 +448,12 @@ contains
                     cross(omega, matmul(dj, omega))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
                 f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
+            case (ROD_GAINS(1):FIELD_DELAY)
+                f = model%shape(:, half, parameter)
+            case (ALL_RODS_DELAY)
+                f = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
+            case (ALL_RODS_FREQUENCY)
+                f = sum(model%shape(:, half, ROD_FREQUENCIES(1):ROD_FREQUENCIES(3)), 2)
             end select
         end function generalised_torque
     end subroutine derivatives
@@ -482,7 +565,7 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3)
+        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3)
         integer :: i, axis
 
         associate (d => state%value(OFFSET), t => k*model%interval)
@@ -497,6 +580,7 @@ contains
             end if
             if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
             partials = 0
+            if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
@@ -517,11 +601,44 @@ contains
                         partials(i, axis) = unscaled(axis)
                     case (DRAG_CURVATURE:WAVE_FREQUENCY)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
+                    case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+                        partials(i, axis) = -factor(axis)*slope(axis)
+                    case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
+                        partials(i, :) = factor*turned_about(axis, unscaled)
                     end select
                 end associate
             end do
         end associate
     end subroutine acceleration_partials
+
+    !> The cross product of the unit vector along an axis with a vector.
+    pure function turned_about(axis, vector) result(change)
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: vector(3)
+        real(dp) :: change(3)
+
+        real(dp) :: along(3)
+
+        along = 0
+        along(axis) = 1
+        change = cross(along, vector)
+    end function turned_about
+
+    !> How fast the unscaled acceleration changes at k h, by a central difference (one-sided at the ends), m/s^3.
+    pure function acceleration_slope(model, state, trajectory, k) result(slope)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: slope(3)
+
+        integer :: before, after
+
+        before = max(0, k - 1)
+        after = min(model%steps, k + 1)
+        slope = matmul(acceleration_matrix(model, trajectory, after) - acceleration_matrix(model, trajectory, before), &
+                       state%value(OFFSET))/((after - before)*model%interval) + state%value(DRIFT)
+    end function acceleration_slope
 
     !> Angles, about the axes of the head that took it, from the computed attitude to a star-camera
     !> sample, and the partials of the computed attitude. The sample's epoch may lie between the steps:
@@ -546,8 +663,16 @@ contains
             if (.not. present(partials)) return
             partials = 0
             do i = 1, size(model%estimated)
-                associate (r => model%place(i))
-                    if (r == 0) cycle
+                associate (p => model%estimated(i), r => model%place(i))
+                    if (r == 0) then
+                        select case (p)
+                        case (MOUNTING_1(1):MOUNTING_2(3))
+                            if ((p >= MOUNTING_2(1)) .eqv. (head == 2)) partials(i, :) = camera(:, mod(p - MOUNTING_1(1), 3) + 1)
+                        case (STAR_CAMERA_DELAY)
+                            partials(i, :) = -times(camera, omega + tau*trajectory%omega_dot(:, k))
+                        end select
+                        cycle
+                    end if
                     column = trajectory%angles(:, r, k)
                     column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
                              tau**2/2*trajectory%accelerations(:, r, k)

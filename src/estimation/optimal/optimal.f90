@@ -20,6 +20,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
+    use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_fit_record, only: fit_record_t, record_samples, record_covariance, NOISE_SOURCES, &
         STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
@@ -82,6 +83,11 @@ contains
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
         if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
+        if (.not. allocated(error) .and. .not. fit%noise_estimated) solution%misfit = misfit_of(fit)
+        if (.not. allocated(error) .and. options%covariance) then
+            allocate (solution%beliefs)
+            call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
+        end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
         if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
@@ -368,6 +374,14 @@ contains
                      size(problem%model%estimated)
         solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
     end subroutine store
+
+    !> Weighted squares, a sample left out counted as if it lay at the limit.
+    pure real(dp) function misfit_of(fit) result(misfit)
+        type(fit_t), intent(in) :: fit
+
+        misfit = sum(fit%batch%residuals**2) + LIMIT**2*(count(.not. fit%problem%acceleration_kept) + &
+                                                         count(.not. fit%problem%star_kept))
+    end function misfit_of
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
     subroutine check_fit(knowledge, problem, solution, error, record)
