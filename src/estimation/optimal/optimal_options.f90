@@ -17,9 +17,9 @@ module gracecg_estimation_optimal_options
         character(16) :: noise = NOISE_GIVEN
         !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
         !! the setup gives as 0 is estimated in either case
-        logical :: estimate_scale_factors = .false.     !! Of the accelerometer
+        logical :: estimate_scale_factors = .true.      !! Of the accelerometer
         logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
-        logical :: estimate_magnetometer_bias = .false. !! Of the flux density
+        logical :: estimate_magnetometer_bias = .true.  !! Of the flux density
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one

@@ -18,7 +18,8 @@ module gracecg_estimation_sequential
     use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, STRAIGHT_LINE, &
         GIVEN_PROCESS => GIVEN
     use gracecg_estimation_fitting_data, only: preprocess
-    use gracecg_estimation_parameters, only: OFFSET, RATE, DRAG_CURVATURE, loose_sigmas
+    use gracecg_estimation_parameters, only: PARAMETERS, OFFSET, RATE, DRAG_CURVATURE, loose_sigmas, &
+        a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, integrate_trajectory, airflow_at
     use gracecg_estimation_noise_whitening, only: whiten_by_process
     use gracecg_estimation_square_root_filter, only: constants_t
@@ -104,6 +105,8 @@ contains
         type(given_t), intent(out) :: given
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp) :: stated(PARAMETERS)
+
         call preprocess(observations, options, given%data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(given%data, error)
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
@@ -112,6 +115,8 @@ contains
         given%guess = initial_state(given%data, options)
         given%guess%value(OFFSET) = 0           ! so that the guess has no weight at all
         given%prior_sigma = loose_sigmas(ESTIMATED)
+        stated = a_priori_sigmas(observations%knowledge)
+        where (stated(ESTIMATED) > 0) given%prior_sigma = stated(ESTIMATED)
         if (options%sequential%acceleration == STRAIGHT_LINE) &
             where (ESTIMATED == DRAG_CURVATURE) given%prior_sigma = NO_CURVATURE
         given%shared_sigma = options%sequential%shared_part
