@@ -47,12 +47,13 @@ contains
         do i = 1, size(ALTERATIONS)
             call try_alteration(observations, options, i, misfit, found)
         end do
-        do i = 1, size(fitted%noises)
-            associate (noise => fitted%noises(i))
-                if (noise%state == CONTRADICTED) found = [found, explanation_t(kind=OF_NOISE, place=noise%subject, &
-                    gain=noise%gain, value=noise%factor, offset=fitted%offset)]
-            end associate
-        end do
+        associate (noises => pack(fitted%noises, fitted%noises%state == CONTRADICTED))
+            if (size(noises) > 0) then      ! all levels that are off together, named by the worst
+                i = maxloc(noises%gain, 1)
+                found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
+                                              value=noises(i)%factor, offset=fitted%offset)]
+            end if
+        end associate
         order = by_gain(found%gain)
         explanations = found(order)
         if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
