@@ -4,7 +4,7 @@
 !> hoisting the work out of the loop.
 program benchmark
     use, intrinsic :: iso_fortran_env, only: int64, output_unit, error_unit
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t
     use gracecg_environment_thermosphere, only: atmosphere_point_t, atmosphere_state_t
@@ -244,7 +244,7 @@ contains
             best = huge(best)
             do repeat = 1, 3
                 call system_clock(start, ticks_per_second)
-                call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), 1, [(i, i=1, RUNS)], threads, &
+                call run_monte_carlo(simulator, 'assest-fde', report_options('front-1'), 1_i8, [(i, i=1, RUNS)], threads, &
                                      results, error)
                 call system_clock(finish)
                 best = min(best, real(finish - start, dp)/ticks_per_second)

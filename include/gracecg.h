@@ -147,11 +147,19 @@ gracecg_status gracecg_density_open(const gracecg_utc *date, gracecg_density **d
    hours before (0 to 9). */
 gracecg_status gracecg_density_open_indices(double f107, double f107_mean, double kp,
                                             gracecg_density **density, gracecg_error *error);
+
+/* The same for a model by name: "dtm77", "dtm78" (as CNES has it), "dtm94", or "exponential" (4e-12 kg/m^3 at
+   466 km, scale height 65 km). */
+gracecg_status gracecg_density_open_model(const char *name, const gracecg_utc *date,
+                                          gracecg_density **density, gracecg_error *error);
+gracecg_status gracecg_density_open_model_indices(const char *name, double f107, double f107_mean,
+                                                  double kp, gracecg_density **density,
+                                                  gracecg_error *error);
 gracecg_status gracecg_density_free(gracecg_density **density, gracecg_error *error);
 
 /* Density [n] (kg/m^3) and, each or NULL, temperature [n] (K) and number densities of He, O and N2
    [n][3] (1/m^3) at Earth-fixed positions [n][3] (m), `seconds`[n] after `epoch`. Refuses heights
-   below 120 km. */
+   below 120 km (DTM). */
 gracecg_status gracecg_density_evaluate(const gracecg_density *density, const gracecg_utc *epoch,
                                         size_t n, const double *seconds, const double *position,
                                         double *mass_density, double *temperature,

@@ -46,7 +46,8 @@ module gracecg
         space_weather_source_t
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         density_wave_t, new_density_wave
-    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_magnetic_storm, only: storm_field_deviation
+    use gracecg_environment_dtm, only: dtm_t, new_dtm, DTM_EDITIONS
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use gracecg_environment_density_models, only: new_density_model, density_settings_t, DENSITY_MODELS
     use gracecg_environment_wind, only: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
@@ -125,7 +126,8 @@ module gracecg
     public :: new_density_model, density_settings_t, DENSITY_MODELS, new_wind_model, WIND_MODELS
     public :: geomagnetic_model_t, igrf_t, igrf, new_igrf, spherical_components, read_shc
     public :: space_weather_t, embedded_space_weather, read_space_weather, space_weather_source_t
-    public :: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm77_t, new_dtm77
+    public :: storm_field_deviation
+    public :: density_model_t, atmosphere_point_t, atmosphere_state_t, dtm_t, new_dtm, DTM_EDITIONS
     public :: exponential_density_t, new_exponential_density, density_wave_t, new_density_wave
     public :: wind_model_t, constant_wind_t, tabulated_wind_t, embedded_wind, read_wind
     public :: sun_position, conical_shadow

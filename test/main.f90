@@ -26,6 +26,7 @@ program tester
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
+    use test_json, only: collect_json
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
     use test_observation_files, only: collect_observation_files
@@ -66,11 +67,13 @@ program tester
     use test_studies, only: collect_studies
     use test_report_cases, only: collect_report_cases
     use test_verification, only: collect_verification
+    use test_statements, only: collect_statements
     use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
     use test_operator, only: collect_operator
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
+    use test_state_sigmas, only: collect_state_sigmas
     use test_orbit_scan, only: collect_orbit_scan
     use test_manoeuvre, only: collect_manoeuvre
     use test_design, only: collect_design
@@ -118,6 +121,7 @@ program tester
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
+             new_testsuite('json', collect_json), &
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
              new_testsuite('observation-files', collect_observation_files), &
@@ -159,11 +163,13 @@ program tester
              new_testsuite('studies', collect_studies), &
              new_testsuite('report-cases', collect_report_cases), &
              new_testsuite('verification', collect_verification), &
+             new_testsuite('statements', collect_statements), &
              new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
              new_testsuite('operator', collect_operator), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &
+             new_testsuite('state-sigmas', collect_state_sigmas), &
              new_testsuite('orbit-scan', collect_orbit_scan), &
              new_testsuite('faults', collect_faults), &
              new_testsuite('spectrum', collect_spectrum), &

@@ -13,6 +13,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -217,6 +218,51 @@ def check_manual(here):
                 raise Failure(f"{name} {option} is missing")
 
 
+def check_completion(here):
+    """bash takes the script, and completes commands, options, choices, cases, files and folders with it."""
+    script = here.prefix / "share/bash-completion/completions/gracecg"
+    run(["bash", "-n", script])
+    (here.work / "folder of mine").mkdir(exist_ok=True)
+    (here.work / "my case.nml").write_text("")
+
+    def completed(*words):
+        line = " ".join(f"'{word}'" for word in ("gracecg", *words))
+        ended = subprocess.run(
+            ["bash", "-c", f'source "{script}"; compopt() {{ :; }}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; '
+             '_gracecg; printf "%s\\n" "${COMPREPLY[@]}"'], cwd=here.work, capture_output=True, text=True, check=False)
+        if ended.returncode != 0 or ended.stderr:
+            raise Failure(f"completing {words}: {ended.stderr}")
+        return ended.stdout.split("\n")[:-1]
+
+    overview = here.cli("--help").split("commands:")[1].split("\n\n")[0]
+    names = {name.split()[0] for name in re.findall(r"^  ([a-z-]+(?: [a-z-]+)?)  ", overview, re.M)}
+    if missing := names - set(completed("")):
+        raise Failure(f"not completed: {missing}")
+    for words, expected in ((["sim"], ["simulate"]), (["model", "gra"], ["gravity"]), (["help", "model", "gra"], ["gravity"]),
+                            (["estimate", "--alg"], ["--algorithm"]), (["estimate", "--algorithm", "seq"], ["sequential"]),
+                            (["estimate", "run1", "--format", "j"], ["json"]), (["simulate", "back-3"], ["back-3"]),
+                            (["simulate", "my"], ["my case.nml"]), (["simulate", "back-1", "--out", "folder"], ["folder of mine"]),
+                            (["estimate", "my"], []), (["simulate", "front-1", "--seed", "f"], []),
+                            (["model", "gravity", "--ord"], ["--order"])):
+        if [word for word in completed(*words) if word] != expected:
+            raise Failure(f"{words} is completed as {completed(*words)}, expected {expected}")
+    zsh = here.prefix / "share/zsh/site-functions/_gracecg"
+    if not zsh.read_text().startswith("#compdef gracecg"):
+        raise Failure(f"{zsh} does not begin with #compdef")
+    if shutil.which("zsh"):
+        run(["zsh", "-n", zsh])
+
+
+def check_documents(prefix):
+    """The licence, and where the data come from and what their rights are."""
+    folder = prefix / "share/doc/gracecg"
+    for name, source in (("LICENSE", "LICENSE"), ("DATA.md", "data/README.md")):
+        if (folder / name).read_text() != (ROOT / source).read_text():
+            raise Failure(f"{name} is not {source}")
+    if {path.name for path in (folder / "LICENSES").iterdir()} != {path.name for path in (ROOT / "LICENSES").iterdir()}:
+        raise Failure("share/doc/gracecg/LICENSES is not LICENSES")
+
+
 def check_destdir(work):
     """A package's tree; and `make uninstall` leaves nothing."""
     tree = work / "destdir"
@@ -256,13 +302,13 @@ def check_orbit(here, program):
         raise Failure(f"not the epochs that were expected: {output}")
     for values in found:
         row = truth[values[0]]
-        compare(f"position after {values[0]} s, m", values[1:], [row["rx"], row["ry"], row["rz"]],
+        compare(f"position after {values[0]} s, m", values[1:], [row["rx_m"], row["ry_m"], row["rz_m"]],
                 absolute=2e-5)
 
 
 def true_arc(folder):
     """The rows of truth.csv by time, each by column."""
-    lines = [line for line in (folder / "truth.csv").read_text().splitlines() if not line.startswith("#")]
+    lines = (folder / "truth.csv").read_text().splitlines()
     rows = [dict(zip(lines[0].split(","), map(float, line.split(",")))) for line in lines[1:]]
     return {row["time_s"]: row for row in rows}
 
@@ -282,13 +328,14 @@ def check_models(here, program):
         compare(label, line_with(output, label), [values[column] for column in columns], relative=1e-12)
 
     gravity = ["model", "gravity", "--degree", "20", *where]
-    expect("gravity, m/s^2", gravity, "ax", "ay", "az")
-    expect("potential, m^2/s^2", gravity, "potential")
-    expect("field, T", ["model", "field", *when, *where], "bx", "by", "bz")
-    expect("density, kg/m^3", ["model", "density", *when, *where], "density")
-    expect("temperature, K", ["model", "density", *when, *where], "temperature")
-    expect("wind E, N, m/s", ["model", "wind", *when, *where], "east", "north")
-    expect("Sun, inertial, m", ["model", "sun", *when], "x", "y", "z")
+    expect("gravity, m/s^2", gravity, "ax_m_s2", "ay_m_s2", "az_m_s2")
+    expect("potential, m^2/s^2", gravity, "potential_m2_s2")
+    expect("field, T", ["model", "field", *when, *where], "bx_tesla", "by_tesla",
+           "bz_tesla")
+    expect("density, kg/m^3", ["model", "density", *when, *where], "density_kg_m3")
+    expect("temperature, K", ["model", "density", *when, *where], "temperature_kelvin")
+    expect("wind E, N, m/s", ["model", "wind", *when, *where], "east_m_s", "north_m_s")
+    expect("Sun, inertial, m", ["model", "sun", *when], "x_m", "y_m", "z_m")
     if "degree 99 gives status 5" not in output or "0 to 70" not in output:
         raise Failure(f"the wrong degree is not explained: {output}")
 
@@ -299,7 +346,7 @@ def check_c(here, program, expected):
     check_offset(output, expected)
     rows = true_arc(here.work / "run1")
     slope = [sum(weight * rows[round(k * 0.1, 1)][name]
-                 for k, weight in enumerate((-25, 48, -36, 16, -3))) / 1.2 for name in ("vx", "vy", "vz")]
+                 for k, weight in enumerate((-25, 48, -36, 16, -3))) / 1.2 for name in ("vx_m_s", "vy_m_s", "vz_m_s")]
     compare("acceleration, m/s^2", line_with(output, "total")[:3], slope, absolute=2e-9)
     if "front-9: " not in output:
         raise Failure(f"the wrong case is not explained: {output}")
@@ -330,7 +377,7 @@ def check_design(here, program):
                 relative=1e-8)
     values = here.table("bound", "best.nml", "--format", "csv")
     compare("bound, mm", line_with(output, "bound"), [values[name] for name in BOUND_COLUMNS], relative=1e-7)
-    lines = [line for line in (here.work / "map.csv").read_text().splitlines() if not line.startswith("#")]
+    lines = (here.work / "map.csv").read_text().splitlines()
     names = lines[0].split(",")
     rows = [dict(zip(names, map(float, line.split(",")))) for line in lines[1:10]]
     found = [numbers(line) for line in output.split("time, s")[1].splitlines()[1:]]
@@ -482,6 +529,8 @@ def check_all(checks, work):
     checks.run("symbols of the interfaces", check_symbols, prefix)
     checks.run("the library without the program", check_without_program, prefix)
     checks.run("the manual page", check_manual, here)
+    checks.run("completion in bash and zsh", check_completion, here)
+    checks.run("licence and sources of the data", check_documents, here.prefix)
     check_examples(checks, here)
     checks.run("DESTDIR, LIBDIR, make uninstall", check_destdir, work)
     checks.run("fpm install", check_fpm_install, here)

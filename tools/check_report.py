@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes the report page with few runs and checks it.
 
-    tools/check_report.py PROGRAM    prints what is wrong; status 1 if anything is
+    tools/check_report.py PROGRAM [FOLDER]    prints what is wrong; status 1 if anything is. With a FOLDER the
+                                              page stays there, for tools/check_pages.py
 
 The page: well-formed, self-contained, every table, figure and published value in it, figures with
 title and description, headings in order, links that lead somewhere, the same whatever the number of threads. The files
@@ -21,18 +22,21 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RUNS = "15"
 VOID = {"meta", "link", "br", "img", "hr", "input"}
+DRAWINGS = ["2_1", "2_2", "3_2", "4_1", "5_1"]
 FIGURES = ["3_1", "5_2", "5_3", "5_4", "5_5", "5_6", "5_7", "5_8", "6_1", "6_2", "6_3", "6_4", "6_5", "6_6",
            "bound", "manoeuvre_map"]
-TABLES = ["1_1", "1_2", "6_1", "6_2"]
+TABLES = ["1_1", "1_2", "5_1", "6_1", "6_2"]
 MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"]
 COLUMNS = {
     "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
     "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
-    "errors.csv": "source,axis,runs,rms_mm",
-    "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm",
+    "errors.csv": "source,axis,runs,rms_mm,predicted_mm",
+    "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm",
     "magnetometer_loss_runs.csv": "case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm",
-    "gravity_gradient.csv": "time_s,central_r,central_t,central_n,others_r,others_t,others_n",
-    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,"
+    "gravity_gradient.csv": "time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,"
+                            "others_r_m_s2,others_t_m_s2,others_n_m_s2",
+    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2,"
+                        "alpha_y_rad_s2,alpha_z_rad_s2,"
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
 COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error"
@@ -44,8 +48,17 @@ for satellite in ("front", "back"):
 COLUMNS["timing_back.csv"] = COLUMNS["timing_front.csv"]
 CURVES = ["drag", "srp", "erp", "non_gravitational", "a_vel", "a_gg", "a_acc", "a_total", "torque_aero",
           "torque_solar", "torque_gravity", "torque_magnetic", "torque_total", "omega", "omega_dot"]
+
+
+def unit_of(curve):
+    """As the names of columns end."""
+    if curve.startswith("omega"):
+        return "rad_s2" if curve == "omega_dot" else "rad_s"
+    return "n_m" if curve.startswith("torque") else "m_s2"
+
+
 for case in ("front-1", "back-1"):
-    COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}" for c in CURVES for a in "xyz"])
+    COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}_{unit_of(c)}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
         "errors.csv": 15, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
          "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
@@ -131,7 +144,7 @@ def check_page(folder):
         wrong("no language")
     if len(page.ids) != len(set(page.ids)):
         wrong(f"ids twice: {sorted({i for i in page.ids if page.ids.count(i) > 1})[:5]}")
-    for name in [f"figure_{f}" for f in FIGURES] + [f"table_{t}" for t in TABLES] + MORE_TABLES:
+    for name in [f"figure_{f}" for f in DRAWINGS + FIGURES] + [f"table_{t}" for t in TABLES] + MORE_TABLES:
         if name not in page.ids:
             wrong(f"{name} is not on the page")
     for link in page.links:
@@ -150,7 +163,7 @@ def check_page(folder):
         wrong("not one h1 at the beginning")
     if any(after > before + 1 for before, after in zip(page.headings, page.headings[1:])):
         wrong("headings leave a level out")
-    if len(page.svgs) < len(FIGURES):
+    if len(page.svgs) < len(DRAWINGS + FIGURES):
         wrong(f"{len(page.svgs)} figures drawn")
     for svg in page.svgs:
         names = svg.get("aria-labelledby", "").split()
@@ -222,6 +235,9 @@ def main():
             return 1
         text = check_page(folder / "report")
         check_files(folder / "report")
+        if len(sys.argv) > 2:
+            shutil.rmtree(sys.argv[2], ignore_errors=True)
+            shutil.copytree(folder / "report", sys.argv[2])
         check_scripts(folder / "report")
         strange = folder / "it's \"another\" $folder"
         run(program, strange, "--threads", "1")

@@ -15,6 +15,8 @@
 #   INCLUDEDIR/gracecg.h              the C interface
 #   INCLUDEDIR/gracecg/gracecg.mod    the Fortran interface: the module gracecg alone
 #   MANDIR/man1/gracecg.1             the manual page
+#   PREFIX/share/bash-completion/completions/gracecg, PREFIX/share/zsh/site-functions/_gracecg
+#   PREFIX/share/doc/gracecg          the licence; the sources and rights of the data
 #
 # fpm puts all modules of src/ into one archive, those of the program (src/cli) too. The library is what the
 # umbrella src/gracecg.f90 and the interfaces to C and F77 use, directly or not: the other objects are left
@@ -32,7 +34,9 @@ destdir=${DESTDIR:-}
 version=$(sed -n 's/^version *= *"\(.*\)"/\1/p' fpm.toml)
 soname=libgracecg.so.${version%%.*}
 readonly prefix bindir libdir includedir mandir destdir version soname
-readonly stage=build/stage library=build/library
+readonly stage=build/stage library=build/library docdir=$prefix/share/doc/gracecg
+readonly bash_completion=$prefix/share/bash-completion/completions/gracecg
+readonly zsh_completion=$prefix/share/zsh/site-functions/_gracecg
 
 for folder in "$prefix" "$bindir" "$libdir" "$includedir" "$mandir"; do
     case $folder in
@@ -46,9 +50,14 @@ done
 
 # The installed files, without DESTDIR.
 installed_files() {
+    local licence
     printf '%s\n' "$bindir/gracecg" "$libdir/libgracecg.a" "$libdir/libgracecg.so" "$libdir/$soname" \
         "$libdir/libgracecg.so.$version" "$libdir/pkgconfig/gracecg.pc" "$includedir/gracecg.h" \
-        "$includedir/gracecg/gracecg.mod" "$mandir/man1/gracecg.1"
+        "$includedir/gracecg/gracecg.mod" "$mandir/man1/gracecg.1" "$bash_completion" "$zsh_completion" \
+        "$docdir/LICENSE" "$docdir/DATA.md"
+    for licence in LICENSES/*; do
+        printf '%s\n' "$docdir/$licence"
+    done
 }
 
 # The library's dependencies, as the linker wants them.
@@ -124,6 +133,8 @@ build() {
         -Wl,--no-whole-archive $(dependencies)
     write_pkg_config >"$stage/gracecg.pc"
     tools/man_page.sh "$stage/bin/gracecg" >"$stage/gracecg.1"
+    "$stage/bin/gracecg" completion bash >"$stage/completion.bash"
+    "$stage/bin/gracecg" completion zsh >"$stage/completion.zsh"
 }
 
 copy() {
@@ -136,6 +147,14 @@ copy() {
     install -D -m 644 include/gracecg.h "$destdir$includedir/gracecg.h"
     install -D -m 644 "$stage/include/gracecg.mod" "$destdir$includedir/gracecg/gracecg.mod"
     install -D -m 644 "$stage/gracecg.1" "$destdir$mandir/man1/gracecg.1"
+    install -D -m 644 "$stage/completion.bash" "$destdir$bash_completion"
+    install -D -m 644 "$stage/completion.zsh" "$destdir$zsh_completion"
+    install -D -m 644 LICENSE "$destdir$docdir/LICENSE"
+    install -D -m 644 data/README.md "$destdir$docdir/DATA.md"
+    local licence
+    for licence in LICENSES/*; do
+        install -D -m 644 "$licence" "$destdir$docdir/$licence"
+    done
 }
 
 remove() {
@@ -143,7 +162,7 @@ remove() {
     installed_files | while IFS= read -r file; do
         rm -f -- "$destdir$file"
     done
-    rmdir -- "$destdir$includedir/gracecg" 2>/dev/null || true
+    rmdir -- "$destdir$includedir/gracecg" "$destdir$docdir/LICENSES" "$destdir$docdir" 2>/dev/null || true
 }
 
 # The loader's cache, when the library went into a folder of the system.

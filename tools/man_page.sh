@@ -27,7 +27,12 @@ help_page() {
             if (gap) print substr(line, gap + RLENGTH)
             next
         }
-        /^ / && option { print substr($0, match($0, /[^ ]/)); next }
+        /^ / && option {
+            line = substr($0, match($0, /[^ ]/))
+            if (line ~ /^\./) line = "\\&" line    # a word that begins with a dot is no request
+            print line
+            next
+        }
         /^ / {
             if (!verbatim) print ".RS 2\n.nf"
             verbatim = 1

@@ -5,9 +5,10 @@
 #                            fpm 0.12 or later; prints the path of fpm
 #   tools/setup.sh ford      what makes the documentation: FORD; prints the path of a Python that has it
 #   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff, patch
+#   tools/setup.sh pages     what tools/check_pages.py looks at the pages with: Chromium, and axe-core
 #
-# On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm and
-# FORD come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
+# On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm,
+# FORD and axe-core come from PyPI into .venv. Whatever it does it says on standard error; with everything in place
 # it says nothing. Status 1, with what to do, when it cannot help.
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -15,6 +16,7 @@ CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 readonly FPM_OLDEST=0.12.0
 readonly FPM_INSTALLED=0.12.0
 readonly FORD=7.0.13    # exactly this one: tools/api_docs.py looks into it
+readonly AXE=0.1.8      # of the package axe-playwright-python, which carries axe-core 4.12.1
 
 say() {
     printf 'setup: %s\n' "$@" >&2
@@ -49,6 +51,11 @@ find_ford() {
     return 1
 }
 
+# Whether .venv has the axe-core wanted.
+find_axe() {
+    compgen -G ".venv/lib/python*/site-packages/axe_playwright_python-$AXE.dist-info" >/dev/null
+}
+
 can_make_venv() {
     python3 -c 'import ensurepip, venv' 2>/dev/null
 }
@@ -66,6 +73,10 @@ missing_packages() {
             ;;
         ford)
             find_ford >/dev/null || can_make_venv || packages+=' python3-venv'
+            ;;
+        pages)
+            command -v chromium >/dev/null || packages+=' chromium'
+            find_axe || can_make_venv || packages+=' python3-venv'
             ;;
         checks)
             command -v valgrind >/dev/null || packages+=' valgrind'
@@ -144,6 +155,18 @@ install_ford() {
     return 1
 }
 
+# Without what the package needs itself: only the file axe.min.js is used.
+install_axe() {
+    say "no axe-core here: installing it from PyPI into .venv"
+    if { [ -x .venv/bin/python ] || python3 -m venv .venv >&2; } &&
+        .venv/bin/python -m pip install -qq --disable-pip-version-check --no-deps "axe-playwright-python==$AXE" >&2 &&
+        find_axe; then
+        return 0
+    fi
+    say "axe-core could not be installed from PyPI (the reason stands above). Is there a network?"
+    return 1
+}
+
 # Installs the missing Debian packages for a purpose, if there are any.
 need_packages() {
     local packages
@@ -175,8 +198,12 @@ case ${1:-} in
     checks)
         need_packages checks
         ;;
+    pages)
+        need_packages pages
+        find_axe || install_axe
+        ;;
     *)
-        say "usage: tools/setup.sh [ford|checks]"
+        say "usage: tools/setup.sh [ford|checks|pages]"
         exit 2
         ;;
 esac

@@ -57,7 +57,7 @@ contains
         if (q(4) < 0) q = -q
     end function quaternion_of_matrix
 
-    !> The quaternion of the rotation q followed by the rotation p.
+    !> The quaternion of the rotation q followed by the rotation p: the operator of eqs. (4-61), (4-63).
     pure function quaternion_product(p, q) result(r)
         real(dp), intent(in) :: p(4), q(4)  !! Of unit length, scalar last
         real(dp) :: r(4)
@@ -76,7 +76,7 @@ contains
         r = [-q(1), -q(2), -q(3), q(4)]
     end function conjugate_quaternion
 
-    !> A quaternion made one of unit length. A zero quaternion gives NaN.
+    !> A quaternion made one of unit length, eqs. (4-37), (4-44). A zero quaternion gives NaN.
     pure function normalised(q) result(u)
         real(dp), intent(in) :: q(4)    !! Of any length but zero
         real(dp) :: u(4)
@@ -84,7 +84,7 @@ contains
         u = q/norm2(q)
     end function normalised
 
-    !> Omega(omega), CSR-TM-00-01 eq. (2-21).
+    !> Omega(omega), CSR-TM-00-01 eqs. (2-21), (4-9).
     pure function rate_matrix(omega) result(m)
         real(dp), intent(in) :: omega(3)    !! Angular velocity in the body frame, rad/s
         real(dp) :: m(4, 4)
@@ -95,7 +95,7 @@ contains
         m(:, 4) = [omega(1), omega(2), omega(3), 0.0_dp]
     end function rate_matrix
 
-    !> dq/dt = Omega(omega) q / 2, CSR-TM-00-01 eq. (2-20).
+    !> dq/dt = Omega(omega) q / 2, CSR-TM-00-01 eqs. (2-20), (4-8).
     pure function quaternion_rate(q, omega) result(rate)
         real(dp), intent(in) :: q(4)        !! Scalar last
         real(dp), intent(in) :: omega(3)    !! Angular velocity in the body frame, rad/s

@@ -8,6 +8,10 @@
 !>     key     = (seed, run)
 !>     counter = (block number, case, satellite, instrument)
 !>
+!> A seed of more than 32 bits is h 2**32 + s with s from -2**31 to 2**31 - 1: s stands in the key; the low 30 bits
+!> of h stand 2 bits up in the word of the satellite and the high 2 bits at the top of that of the instrument, where
+!> a satellite from 0 to 3 and an instrument from 0 to 2**30 - 1 leave room. A seed of 32 bits has h = 0.
+!>
 !> Different names are different (key, counter) pairs for every block, so streams never overlap and
 !> a stream's numbers depend on its name alone: not on threads, order, or which other streams are
 !> drawn. A stream has 2**32 blocks, each good for two uniform or two normal numbers, and then
@@ -18,6 +22,11 @@ module gracecg_base_random
     implicit none
     private
     public :: random_stream_t, new_stream, philox_4x32
+
+    !> The stream of a name, with a seed of 32 or 64 bits
+    interface new_stream
+        module procedure new_stream_i4, new_stream_i8
+    end interface new_stream
 
     integer(i8), parameter :: MASK = int(z'FFFFFFFF', i8)   !! The low 32 bits
 
@@ -50,18 +59,34 @@ module gracecg_base_random
 
 contains
 
-    !> The stream of this name, at its beginning. Every value of every argument is allowed.
-    pure function new_stream(seed, case_number, satellite, run, instrument) result(stream)
-        integer, intent(in) :: seed         !! The user's choice
+    !> The stream of this name, at its beginning. Every value of every argument is allowed; but with a seed of
+    !> more than 32 bits streams are different for sure only where the satellite is 0 to 3 and the instrument 0 to
+    !> 2**30 - 1.
+    pure function new_stream_i8(seed, case_number, satellite, run, instrument) result(stream)
+        integer(i8), intent(in) :: seed     !! The user's choice
         integer, intent(in) :: case_number  !! The case's own number
         integer, intent(in) :: satellite    !! 1: front, 2: back
         integer, intent(in) :: run          !! Number of the run
         integer, intent(in) :: instrument   !! What draws: one number for each source of errors
         type(random_stream_t) :: stream
 
-        stream%key = [word(seed), word(run)]
-        stream%counter = [0_i8, word(case_number), word(satellite), word(instrument)]
-    end function new_stream
+        integer(i8), parameter :: HALF = int(z'80000000', i8)
+        integer(i8) :: low, high
+
+        low = ieor(iand(seed, MASK), HALF) - HALF       ! the low 32 bits, with their sign
+        high = iand(shifta(seed, 32) + merge(1_i8, 0_i8, low < 0), MASK)
+        stream%key = [iand(seed, MASK), word(run)]
+        stream%counter = [0_i8, word(case_number), ieor(word(satellite), iand(shiftl(high, 2), MASK)), &
+                          ieor(word(instrument), shiftl(shiftr(high, 30), 30))]
+    end function new_stream_i8
+
+    !> The same with a seed of 32 bits.
+    pure function new_stream_i4(seed, case_number, satellite, run, instrument) result(stream)
+        integer, intent(in) :: seed, case_number, satellite, run, instrument
+        type(random_stream_t) :: stream
+
+        stream = new_stream_i8(int(seed, i8), case_number, satellite, run, instrument)
+    end function new_stream_i4
 
     !> The next number uniformly distributed in (0, 1): multiples of 2**-53, with 2**-54 for zero.
     real(dp) function uniform(self) result(u)

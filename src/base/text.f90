@@ -11,7 +11,8 @@ module gracecg_base_text
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
-    public :: parse_real, parse_integer, real_text, real_field, rounded_text, integer_text
+    public :: parse_real, parse_integer, real_text, real_field, rounded_text, integer_text, logical_text, &
+        parse_logical
 
     type :: string_t
         !! One text of an array of texts of different lengths
@@ -494,4 +495,22 @@ contains
 
         text = integer_field(int(value, i8))
     end function integer_text_i4
+
+    !> true or false; true with a blank behind it.
+    pure function logical_text(value) result(text)
+        logical, intent(in) :: value
+        character(5) :: text
+
+        text = merge('true ', 'false', value)
+    end function logical_text
+
+    !> true or false, as logical_text writes it, or as version 0.1 did: T, F, 1, 0. Not ok: anything else.
+    pure subroutine parse_logical(text, value, ok)
+        character(*), intent(in) :: text
+        logical, intent(out) :: value
+        logical, intent(out) :: ok
+
+        value = any(lower_case(trim(adjustl(text))) == [character(5) :: 'true', 't', '1'])
+        ok = value .or. any(lower_case(trim(adjustl(text))) == [character(5) :: 'false', 'f', '0'])
+    end subroutine parse_logical
 end module gracecg_base_text

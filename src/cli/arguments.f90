@@ -7,14 +7,15 @@
 !> everything is a word. Every failure here is wrong usage.
 module gracecg_cli_arguments
     use omp_lib, only: omp_get_num_procs
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, join, padded, split, split_words, integer_text
+    use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
+    use gracecg_cli_console, only: wrapped, quoted_word
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, allowed_real, &
         allowed_integer, allowed_choice, did_you_mean
     implicit none
     private
-    public :: arguments_t, process_words, refuse_if, MOST_RUNS
+    public :: arguments_t, offered_t, process_words, refuse_if, MOST_RUNS
 
     type :: option_t
         !! One option: as declared, and as given
@@ -22,10 +23,19 @@ module gracecg_cli_arguments
         character(:), allocatable :: placeholder    !! The values in the help: 'X Y Z'
         character(:), allocatable :: help
         integer :: count = 0                        !! Number of values
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
         logical :: required = .false.
         logical :: given = .false.
         type(string_t), allocatable :: values(:)
     end type option_t
+
+    !> An option, or the positional words, as a shell completes them.
+    type :: offered_t
+        character(:), allocatable :: name           !! With its two minus signs; empty: positional words
+        character(:), allocatable :: placeholder    !! Of its values: 'DIR'; empty: it takes none
+        character(:), allocatable :: choices        !! What a value may be, by blanks; empty: anything
+        character(:), allocatable :: help           !! What it is for
+    end type offered_t
 
     type :: arguments_t
         !! The arguments of one command
@@ -35,6 +45,7 @@ module gracecg_cli_arguments
         integer, private :: fewest = 0, most = 0
         type(option_t), allocatable, private :: options(:)
         type(string_t), allocatable, private :: words(:)
+        character(:), allocatable, private :: typed     !! Command and words as given
     contains
         procedure :: describe           !! Begins the declaration
         procedure :: add_option         !! Declares an option
@@ -42,13 +53,16 @@ module gracecg_cli_arguments
         procedure :: positional_count   !! How many words are no option
         procedure :: positional         !! One of these words
         procedure :: has                !! Was an option given?
-        generic :: get => get_real, get_reals, get_integer, get_text, get_list
+        generic :: get => get_real, get_reals, get_integer, get_long, get_text, get_list
         !! The value or values of an option; after a failure nothing is looked up
         procedure :: get_threads        !! The value of --threads
+        procedure :: command_line       !! The command with its words, to be typed again
         procedure :: help_text          !! What --help prints
+        procedure :: completion         !! What a shell may complete
         procedure, private :: get_real
         procedure, private :: get_reals
         procedure, private :: get_integer
+        procedure, private :: get_long
         procedure, private :: get_text
         procedure, private :: get_list
     end type arguments_t
@@ -96,12 +110,14 @@ contains
     end subroutine describe
 
     !> Declares an option. It takes as many values as `placeholder` has words: '' for a switch.
-    subroutine add_option(self, name, placeholder, help, required)
+    subroutine add_option(self, name, placeholder, help, required, choices)
         class(arguments_t), intent(inout) :: self
         character(*), intent(in) :: name            !! '--out'
         character(*), intent(in) :: placeholder     !! 'DIR'
         character(*), intent(in) :: help            !! What it does, for the help
         logical, intent(in), optional :: required   !! The command cannot do without it
+        character(*), intent(in), optional :: choices(:)
+        !! What a value may be, for the completion in a shell; fetching the value checks it
 
         type(option_t), allocatable :: longer(:)
         type(string_t), allocatable :: values(:)
@@ -115,6 +131,8 @@ contains
         longer(n)%placeholder = placeholder
         longer(n)%help = help
         longer(n)%count = size(values)
+        longer(n)%choices = ''
+        if (present(choices)) longer(n)%choices = join(choices, ' ')
         if (present(required)) longer(n)%required = required
         allocate (longer(n)%values(0))
         call move_alloc(longer, self%options)
@@ -131,6 +149,10 @@ contains
         integer :: i
         logical :: only_words
 
+        self%typed = self%command
+        do i = 1, size(words)
+            self%typed = self%typed//' '//quoted_word(words(i)%text)
+        end do
         call look_for_help(self, words)
         if (self%wants_help .or. self%wants_version) return
         only_words = .false.
@@ -215,7 +237,11 @@ contains
                 option%values = split(words(i)%text(equals + 1:), ',')
             end if
             i = i + 1
-            if (size(option%values) /= option%count .or. any_empty(option%values)) &
+            if (size(option%values) == option%count .and. any_empty(option%values)) then
+                call fail(error, 'option '//name//': the value '//option%placeholder//' is empty')
+                return
+            end if
+            if (size(option%values) /= option%count) &
                 call fail(error, 'option '//name//' takes '//integer_text(option%count)// &
                           trim(merge(' value: ', ' values:', option%count == 1))//' '// &
                           option%placeholder//' (found '//integer_text(size(option%values))//')')
@@ -259,6 +285,9 @@ contains
             return
         else if (size(self%words) < self%fewest) then
             call fail(error, 'an argument is missing: '//self%positionals)
+            return
+        else if (any_empty(self%words)) then
+            call fail(error, 'an argument is empty: '//self%positionals)
             return
         end if
         do i = 1, size(self%options)
@@ -310,6 +339,15 @@ contains
         word = ''
         if (number >= 1 .and. number <= size(self%words)) word = self%words(number)%text
     end function positional
+
+    !> The command and its words, as they can be typed in a shell; empty before they are parsed.
+    function command_line(self) result(line)
+        class(arguments_t), intent(in) :: self
+        character(:), allocatable :: line
+
+        line = ''
+        if (allocated(self%typed)) line = self%typed
+    end function command_line
 
     !> Was the option given?
     pure logical function has(self, name)
@@ -407,6 +445,25 @@ contains
         call integer_from_text(given(1)%text, value, problem, low, high)
         if (allocated(problem)) call fail(error, 'option '//name//': '//problem)
     end subroutine get_integer
+
+    !> One integer of 64 bits, with its sign.
+    subroutine get_long(self, name, value, error, default)
+        class(arguments_t), intent(in) :: self
+        character(*), intent(in) :: name
+        integer(i8), intent(out) :: value
+        type(error_t), allocatable, intent(inout) :: error
+        integer(i8), intent(in) :: default
+
+        type(string_t), allocatable :: given(:)
+        logical :: ok
+
+        value = default
+        call look_up(self, name, 1, .false., '', given, error)
+        if (size(given) == 0) return
+        call parse_integer(given(1)%text, value, ok)
+        if (.not. ok) call fail(error, 'option '//name//': "'//given(1)%text//'" is not an integer; it must be an '// &
+                                'integer from '//integer_text(-huge(value))//' to '//integer_text(huge(value)))
+    end subroutine get_long
 
     !> One text; with `choices`, one of these, in whatever case, returned in their spelling.
     subroutine get_text(self, name, value, error, default, choices)
@@ -537,7 +594,7 @@ contains
         type(string_t), allocatable :: lines(:)
         integer :: i
 
-        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1)//LF//LF//'options:'
+        text = 'usage: '//usage_line(self)//LF//LF//wrapped(self%summary, 1, HELP_WIDTH)//LF//LF//'options:'
         do i = 1, size(self%options)
             text = text//LF//option_help(self%options(i)%name//' '//self%options(i)%placeholder, &
                                          self%options(i)%help)
@@ -562,32 +619,35 @@ contains
         else
             text = text//LF//repeat(' ', HELP_COLUMN - 1)
         end if
-        text = text//wrapped(help, HELP_COLUMN)
+        text = text//wrapped(help, HELP_COLUMN, HELP_WIDTH)
     end function option_help
 
-    !> The words in lines of at most HELP_WIDTH characters that begin at `column`; the first line is
-    !> taken to stand there already.
-    function wrapped(words, column) result(text)
-        character(*), intent(in) :: words
-        integer, intent(in) :: column
-        character(:), allocatable :: text
 
-        type(string_t), allocatable :: pieces(:)
-        integer :: i, width
+    !> What a shell may complete behind the command: the options, last --help, and behind them, with an empty
+    !> name, the positional words.
+    subroutine completion(self, offered)
+        class(arguments_t), intent(in) :: self
+        type(offered_t), allocatable, intent(out) :: offered(:)
 
-        pieces = split_words(words)
-        text = ''
-        width = column - 1
-        do i = 1, size(pieces)
-            if (i > 1 .and. width + 1 + len(pieces(i)%text) > HELP_WIDTH) then
-                text = text//LF//repeat(' ', column - 1)
-                width = column - 1
-            else if (i > 1) then
-                text = text//' '
-                width = width + 1
-            end if
-            text = text//pieces(i)%text
-            width = width + len(pieces(i)%text)
+        integer :: i, n
+
+        n = size(self%options)
+        allocate (offered(n + 2))
+        do i = 1, n
+            associate (option => self%options(i))
+                offered(i)%name = option%name           ! one by one: gfortran 12 writes beyond a constructor's texts
+                offered(i)%placeholder = option%placeholder
+                offered(i)%choices = option%choices
+                offered(i)%help = option%help
+            end associate
         end do
-    end function wrapped
+        offered(n + 1)%name = '--help'
+        offered(n + 1)%placeholder = ''
+        offered(n + 1)%choices = ''
+        offered(n + 1)%help = 'shows the help of the command'
+        offered(n + 2)%name = ''
+        offered(n + 2)%placeholder = self%positionals
+        offered(n + 2)%choices = ''
+        offered(n + 2)%help = ''
+    end subroutine completion
 end module gracecg_cli_arguments

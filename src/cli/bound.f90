@@ -1,25 +1,27 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: join, padded, integer_text
+    use gracecg_base_progress, only: tell
+    use gracecg_base_text, only: join, integer_text
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, SOURCES
-    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
-    use gracecg_studies_knowledge_errors, only: size_text
+    use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t, number_fields
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_files_data_table, only: data_table_t
     implicit none
     private
     public :: declare_bound, run_bound
 
     character(*), parameter :: COLUMNS = &
-        'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z'
-    character(4), parameter :: FORMATS(2) = ['text', 'csv ']
-    integer, parameter :: MOST_CASES = 1000
+        'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
+        'consider_x_mm,consider_y_mm,consider_z_mm'
 
 contains
 
@@ -27,7 +29,7 @@ contains
     subroutine declare_bound(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('bound', 'CASE...', 1, MOST_CASES, &
+        call arguments%describe('bound', '[CASE ...]', 0, MOST_CASES, &
                                 'The Cramer-Rao bound of the CG offset: the least standard deviation that any '// &
                                 'unbiased estimate can have with the manoeuvre and the noise spectra of a case '// &
                                 '(built-in name or namelist file), the drag a straight line in time; the worst '// &
@@ -35,7 +37,8 @@ contains
                                 'inertia and unmodelled torque that are known only within the limits of the '// &
                                 'group `a_priori` of the case file (consider covariance).', &
                                 'gracecg bound front-1 back-1')
-        call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call add_cases_option(arguments, 'all, the six built-in cases')
+        call add_format_option(arguments)
         call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
                                   '`optimal` from observations without noise, and compare')
         call arguments%add_option('--seed', 'S', 'of the draws (default 1)')
@@ -49,31 +52,43 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(calibration_t) :: calibration
+        type(calibration_t), allocatable :: calibrations(:)
         type(case_bound_t) :: bound
-        character(:), allocatable :: output_format
-        integer :: i, runs, seed, threads
+        type(results_t) :: results
+        type(data_table_t) :: table
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: i, runs, threads
 
-        call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        call take_format(arguments, console, misuse)
         call arguments%get('--check', runs, misuse, default=0, low=1, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
-        if (allocated(misuse)) return
-        do i = 1, arguments%positional_count()
-            call take_calibration(arguments, arguments%positional(i), console, calibration, error)
-            if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
-            if (allocated(error)) return
-            if (output_format == 'csv') then
-                if (i == 1) call console%line(COLUMNS)
-                call console%line(trim(calibration%case%name)//','//join(padded(number_fields( &
-                    [[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])), ','))
-            else
+        if (.not. allocated(misuse)) call take_calibrations(arguments, 'all', console, calibrations, misuse, error, &
+                                                            may_rest=.true.)
+        if (allocated(misuse) .or. allocated(error)) return
+        call table%columns_of(COLUMNS)
+        call results%open('bound')
+        if (runs > 0) call results%member('seed', seed)
+        call results%begin_array('cases')
+        call console%expect(size(calibrations)*estimates_of_all(runs), 'estimates')
+        do i = 1, size(calibrations)
+            associate (calibration => calibrations(i))
+                call tell(console, 'bound, '//trim(calibration%case%name))
+                call bound_of_case(calibration%case, calibration%options, bound, error)
+                if (allocated(error)) return
+                call table%add(calibration%case%name)
+                call table%add([[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])
+                call table%add([bound%consider_sigma]/MILLIMETRE)
                 if (i > 1) call console%line('')
                 call print_text(calibration, bound, console)
-                if (runs > 0) call print_checks(calibration, seed, runs, threads, console, error)
+                call put_details(calibration, bound, results)
+                if (runs > 0) call print_checks(calibration, seed, runs, threads, console, results, error)
                 if (allocated(error)) return
-            end if
+                call results%end()
+            end associate
         end do
+        call results%end()
+        call results%publish(table, console, error)
     end subroutine run_bound
 
     subroutine print_text(calibration, bound, console)
@@ -118,11 +133,38 @@ contains
         end do
     end subroutine print_text
 
-    !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.
-    subroutine print_checks(calibration, seed, runs, threads, console, error)
+    !> What JSON has of a case beside the row of the table; its object is left open for the checks.
+    subroutine put_details(calibration, bound, results)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(in) :: seed, runs, threads
+        type(case_bound_t), intent(in) :: bound
+        type(results_t), intent(inout) :: results
+
+        integer :: i
+
+        call results%begin()
+        call results%member('case', trim(calibration%case%name))
+        call results%begin('adds_by_mm')
+        do i = 1, size(SOURCES)
+            if (any(bound%by_source(:, i) > 0)) call results%member(trim(SOURCES(i)), bound%by_source(:, i)/MILLIMETRE)
+        end do
+        do i = 1, size(KNOWLEDGE_SOURCES)
+            if (any(bound%by_knowledge(:, i) > 0)) &
+                call results%member(trim(KNOWLEDGE_SOURCES(i)%name), bound%by_knowledge(:, i)/MILLIMETRE)
+        end do
+        call results%end()
+        call results%begin('ellipsoid')
+        call results%member('sigma_mm', bound%principal_sigma/MILLIMETRE)
+        call results%member('directions', transpose(bound%direction))
+        call results%end()
+    end subroutine put_details
+
+    !> The consider covariance of every source, and what its draws give. Estimated sources add nothing.
+    subroutine print_checks(calibration, seed, runs, threads, console, results, error)
+        type(calibration_t), intent(in) :: calibration
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads
         type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: NOTHING = 1e-4_dp        ! of the noise: estimates are not iterated farther
@@ -133,9 +175,10 @@ contains
 
         call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
                           'drawn minus considered, % (-: less than 1e-4 of the noise)')
+        call results%begin_array('checks')
         do i = 1, size(KNOWLEDGE_SOURCES)
-            call console%progress('bound: '//trim(KNOWLEDGE_SOURCES(i)%name))
-            call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error)
+            call tell(console, trim(calibration%case%name)//', '//trim(KNOWLEDGE_SOURCES(i)%name))
+            call check_consider(calibration%case, calibration%options, i, seed, runs, threads, check, error, console)
             if (allocated(error)) return
             deviation = '       -'
             do axis = 1, 3
@@ -145,6 +188,13 @@ contains
             write (line, '(t3, 3(f11.6, a8), 2x, a)') (check%considered(axis)/MILLIMETRE, deviation(axis), &
                 axis=1, 3), trim(size_text(check%knowledge_study_t))
             call console%line(trim(line))
+            call results%begin(on_one_line=.true.)
+            call results%member('source', trim(KNOWLEDGE_SOURCES(i)%name))
+            call results%member('runs', runs)
+            call results%member('considered_mm', check%considered/MILLIMETRE)
+            call results%member('drawn_mm', check%rms/MILLIMETRE)
+            call results%end()
         end do
+        call results%end()
     end subroutine print_checks
 end module gracecg_cli_bound

@@ -15,6 +15,8 @@ module gracecg_cli_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
+    use gracecg_files_data_table, only: data_table_t
     implicit none
     private
     public :: declare_cases, run_cases, case_place, rods_text
@@ -27,10 +29,14 @@ contains
 
         call arguments%describe('cases', '[show CASE]', 0, 2, &
                                 'Lists the built-in cases, those of CSR-TM-00-01 sections 5.2 '// &
-                                'and 6.1. `cases show CASE` prints one as a namelist file, '// &
+                                'and 6.1. front-1-printed ... back-3-printed are the same with '// &
+                                'the input cards of section 5.2 as printed, where the built-in '// &
+                                'cases have constants that were fitted to its figures. '// &
+                                '`cases show CASE` prints one as a namelist file, '// &
                                 'which can be edited and stands wherever a CASE is asked for.', &
                                 'gracecg cases show front-1 > my-case.nml'//new_line('a')// &
                                 'gracecg simulate my-case.nml --out run1')
+        call add_format_option(arguments)
     end subroutine declare_cases
 
     !> The work of `gracecg cases`.
@@ -39,7 +45,10 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        if (arguments%positional_count() == 0) then
+        if (arguments%positional_count() == 0) call take_format(arguments, console, misuse)
+        if (allocated(misuse)) then
+            return
+        else if (arguments%positional_count() == 0) then
             call list_cases(console, error)
         else if (arguments%positional(1) /= 'show') then
             call fail(misuse, 'unknown word "'//arguments%positional(1)//'"'// &
@@ -57,34 +66,47 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(case_t) :: case
+        type(data_table_t) :: table
+        type(results_t) :: results
         integer :: i
 
-        call console%line('case     satellite  epoch (UTC)            latitude  longitude   '// &
-                          'height  torque rods x, y, z')
+        call table%column('case', 'a', 'case')
+        call table%column('satellite', 'a', 'satellite')
+        call table%column('epoch_utc', 'a', 'epoch (UTC)')
+        call table%column('latitude_deg', 'f8.1', 'latitude|deg')
+        call table%column('longitude_deg', 'f8.1', 'longitude|deg')
+        call table%column('height_km', 'f8.1', 'height|km')
+        call table%column('rod_x_a_m2', 'i6', 'rods, A m^2|x')
+        call table%column('rod_y_a_m2', 'i6', '|y')
+        call table%column('rod_z_a_m2', 'i6', '|z')
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call describe_line(case, console, error)
+            if (.not. allocated(error)) call add_case(case, table, error)
             if (allocated(error)) return
         end do
+        call console%table(table)
+        call results%open('cases')
+        call console%paragraph('NAME-printed: the same with the input cards of section 5.2 as printed, and nothing '// &
+                          'fitted to density and wind')
+        call results%publish(table, console, error)
     end subroutine list_cases
 
-    !> A line of the list: where the satellite stands at the epoch, and its manoeuvre.
-    subroutine describe_line(case, console, error)
+    !> A row of the list: where the satellite stands at the epoch, and its manoeuvre.
+    subroutine add_case(case, table, error)
         type(case_t), intent(in) :: case
-        type(console_t), intent(inout) :: console
+        type(data_table_t), intent(inout) :: table
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: latitude, longitude, height
-        character(100) :: place
 
         call case_place(case, latitude, longitude, height, error)
         if (allocated(error)) return
-        write (place, '(a9, a11, a20, f9.1, a, f9.1, a, f6.0, a)') &
-            case%name, case%satellite%name, utc_text(case%epoch), &
-            abs(latitude)/DEGREE, merge(' N', ' S', latitude >= 0), &
-            abs(longitude)/DEGREE, merge(' E', ' W', longitude >= 0), height/1000, ' km'
-        call console%line(trim(place)//'  '//rods_text(case%satellite%rods))
-    end subroutine describe_line
+        call table%add(case%name)
+        call table%add(case%satellite%name)
+        call table%add(utc_text(case%epoch))
+        call table%add([latitude/DEGREE, longitude/DEGREE, height/1000])
+        call table%add(amplitudes_of(case%satellite%rods))
+    end subroutine add_case
 
     !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
     subroutine case_place(case, latitude, longitude, height, error)
@@ -109,8 +131,16 @@ contains
         type(torque_rods_t), intent(in) :: rods
         character(:), allocatable :: text
 
-        real(dp) :: amplitude(3)
         character(60) :: line
+
+        write (line, '(3(i0, ", "))') nint(amplitudes_of(rods))
+        text = line(:len_trim(line) - 1)//' A m^2'
+    end function rods_text
+
+    pure function amplitudes_of(rods) result(amplitude)
+        type(torque_rods_t), intent(in) :: rods
+        real(dp) :: amplitude(3)        !! A m^2
+
         integer :: i
 
         amplitude = 0
@@ -119,9 +149,7 @@ contains
                 amplitude(activation%axis) = amplitude(activation%axis) + activation%amplitude
             end associate
         end do
-        write (line, '(3(sp, i0, ", "))') nint(amplitude)
-        text = line(:len_trim(line) - 1)//' A m^2'
-    end function rods_text
+    end function amplitudes_of
 
     subroutine show_case(name, console, error)
         character(*), intent(in) :: name

@@ -4,8 +4,9 @@ module gracecg_cli_command_line
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t
     use gracecg_files_value, only: did_you_mean
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
     use gracecg_cli_command, only: command_t
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify
@@ -16,10 +17,12 @@ module gracecg_cli_command_line
     use gracecg_cli_merge, only: declare_merge, run_merge
     use gracecg_cli_errors, only: declare_errors, run_errors
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
+    use gracecg_cli_statements, only: declare_statements, run_statements
     use gracecg_cli_trim, only: declare_trim, run_trim
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
     use gracecg_cli_design, only: declare_design, run_design
+    use gracecg_cli_completion, only: completion_script, SHELLS
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
@@ -57,6 +60,8 @@ contains
                       declare_errors, run_errors), &
             command_t('magnetometer-loss', 'the field model instead of the magnetometer: Figure 6.6', &
                       declare_magnetometer_loss, run_magnetometer_loss), &
+            command_t('statements', 'what CSR-TM-00-01 states without a table or figure, examined', &
+                      declare_statements, run_statements), &
             command_t('trim', 'calibrates and moves masses until the offset is small', &
                       declare_trim, run_trim), &
             command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', &
@@ -64,6 +69,8 @@ contains
             command_t('report', 'everything that CSR-TM-00-01 shows, as one HTML page', &
                       declare_report, run_report), &
             command_t('design', 'plans the manoeuvre of the torque rods', declare_design, run_design), &
+            command_t('completion', 'completes the command line in bash or zsh', &
+                      declare_completion, run_completion), &
             command_t('model gravity', 'gravitational acceleration and potential', &
                       declare_gravity, run_gravity), &
             command_t('model field', 'geomagnetic field', declare_field, run_field), &
@@ -76,6 +83,32 @@ contains
                       declare_star_camera, run_star_camera)]
     end function all_commands
 
+    !> Arguments and help of `gracecg completion`.
+    subroutine declare_completion(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('completion', 'bash|zsh', 1, 1, &
+                                'Prints a script that completes commands, options and their values. `make install` '// &
+                                'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
+                                'gracecg completion bash > gracecg.bash')
+    end subroutine declare_completion
+
+    !> The work of `gracecg completion`.
+    subroutine run_completion(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        character(:), allocatable :: script
+
+        call refuse_if(all(arguments%positional(1) /= SHELLS), 'unknown shell "'//arguments%positional(1)//'"'// &
+                       did_you_mean(arguments%positional(1), SHELLS)//'; there are bash and zsh', misuse)
+        if (allocated(misuse)) return
+        call completion_script(arguments%positional(1), all_commands(), script)
+        call console%line(script)
+        if (len(script) == 0) call fail(error, 'no script')
+    end subroutine run_completion
+
     !> Runs the command of some words. Everything that goes wrong is said on the console.
     subroutine run_command_line(words, console, status)
         type(string_t), intent(in) :: words(:)
@@ -85,15 +118,17 @@ contains
 
         type(command_t), allocatable :: commands(:)
         type(error_t), allocatable :: misuse, error, output_error
+        type(string_t), allocatable :: asked(:)
         integer :: position, used
 
         commands = all_commands()
-        call find_command(words, commands, position, used, misuse)
+        asked = help_first(words)
+        call find_command(asked, commands, position, used, misuse)
         if (allocated(misuse)) then
             continue
         else if (position > 0) then
-            call run_command(commands(position), words(used + 1:), console, misuse, error)
-        else if (wants_version(words)) then
+            call run_command(commands(position), asked(used + 1:), console, misuse, error)
+        else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
         else
             call console%line(overview(commands))
@@ -107,11 +142,22 @@ contains
         else if (allocated(error)) then
             call console%message('gracecg: '//error%message)
             status = STATUS_FAILED
+            if (caught_signal() /= 0) status = INTERRUPTED + caught_signal()
         else if (allocated(output_error)) then
             call console%message('gracecg: '//output_error%message)
             status = STATUS_FAILED
         end if
     end subroutine run_command_line
+
+    !> `help COMMAND` as `COMMAND --help`; other words as they are.
+    function help_first(words) result(asked)
+        type(string_t), intent(in) :: words(:)
+        type(string_t), allocatable :: asked(:)
+
+        asked = words
+        if (size(words) < 2) return
+        if (words(1)%text == 'help') asked = [words(2:), string_t('--help')]
+    end function help_first
 
     !> The work of `gracecg command`.
     subroutine run_command(command, words, console, misuse, error)
@@ -212,8 +258,9 @@ contains
         do i = 1, size(commands)
             text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
         end do
-        text = text//LF//LF//'gracecg COMMAND --help shows the options of a command and an '// &
-            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage.'//LF//LF// &
+        text = text//LF//LF//'gracecg help COMMAND shows the options of a command and an '// &
+            'example.'//LF//'Exit status: 0 done, 1 the work failed, 2 wrong usage, 130 stopped by '// &
+            'Ctrl-C, 143 by kill.'//LF//LF// &
             'example: simulate a calibration and estimate the offset from it'//LF// &
             '  gracecg simulate front-1 --out run1'//LF// &
             '  gracecg estimate run1 --algorithm assest-fde'

@@ -4,11 +4,12 @@ module gracecg_cli_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
     use gracecg_environment_time, only: utc_text
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
@@ -16,15 +17,16 @@ module gracecg_cli_design
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
-    use gracecg_cli_calibration_argument, only: add_options_option, take_calibration, take_firing_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration, &
+        take_firing_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, quoted_word
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_design, run_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
-    character(4), parameter :: FORMATS(2) = [character(4) :: 'text', 'csv']
     character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
@@ -33,7 +35,7 @@ module gracecg_cli_design
     type :: request_t
         type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
-        character(:), allocatable :: out, map, output_format
+        character(:), allocatable :: out, map
     end type request_t
 
 contains
@@ -49,11 +51,12 @@ contains
                                 'limits of rods, rate and pointing, and writes the case with the best '// &
                                 'manoeuvre as a file that every command takes. The standard deviation is '// &
                                 'the theoretical limit under the accelerometer''s noise; the search adds '// &
-                                'the errors by the density wave and by curved drag and radiation. With --manoeuvre a given one '// &
-                                'is judged instead.', &
+                                'the errors by the density wave and by curved drag and radiation. With '// &
+                                '--manoeuvre a given one is judged instead.', &
                                 'gracecg design --satellite front --at 1400 --out best.nml'//new_line('a')// &
                                 'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
+        call add_cases_option(arguments, 'front-1', single=.true.)
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE')
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
                                   'without --satellite and CASE on the orbit of this case')
@@ -80,7 +83,7 @@ contains
         call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map (default 60)')
         call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
-        call arguments%add_option('--format', 'FORMAT', 'text or csv (default text)')
+        call add_format_option(arguments)
         call arguments%add_option('--threads', 'N', 'in parallel (default: as many as there are processors)')
         call add_options_option(arguments)
     end subroutine declare_design
@@ -97,26 +100,23 @@ contains
         type(map_point_t), allocatable :: points(:)
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (.not. allocated(misuse)) call take_cases(arguments, request, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         call check_writable(request%out, error)
         if (.not. allocated(error)) call check_writable(request%map, error)
         if (allocated(error)) return
 
-        call console%progress('design: orbit')
-        call prepare_plan(calibration, request%plan, plan, error)
+        call tell(console, 'orbit of '//trim(calibration%case%name))
+        call prepare_plan(calibration, request%plan, plan, error, console)
         if (allocated(error)) return
-        call console%progress('design: search')
-        call find_manoeuvre(request%plan, plan, error)
+        call find_manoeuvre(request%plan, plan, error, console)
         if (allocated(error)) return
-        call console%progress('design: map')
-        call map_places(request, plan, points, error)
+        call tell(console, 'map')
+        call map_places(request, plan, points, error, console)
         if (allocated(error)) return
-        if (request%output_format == 'csv') then
-            call print_row(plan%calibration%case, points(1), console, error)
-        else
-            call show(request, plan, points, console)
-        end if
+        call show(request, plan, points, console)
+        call publish(plan, points, console, error)
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
@@ -168,7 +168,6 @@ contains
         call arguments%get('--step', request%map_step, misuse, default=60, low=1, high=3600)
         call arguments%get('--out', request%out, misuse, default='')
         call arguments%get('--map', request%map, misuse, default='')
-        call arguments%get('--format', request%output_format, misuse, default='text', choices=FORMATS)
         call check_combination(arguments, misuse)
     end subroutine read_request
 
@@ -182,7 +181,7 @@ contains
                                                         '--frequencies', '--waveforms', '--taper', '--rise-time']
         integer :: i
 
-        call refuse_if(arguments%has('--satellite') .and. arguments%positional_count() > 0, &
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
                        'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
                        'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
@@ -212,9 +211,8 @@ contains
         if (allocated(misuse)) return
         name = satellite//'-1'
         if (.not. (request%plan%search .or. arguments%has('--satellite'))) name = manoeuvre
-        if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call take_calibration(arguments, name, console, calibration, error)
-        if (allocated(error)) return
+        call take_one_calibration(arguments, name, console, calibration, misuse, error, may_rest=.true.)
+        if (allocated(misuse) .or. allocated(error)) return
         if (.not. request%plan%search) then
             call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
@@ -233,11 +231,12 @@ contains
     end subroutine take_cases
 
     !> The manoeuvre at its place (first) and along the orbit.
-    subroutine map_places(request, plan, points, error)
+    subroutine map_places(request, plan, points, error, console)
         type(request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
+        type(console_t), intent(inout) :: console
 
         real(dp), allocatable :: times(:)
 
@@ -245,7 +244,7 @@ contains
         if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
             times = [times, times_along(plan%orbit, real(request%map_step, dp))]
         call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
-                           error)
+                           error, console)
     end subroutine map_places
 
     subroutine show(request, plan, points, console)
@@ -257,19 +256,15 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f0.0, a, f6.1, a, f6.1, a, f0.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, ', &
-            points(1)%time, ' s after '//utc_text(plan%calibration%case%epoch)//' (', abs(points(1)%latitude)/DEGREE, &
-            merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
-            merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of ', plan%arc%knowledge%duration, ' s'
+        write (row, '(a, f6.1, a, f6.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, '// &
+            integer_text(nint(points(1)%time))//' s after '//utc_text(plan%calibration%case%epoch)//' (', &
+            abs(points(1)%latitude)/DEGREE, merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
+            merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of '//real_text(plan%arc%knowledge%duration)//' s'
         call console%line(trim(row))
         call console%line('')
         call show_rods(plan%design%rods, console)
         call console%line('')
-        call console%line('mm, body axes: limit of the CG offset (sigma, noise of the accelerometer); errors by '// &
-                          'the density wave and')
-        call console%line('by curved drag and radiation (force); all together on the worst axis')
-        call console%line('                          sigma x       y       z  wave x       y       z force x'// &
-                          '       y       z   worst')
+        call console%line('errors of the CG offset, mm, body axes')
         if (request%plan%place == EVERYWHERE) then
             call show_quality('worst of '//integer_text(size(plan%sites))//' places', plan%design, console)
         else
@@ -279,21 +274,22 @@ contains
             call judge_manoeuvre(plan%arc, plan%sites, pattern_567(request%plan%settings, &
                                                                    plan%arc%knowledge%duration), &
                                  size(plan%sites), other)
-            call show_quality('5, 6, 7 cycles', other, console)
+            call show_quality('5, 6, 7 cycles, for comparison', other, console)
         end if
         call console%line('')
         write (row, '(a, f7.4, a, f7.4, a, f8.4, a, f7.4, a)') 'greatest angular velocity', plan%design%rate/DEGREE, &
             ' deg/s (limit', plan%arc%knowledge%limits%rate/DEGREE, '); turn away from the attitude', &
             plan%design%excursion/DEGREE, ' deg (limit', plan%arc%knowledge%limits%pointing/DEGREE, ')'
-        call console%line(trim(row))
+        call console%paragraph(row)
         if (request%plan%search) &
             call console%line(integer_text(plan%design%evaluations)//' evaluations of a manoeuvre at a place')
         if (size(points) > 1) call show_map(points(2:), plan%orbit%revolutions, console)
         if (request%out /= '') then
             call console%line('')
-            if (request%plan%search) call console%line(request%out//' has `optimal` estimate scale factors and '// &
-                                                       'magnetometer bias, too: else they would be the largest errors')
-            call console%line('next: gracecg simulate '//request%out//' --out run1')
+            if (request%plan%search) &
+                call console%paragraph(request%out//' has `optimal` estimate scale factors and magnetometer bias, too: '// &
+                                       'else they would be the largest errors')
+            call console%line('next: gracecg simulate '//quoted_word(request%out)//' --out run1')
         end if
     end subroutine show
 
@@ -320,15 +316,27 @@ contains
         type(manoeuvre_design_t), intent(in) :: design
         type(console_t), intent(inout) :: console
 
-        character(120) :: row
+        type(data_table_t) :: table
 
-        if (design%worst < huge(1.0_dp)) then
-            write (row, '(a, t26, 10f8.5)') label, design%sigma/MILLIMETRE, design%wave/MILLIMETRE, &
-                design%force/MILLIMETRE, design%worst/MILLIMETRE
-        else
-            row = label//': leaves a direction of the offset unseen'
+        if (.not. design%worst < huge(1.0_dp)) then
+            call console%line(label//': leaves a direction of the offset unseen')
+            return
         end if
-        call console%line(trim(row))
+        call table%column('kind', 'a', label)
+        call table%column('x_mm', 'f10.5', 'x')
+        call table%column('y_mm', 'f10.5', 'y')
+        call table%column('z_mm', 'f10.5', 'z')
+        call table%add('limit: sigma by the noise of the accelerometer')
+        call table%add(design%sigma/MILLIMETRE)
+        call table%add('error by the density wave')
+        call table%add(design%wave/MILLIMETRE)
+        call table%add('error by curved drag and radiation')
+        call table%add(design%force/MILLIMETRE)
+        call table%add('all together, worst axis')
+        call table%add(design%worst/MILLIMETRE)
+        call table%add_nothing()
+        call table%add_nothing()
+        call console%table(table)
     end subroutine show_quality
 
     !> The best and the worst place of a map.
@@ -371,23 +379,64 @@ contains
         end associate
     end function quality_values
 
-    subroutine print_row(case, point, console, error)
-        type(case_t), intent(in) :: case
-        type(map_point_t), intent(in) :: point
+    !> The manoeuvre at its places, a row each.
+    function quality_table(points, case) result(table)
+        type(map_point_t), intent(in) :: points(:)
+        type(case_t), intent(in), optional :: case  !! Its name goes first
+        type(data_table_t) :: table
+
+        integer :: i
+
+        if (present(case)) call table%column('case')
+        call table%columns_of(QUALITY_COLUMNS)
+        do i = 1, size(points)
+            if (present(case)) call table%add(case%name)
+            call table%add(quality_values(points(i)))
+        end do
+    end function quality_table
+
+    !> The plan as CSV or JSON.
+    subroutine publish(plan, points, console, error)
+        type(plan_t), intent(in) :: plan
+        type(map_point_t), intent(in) :: points(:)      !! The place of the manoeuvre, then the map
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: values(18)
-        type(string_t) :: fields(19)
+        type(results_t) :: results
+        type(data_table_t) :: map
         integer :: i
 
-        values = quality_values(point)
-        fields(1)%text = trim(case%name)
-        do i = 1, size(values)
-            fields(i + 1)%text = real_text(values(i))
+        call results%open('design')
+        associate (case => plan%calibration%case)
+            call results%member('case', trim(case%name))
+            call results%member('satellite', trim(case%satellite%name))
+            call results%member('epoch_utc', utc_text(case%epoch))
+        end associate
+        call results%member('duration_s', plan%arc%knowledge%duration)
+        call results%member('evaluations', plan%design%evaluations)
+        call results%begin('limits')
+        call results%member('rate_deg_s', plan%arc%knowledge%limits%rate/DEGREE)
+        call results%member('pointing_deg', plan%arc%knowledge%limits%pointing/DEGREE)
+        call results%end()
+        call results%begin_array('rods')
+        do i = 1, plan%design%rods%count
+            associate (rod => plan%design%rods%activations(i))
+                call results%begin(on_one_line=.true.)
+                call results%member('axis', AXES(rod%axis))
+                call results%member('waveform', trim(WAVEFORM_NAMES(rod%waveform)))
+                call results%member('amplitude_a_m2', rod%amplitude)
+                call results%member('frequency_hz', rod%frequency)
+                call results%member('phase_deg', rod%phase/DEGREE)
+                call results%member('start_s', rod%start)
+                call results%member('stop_s', rod%stop)
+                call results%end()
+            end associate
         end do
-        call console%row('case,'//QUALITY_COLUMNS, fields, error)
-    end subroutine print_row
+        call results%end()
+        map = quality_table(points(2:))
+        call map%to_json(results, 'map')
+        call results%publish(quality_table(points(:1), plan%calibration%case), console, error)
+    end subroutine publish
 
     subroutine write_map(request, case, points, error)
         type(request_t), intent(in) :: request
@@ -395,21 +444,15 @@ contains
         type(map_point_t), intent(in) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
-        integer :: i
+        type(data_table_t) :: table
 
-        call file%open(request%map, QUALITY_COLUMNS, &
-                       [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
-                        ' satellite, orbit of case '//trim(case%name)//' from '// &
-                        utc_text(case%epoch)//', a calibration of '//real_text(case%duration)// &
-                        ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
-                        'wave and by curved drag and radiation; body axes'], &
-                       error)
-        if (allocated(error)) return
-        do i = 1, size(points)
-            call file%row(quality_values(points(i)))
-        end do
-        call file%commit(error)
+        table = quality_table(points)
+        call table%write(request%map, &
+                         [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
+                          ' satellite, orbit of case '//trim(case%name)//' from '// &
+                          utc_text(case%epoch)//', a calibration of '//real_text(case%duration)// &
+                          ' s at every place', 'sigma: theoretical limit; wave, force: errors by the density '// &
+                          'wave and by curved drag and radiation; body axes'], error)
     end subroutine write_map
 
     !> The case with the manoeuvre, at its place.

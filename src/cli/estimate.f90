@@ -1,7 +1,5 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
@@ -10,23 +8,19 @@ module gracecg_cli_estimate
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_belief, only: BELIEFS
-    use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS
+    use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_cli_running_file, only: write_running_estimate
     use gracecg_cli_arguments, only: arguments_t, refuse_if
-    use gracecg_cli_console, only: console_t, number_fields
+    use gracecg_cli_console, only: console_t
+    use gracecg_cli_estimate_results, only: show_estimate, show_iterations, publish_estimate
+    use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
     public :: declare_estimate, run_estimate
-
-    character(*), parameter :: COLUMNS = &
-        'algorithm,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
-        'iterations,converged,condition,residual_rms_x,residual_rms_y,residual_rms_z'
-    character(4), parameter :: FORMATS(2) = ['text', 'csv ']
 
 contains
 
@@ -41,10 +35,11 @@ contains
                                 'estimate does not converge.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
-        call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true.)
+        call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true., choices=ESTIMATOR_NAMES)
         call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
                                   'guesses, what else to estimate (default: what the algorithm needs no telling)')
-        call arguments%add_option('--format', 'FORMAT', 'text (default) or csv')
+        call add_format_option(arguments)
+        call arguments%add_option('--verbose', '', 'prints each iteration: corrections, state, RMS of the residuals')
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
                                   'they come from, residuals, verdict; its numbers and gnuplot scripts go '// &
                                   'into the folder FILE_files')
@@ -70,13 +65,12 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(observation_set_t) :: observations
-        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(fit_record_t) :: record
-        character(:), allocatable :: algorithm, output_format, page, running_file, options_file
+        character(:), allocatable :: algorithm, page, running_file, options_file
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
-        call arguments%get('--format', output_format, misuse, default='text', choices=FORMATS)
+        call take_format(arguments, console, misuse)
         call arguments%get('--report', page, misuse, default='')
         call arguments%get('--running', running_file, misuse, default='')
         call arguments%get('--options', options_file, misuse, default='')
@@ -87,36 +81,85 @@ contains
 
         call check_writable(page, error)
         if (.not. allocated(error)) call check_writable(running_file, error)
-        if (.not. allocated(error)) call read_observations(arguments%positional(1), observations, error)
-        if (.not. allocated(error)) &
-            call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
-        if (.not. allocated(error)) call take_options(arguments%positional(1), options_file, options, console, error)
         if (allocated(error)) return
-        if (page == '') then
-            call estimate_offset(algorithm, observations, options, solution, error)
-        else
-            call estimate_offset(algorithm, observations, options, solution, error, record=record)
+        call read_and_estimate(arguments%positional(1), options_file, algorithm, page /= '', arguments%has('--verbose'), &
+                               observations, solution, record, console, error)
+        if (allocated(error)) then
+            if (page /= '') call show_page(error%message)
+            return
         end if
-        if (.not. allocated(error) .and. running_file /= '') &
-            call write_running_estimate(running_file, solution%running, error)
+        if (running_file /= '') call write_running_estimate(running_file, solution%running, error)
         if (allocated(error)) return
         call warn(observations%knowledge, solution, console)
-        if (output_format == 'csv') then
-            call print_csv(solution, console, error)
-        else
-            call print_text(observations%knowledge, solution, console)
+        if (allocated(solution%history)) call show_iterations(solution, console)
+        call show_estimate(observations%knowledge, solution, console)
+        call publish_estimate(arguments%positional(1), observations%knowledge, solution, console, error)
+        if (allocated(error)) return
+        if (solution%converged) then
+            if (page /= '') call show_page('')
+            return
         end if
-        if (.not. allocated(error) .and. page /= '') then
-            call write_calibration_page(page, arguments%positional(1), options_file, observations, solution, record, &
-                                        console, error)
-            if (.not. allocated(error) .and. output_format == 'text') &
-                call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
-        end if
-        if (allocated(error) .or. solution%converged) return
         call fail(error, algorithm//' did not converge in '//integer_text(solution%iterations)// &
                   ' iterations: the offset is not to be relied upon; check the star-camera '// &
                   'samples, or give guess_quaternion and guess_angular_velocity with --options')
+        if (page /= '') call show_page(error%message)
+
+    contains
+
+        !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
+        subroutine show_page(refusal)
+            character(*), intent(in) :: refusal     !! Empty: none
+
+            type(error_t), allocatable :: failure
+
+            if (refusal == '') then
+                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
+                                            solution, record, console, error)
+                if (.not. allocated(error)) &
+                    call console%line('written: '//page//'; its numbers and scripts: '//page_folder(page))
+            else
+                call write_calibration_page(page, arguments%positional(1), options_file, algorithm, observations, &
+                                            solution, record, console, failure, refusal)
+                if (allocated(failure)) then
+                    call console%warn('no page: '//failure%message)
+                else
+                    call console%message('written: '//page//', the page of a refused estimate')
+                end if
+            end if
+        end subroutine show_page
     end subroutine run_estimate
+
+    !> The observations of a folder and what the algorithm makes of them.
+    subroutine read_and_estimate(folder, options_file, algorithm, recorded, verbose, observations, solution, &
+                                 record, console, error)
+        character(*), intent(in) :: folder, options_file, algorithm
+        logical, intent(in) :: recorded         !! The fit is to be recorded for a page
+        logical, intent(in) :: verbose          !! Every iteration is to be kept
+        type(observation_set_t), intent(out) :: observations
+        type(solution_t), intent(out) :: solution
+        type(fit_record_t), intent(out) :: record
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: nothing
+        type(estimation_options_t) :: options
+
+        call read_observations(folder, observations, error)
+        if (allocated(error)) then
+            observations = nothing      ! not the part that was read
+            return
+        end if
+        call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
+        if (allocated(error)) return
+        options%history = verbose
+        if (recorded) then
+            call estimate_offset(algorithm, observations, options, solution, error, record=record)
+        else
+            call estimate_offset(algorithm, observations, options, solution, error)
+        end if
+        if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
+    end subroutine read_and_estimate
 
     !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
     subroutine take_options(folder, options_file, options, console, error)
@@ -130,7 +173,7 @@ contains
 
         call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), former, error, OF_SETUP, warning)
         if (allocated(error)) return
-        if (allocated(warning)) call console%message('warning: '//warning%text)
+        if (allocated(warning)) call console%warn(warning%text)
         options = former
         if (options_file /= '') call read_options(options_file, options, error)
     end subroutine take_options
@@ -144,136 +187,14 @@ contains
         integer :: i
 
         do i = 1, size(solution%warnings)
-            call console%message('warning: '//solution%warnings(i)%text)
+            call console%warn(solution%warnings(i)%text)
         end do
         if (all(solution%noise_level > 0)) return       ! what is not given has been estimated
         if (.not. all(knowledge%accelerometer_noise%level > 0)) &
-            call console%message('warning: the setup gives no noise_level of the accelerometer '// &
+            call console%warn('the setup gives no noise_level of the accelerometer '// &
                                  'for some axis: the sigmas leave it out')
         if (.not. all(knowledge%star_camera_sigma > 0)) &
-            call console%message('warning: the setup gives no noise_about_axes of the star '// &
+            call console%warn('the setup gives no noise_about_axes of the star '// &
                                  'camera for some axis: the sigmas leave it out')
     end subroutine warn
-
-    subroutine print_csv(solution, console, error)
-        type(solution_t), intent(in) :: solution
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t) :: fields(13)
-
-        fields(1)%text = solution%algorithm
-        fields(2:4) = number_fields(solution%offset/MILLIMETRE)
-        fields(5:7) = number_fields(sigmas(solution)/MILLIMETRE)
-        fields(8)%text = integer_text(solution%iterations)
-        fields(9)%text = merge('T', 'F', solution%converged)
-        fields(10:10) = number_fields([solution%condition])
-        fields(11:13) = number_fields(solution%residual_rms)
-        call console%row(COLUMNS, fields, error)
-    end subroutine print_csv
-
-    pure function sigmas(solution) result(sigma)
-        type(solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)        !! m
-
-        integer :: i
-
-        sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
-    end function sigmas
-
-    !> A number with five decimals, or with an exponent where they do not fit into the width.
-    pure function fitting_text(value, width) result(text)
-        real(dp), intent(in) :: value
-        integer, intent(in) :: width
-        character(width) :: text
-
-        write (text, '(f'//integer_text(width)//'.5)') value
-        if (index(text, '*') > 0) write (text, '(es'//integer_text(width)//'.2)') value
-    end function fitting_text
-
-    subroutine print_text(knowledge, solution, console)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(solution_t), intent(in) :: solution
-        type(console_t), intent(inout) :: console
-
-        character(120) :: line
-        real(dp) :: sigma(3)
-        integer :: i
-
-        sigma = sigmas(solution)
-        call console%line(trim(knowledge%name)//', '//solution%algorithm// &
-                          ': CG offset, from centre of mass to proof-mass centre, body axes')
-        do i = 1, 3
-            call console%line('  '//AXES(i)//fitting_text(solution%offset(i)/MILLIMETRE, 12)// &
-                              ' mm   sigma'//fitting_text(sigma(i)/MILLIMETRE, 10)//' mm')
-        end do
-        call console%line('iterations        '//integer_text(solution%iterations)// &
-                          trim(merge(' (converged)    ', ' (not converged)', solution%converged)))
-        write (line, '("condition number  ", es9.2)') solution%condition
-        call console%line(trim(line))
-        write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
-        call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
-        if (solution%variance_factor > 0) call print_details(solution, console)
-        if (allocated(solution%beliefs)) call print_beliefs(solution%beliefs, console)
-    end subroutine print_text
-
-    !> What `optimal` says beside the offset.
-    subroutine print_details(solution, console)
-        type(solution_t), intent(in) :: solution
-        type(console_t), intent(inout) :: console
-
-        character(120) :: line
-        integer :: i
-
-        write (line, '("variance factor   ", f9.4, a)') solution%variance_factor, &
-            ' (1 when model and noise are right)'
-        call console%line(trim(line))
-        write (line, '("noise level       ", 2(es10.3, ", "), es10.3, a)') solution%noise_level, ' m^2 s^-4/Hz'
-        call console%line(trim(line))
-        write (line, '("noise corner      ", 2(es10.3, ", "), es10.3, a)') solution%noise_corner, ' Hz'
-        call console%line(trim(line))
-        write (line, '("star camera sigma ", 2(es10.3, ", "), es10.3, a)') solution%star_camera_sigma, &
-            ' rad (camera x, y, boresight)'
-        call console%line(trim(line))
-        do i = 1, size(solution%parameters)
-            associate (p => solution%parameters(i))
-                write (line, '(a18, es10.3, "   sigma ", es9.2, 1x, a)') p%name//'      ', p%value, p%sigma, &
-                    trim(unit_of(p%name))
-            end associate
-            call console%line(trim(line))
-        end do
-    end subroutine print_details
-
-    subroutine print_beliefs(report, console)
-        type(belief_report_t), intent(in) :: report
-        type(console_t), intent(inout) :: console
-
-        character(160) :: line
-        integer :: i
-
-        do i = 1, size(report%values)
-            associate (t => report%values(i), b => BELIEFS(report%values(i)%belief))
-                write (line, '(a36, i2, f10.2, es11.3, es10.2, es10.2, 3es10.2, 1x, a)') b%subject, t%state, t%score, &
-                    t%value/b%size, t%sigma/b%size, t%detectable/b%size, min(abs(t%effect)/MILLIMETRE, 1e9_dp), b%unit
-                call console%line(trim(line))
-            end associate
-        end do
-        do i = 1, size(report%noises)
-            write (line, '(a36, i2, f10.2, f10.3)') NOISE_SUBJECTS(report%noises(i)%subject), report%noises(i)%state, &
-                report%noises(i)%score, report%noises(i)%factor
-            call console%line(trim(line))
-        end do
-    end subroutine print_beliefs
-
-    !> The unit of a parameter, by its name.
-    pure function unit_of(name) result(unit)
-        character(*), intent(in) :: name
-        character(5) :: unit
-
-        unit = ''
-        if (index(name, 'torque') == 1) unit = 'N m'
-        if (name == 'drag_curve' .or. index(name, 'wave') == 1) unit = 'm/s^2'
-        if (name == 'wave_freq') unit = 'Hz'
-        if (index(name, 'field') == 1) unit = 'T'
-    end function unit_of
 end module gracecg_cli_estimate

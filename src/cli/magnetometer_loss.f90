@@ -1,14 +1,19 @@
 !> gracecg magnetometer-loss: Figure 6.6 of CSR-TM-00-01, the field model in place of the magnetometer.
 module gracecg_cli_magnetometer_loss
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
+    use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
     use gracecg_base_text, only: integer_text, real_text
-    use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, write_field_studies, &
-        LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES
-    use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
+    use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, write_field_studies, &
+        names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
+    use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
+    use gracecg_cli_campaign_tables, only: wide
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_magnetometer_loss, run_magnetometer_loss
@@ -20,8 +25,10 @@ module gracecg_cli_magnetometer_loss
     !> What the user asks for.
     type :: request_t
         character(:), allocatable :: satellite, path
-        integer :: runs = 0, seed = 1, threads = 1
+        integer(i8) :: seed = 1        !! Of the random numbers
+        integer :: runs = 0, threads = 1
         real(dp) :: deviation_nt = 0                !! Of the model's error, nT
+        real(dp) :: kp = -1                         !! That it comes from; negative: from none
     end type request_t
 
 contains
@@ -30,19 +37,25 @@ contains
     subroutine declare_magnetometer_loss(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('magnetometer-loss', '', 0, 0, &
+        call arguments%describe('magnetometer-loss', '[CASE ...]', 0, MOST_CASES, &
                                 'The RMS error of the CG offset when the magnetometer has failed and the '// &
                                 'field of the spherical harmonic model takes its place, as in Figure 6.6 of '// &
-                                'CSR-TM-00-01: cases 2 and 3, ASCFEST and ASCREST. The model is wrong by a '// &
+                                'CSR-TM-00-01: ASCFEST and ASCREST, for the cases named or, as in the report, '// &
+                                'for front-2 and front-3. The model is wrong by a '// &
                                 'constant vector in body axes, drawn for every run.', &
-                                'gracecg magnetometer-loss --runs 20')
+                                'gracecg magnetometer-loss front-2 back-2 --runs 20')
+        call add_cases_option(arguments, 'cases 2 and 3 of --satellite')
         call arguments%add_option('--runs', 'N', 'of each case (default 100)')
-        call arguments%add_option('--satellite', 'NAME', 'front (default) or back')
+        call arguments%add_option('--satellite', 'NAME', 'front (default) or back: its cases 2 and 3, where no CASE is named')
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
                                   'axis, nT (default 150, as in the report)')
+        call arguments%add_option('--kp', 'KP', 'in its place: that of a geomagnetic index Kp, 0 to 9, by (6.1) of '// &
+                                  'the report, 42 nT at 2.5')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the RMS errors')
+        call add_format_option(arguments)
+        call add_options_option(arguments)
     end subroutine declare_magnetometer_loss
 
     !> The work of `gracecg magnetometer-loss`.
@@ -52,16 +65,26 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(request_t) :: request
-        type(field_study_t) :: studies(LOSS_STUDIES)
+        type(field_study_t), allocatable :: studies(:)
+        type(calibration_t), allocatable :: calibrations(:)
+        type(results_t) :: results
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(request%path, error)
-        if (allocated(error)) return
-        call study_magnetometer_loss(request%satellite, request%deviation_nt*NANOTESLA, request%seed, request%runs, &
+        if (.not. allocated(error)) &
+            call take_calibrations(arguments, names_of_loss_cases(request%satellite), console, calibrations, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call study_loss_of_cases(calibrations, request%deviation_nt*NANOTESLA, request%seed, request%runs, &
                                      request%threads, studies, error, console)
         if (allocated(error)) return
         call show(request, studies, console)
+        call results%open('magnetometer-loss')
+        call results%member('seed', request%seed)
+        call results%member('field_error_nt', request%deviation_nt)
+        call results%publish(field_table(studies), console, error)
+        if (allocated(error)) return
         if (request%path /= '') call write_field_studies(request%path, 'magnetometer-loss', request%seed, &
                                                       request%deviation_nt*NANOTESLA, studies, error)
     end subroutine run_magnetometer_loss
@@ -73,9 +96,17 @@ contains
 
         call arguments%get('--runs', request%runs, misuse, default=100, low=1, high=MOST_RUNS)
         call arguments%get('--satellite', request%satellite, misuse, default='front', choices=SATELLITES)
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         call arguments%get('--field-error', request%deviation_nt, misuse, default=REPORT_FIELD_ERROR, &
                            low=0.0_dp, high=MOST_FIELD_ERROR, unit='nT')
-        call arguments%get('--seed', request%seed, misuse, default=1)
+        call refuse_if(arguments%has('--kp') .and. arguments%has('--field-error'), &
+                       '--kp and --field-error both say how wrong the field model is: give one', misuse)
+        if (arguments%has('--kp')) then
+            call arguments%get('--kp', request%kp, misuse, low=0.0_dp, high=9.0_dp)
+            request%deviation_nt = storm_field_deviation(request%kp)/NANOTESLA
+        end if
+        call arguments%get('--seed', request%seed, misuse, default=1_i8)
         call arguments%get_threads(request%threads, misuse)
         call arguments%get('--out', request%path, misuse, default='')
     end subroutine read_request
@@ -86,20 +117,24 @@ contains
         type(console_t), intent(inout) :: console
 
         character(100) :: row
-        integer :: i, axis
+        character(:), allocatable :: index_text
+        integer :: i, axis, width
 
+        index_text = ''
+        if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)
         call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
                           ' runs; error of the field model '//real_text(request%deviation_nt)// &
-                          ' nT on each axis')
-        call console%line('case     algorithm  field       x here  x theory    y here  y theory    z here'// &
+                          ' nT on each axis'//index_text)
+        width = max(9, maxval(len_trim(studies%case_name)) + 2)
+        call console%line(wide('case', width)//'algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')
         do i = 1, size(studies)
             associate (s => studies(i))
-                write (row, '(a, t10, a, t21, a, t29, 6f10.5)') trim(s%case_name), trim(s%algorithm), &
+                write (row, '(a, t12, a, t20, 6f10.5)') trim(s%algorithm), &
                     FIELD_SOURCES(merge(2, 1, s%with_model)), &
                     (s%rms(axis)/MILLIMETRE, s%predicted(axis)/MILLIMETRE, axis=1, 3)
             end associate
-            call console%line(trim(row))
+            call console%line(wide(trim(studies(i)%case_name), width)//trim(row))
         end do
     end subroutine show
 end module gracecg_cli_magnetometer_loss

@@ -5,9 +5,10 @@ module gracecg_cli_merge
     use gracecg_studies_campaign, only: campaign_t
     use gracecg_studies_campaign_files, only: read_runs, write_table, write_runs
     use gracecg_studies_campaign_merge, only: merge_campaigns
-    use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files
+    use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: add_format_option, take_format
     implicit none
     private
     public :: declare_merge, run_merge
@@ -33,6 +34,7 @@ contains
                                 'gracecg merge shard1.csv shard2.csv --out table.csv')
         call arguments%add_option('--out', 'FILE', 'CSV file for the statistics')
         call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
+        call add_format_option(arguments)
     end subroutine declare_merge
 
     !> The work of `gracecg merge`.
@@ -48,6 +50,7 @@ contains
         integer :: i, missing
 
         call read_campaign_files(arguments, table_file, runs_file, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
 
         allocate (parts(arguments%positional_count()), names(arguments%positional_count()))
@@ -59,9 +62,11 @@ contains
         call merge_campaigns(parts, padded(names), whole, missing, error)
         if (allocated(error)) return
         call show_campaign(whole, console)
-        if (missing > 0) call console%message('warning: '//integer_text(missing)//' of '// &
+        if (missing > 0) call console%warn(integer_text(missing)//' of '// &
                                               integer_text(whole%runs*size(whole%entries))// &
                                               ' estimates are missing: shards are left out')
+        call publish_campaign(whole, COMMAND, console, error)
+        if (allocated(error)) return
         if (table_file /= '') call write_table(table_file, whole, COMMAND, error)
         if (allocated(error)) return
         if (runs_file /= '') call write_runs(runs_file, whole, COMMAND, error)

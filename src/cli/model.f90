@@ -18,6 +18,7 @@ module gracecg_cli_model
     use gracecg_environment_sun, only: sun_position
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: publish_row, add_format_option, take_format
     implicit none
     private
     public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
@@ -31,6 +32,8 @@ module gracecg_cli_model
     real(dp), parameter :: GREATEST_COORDINATE = 1e10_dp    !! m
     character(*), parameter :: EXAMPLE_PLACE = '--position 6837865 0 0'
     character(*), parameter :: EXAMPLE_DATE = '--date 1989-01-02T00:00:00'
+
+    character(*), parameter :: PLACE_COLUMNS = 'height_km,latitude_deg,local_time_h'
 
     !> A place in geodetic coordinates (WGS-84).
     type :: place_t
@@ -56,6 +59,7 @@ contains
                                   integer_text(DEFAULT_DEGREE)//')')
         call arguments%add_option('--order', 'M', 'highest order (default: the degree)')
         call arguments%add_option('--file', 'FILE', 'model in ICGEM format (.gfc)')
+        call add_format_option(arguments, default='csv')
     end subroutine declare_gravity
 
     !> The work of `gracecg model gravity`.
@@ -76,6 +80,7 @@ contains
         call arguments%get('--file', file, misuse, default='')
         call refuse_if(arguments%has('--model') .and. arguments%has('--file'), &
                        'give --model or --file, not both', misuse)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
 
         call check_position(position, error)
@@ -85,7 +90,8 @@ contains
         if (allocated(error)) return
         call model%acceleration(position, acceleration)
         call model%potential(position, potential)
-        call console%row('ax,ay,az,potential', [acceleration, potential], error)
+        call publish_row('model gravity', 'ax_m_s2,ay_m_s2,az_m_s2,potential_m2_s2', [acceleration, potential], console, &
+                         error)
     end subroutine run_gravity
 
     !> Arguments and help of `gracecg model field`.
@@ -101,6 +107,7 @@ contains
         call arguments%add_option('--table', 'NAME', 'igrf95 (default; 1985 to 2000) or igrf14 '// &
                                   '(1900 to 2030)')
         call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
+        call add_format_option(arguments, default='csv')
     end subroutine declare_field
 
     !> The work of `gracecg model field`.
@@ -120,6 +127,7 @@ contains
         call arguments%get('--file', file, misuse, default='')
         call refuse_if(arguments%has('--table') .and. arguments%has('--file'), &
                        'give --table or --file, not both', misuse)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
 
         call check_position(position, error)
@@ -129,7 +137,8 @@ contains
         if (allocated(error)) return
         call model%evaluate(position, b)
         call spherical_components(position, b, radial, south, east)
-        call console%row('bx,by,bz,b_radial,b_south,b_east', [b, radial, south, east], error)
+        call publish_row('model field', 'bx_tesla,by_tesla,bz_tesla,b_radial_tesla,b_south_tesla,b_east_tesla', &
+                         [b, radial, south, east], console, error)
     end subroutine run_field
 
     !> Arguments and help of `gracecg model density`.
@@ -149,6 +158,7 @@ contains
         call arguments%add_option('--f107', 'V', 'observed solar flux F10.7 of the day before, sfu')
         call arguments%add_option('--f107a', 'V', 'its mean over 81 days, sfu')
         call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')
+        call add_format_option(arguments, default='csv')
     end subroutine declare_density
 
     !> The work of `gracecg model density`.
@@ -175,6 +185,7 @@ contains
         call arguments%get('--f107', f107, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--f107a', f107_mean, misuse, default=0.0_dp, unit='sfu')
         call arguments%get('--kp', kp, misuse, default=0.0_dp)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
 
         if (given == 0) call look_up_space_weather(date, f107, f107_mean, kp, error)
@@ -192,14 +203,11 @@ contains
         point = atmosphere_point_t(place%height, place%latitude, &
                                    local_mean_solar_time(date, place%longitude), day_of_year(date))
         call model%evaluate(point, air)
-        call show_place(place, point%local_solar_time, console)
-        call console%line('# day = '//real_text(point%day_of_year))
-        call console%line('# f107 = '//real_text(f107))
-        call console%line('# f107a = '//real_text(f107_mean))
-        call console%line('# kp = '//real_text(kp))
-        call console%row('density,temperature,exospheric_temperature,n_he,n_o,n_n2', &
-                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, &
-                          air%n_o, air%n_n2], error)
+        call publish_row('model density', 'density_kg_m3,temperature_kelvin,exospheric_temperature_kelvin,'// &
+                         'n_he_per_m3,n_o_per_m3,n_n2_per_m3,'//PLACE_COLUMNS//',day,f107_sfu,f107a_sfu,kp', &
+                         [air%density, air%temperature, air%exospheric_temperature, air%n_he, air%n_o, air%n_n2, &
+                          place_values(place, point%local_solar_time), point%day_of_year, f107, f107_mean, kp], &
+                         console, error)
     end subroutine run_density
 
     !> Indices of the embedded table.
@@ -226,6 +234,7 @@ contains
                                 'gracecg model wind '//EXAMPLE_DATE//' '//EXAMPLE_PLACE)
         call add_date(arguments)
         call add_position(arguments)
+        call add_format_option(arguments, default='csv')
     end subroutine declare_wind
 
     !> The work of `gracecg model wind`.
@@ -241,6 +250,7 @@ contains
 
         call get_date(arguments, date, misuse)
         call get_position(arguments, position, misuse)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
 
         call check_position(position, error)
@@ -249,10 +259,9 @@ contains
         local_time = local_mean_solar_time(date, place%longitude)
         model = embedded_wind()
         call model%evaluate(place%latitude, local_time, east, north)
-        call console%line('# HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every '// &
-                          'date and height')
-        call show_place(place, local_time, console)
-        call console%row('east,north', [east, north], error)
+        call publish_row('model wind', 'east_m_s,north_m_s,'//PLACE_COLUMNS, &
+                         [east, north, place_values(place, local_time)], console, error, &
+                         'HWM93 of 1989-01-02 0 h UT at 466 km; the same table serves every date and height')
     end subroutine run_wind
 
     !> Arguments and help of `gracecg model sun`.
@@ -264,6 +273,7 @@ contains
                                 'mean equator and equinox of J2000, and its distance in au.', &
                                 'gracecg model sun '//EXAMPLE_DATE)
         call add_date(arguments)
+        call add_format_option(arguments, default='csv')
     end subroutine declare_sun
 
     !> The work of `gracecg model sun`.
@@ -276,9 +286,11 @@ contains
         real(dp) :: position(3)
 
         call get_date(arguments, date, misuse)
+        call take_format(arguments, console, misuse, default='csv')
         if (allocated(misuse)) return
         position = sun_position(julian_centuries_tt(date))
-        call console%row('x,y,z,distance_au', [position, norm2(position)/ASTRONOMICAL_UNIT], error)
+        call publish_row('model sun', 'x_m,y_m,z_m,distance_au', [position, norm2(position)/ASTRONOMICAL_UNIT], &
+                         console, error)
     end subroutine run_sun
 
     subroutine add_position(arguments)
@@ -343,13 +355,11 @@ contains
     end function place_of
 
     !> Where and when, as the models took it.
-    subroutine show_place(place, local_time, console)
+    function place_values(place, local_time) result(values)
         type(place_t), intent(in) :: place
         real(dp), intent(in) :: local_time          !! h
-        type(console_t), intent(inout) :: console
+        real(dp) :: values(3)                       !! By PLACE_COLUMNS
 
-        call console%line('# height_km = '//real_text(place%height/1000))
-        call console%line('# latitude_deg = '//real_text(place%latitude/DEGREE))
-        call console%line('# local_time_h = '//real_text(local_time))
-    end subroutine show_place
+        values = [place%height/1000, place%latitude/DEGREE, local_time]
+    end function place_values
 end module gracecg_cli_model

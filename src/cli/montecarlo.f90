@@ -1,11 +1,13 @@
 !> gracecg montecarlo: Tables 6.1 and 6.2 of CSR-TM-00-01, ours beside the published values and the
 !> theoretical prediction.
 module gracecg_cli_montecarlo
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_progress, only: tell
+    use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, join, padded, parse_integer, split
-    use gracecg_files_file, only: check_writable
+    use gracecg_files_file, only: check_writable, file_exists, is_device
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES, REPORT_ESTIMATORS
@@ -14,12 +16,16 @@ module gracecg_cli_montecarlo
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator, switch_off, SOURCE_NAMES
-    use gracecg_studies_campaign, only: campaign_t, new_campaign, run_case
-    use gracecg_studies_campaign_files, only: write_table, write_runs
-    use gracecg_cli_campaign_tables, only: show_campaign, read_campaign_files, wide, REPORT_RUNS
-    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs, &
+        runs_done
+    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
+    use gracecg_studies_campaign_merge, only: check_settings
+    use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: add_format_option, take_format
+    use gracecg_cli_interruption, only: catch_interruption, caught_signal, signal_name
     implicit none
     private
     public :: declare_montecarlo, run_montecarlo
@@ -28,12 +34,14 @@ module gracecg_cli_montecarlo
 
     !> What the user asks for.
     type :: request_t
-        type(string_t), allocatable :: cases(:), algorithms(:)
-        integer :: runs = REPORT_RUNS, seed = 1, threads = 1
+        type(string_t), allocatable :: algorithms(:)
+        integer(i8) :: seed = 1        !! Of the random numbers
+        integer :: runs = REPORT_RUNS, threads = 1
         integer :: shard = 1, shards = 1
         type(error_switches_t) :: switches
         character(:), allocatable :: without    !! Error sources that are switched off, as given; empty: none
         character(:), allocatable :: table_file, runs_file      !! Empty: none
+        character(:), allocatable :: resumed_file       !! Runs file of a campaign to go on with; empty: none
     end type request_t
 
 contains
@@ -42,15 +50,15 @@ contains
     subroutine declare_montecarlo(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe(COMMAND, '', 0, 0, &
+        call arguments%describe(COMMAND, '[CASE ...]', 0, MOST_CASES, &
                                 'Simulates and estimates many calibrations of each case and prints the RMS '// &
                                 'error of the CG offset in the layout of Tables 6.1 and 6.2 of '// &
                                 'CSR-TM-00-01, beside the published values and the prediction of a '// &
                                 'covariance analysis. A large campaign can be done in shards, on as many '// &
-                                'machines as there are, and put together by gracecg merge.', &
-                                'gracecg montecarlo --cases front-3,back-3 --algorithms assest-fde --runs 100')
-        call arguments%add_option('--cases', 'LIST', 'names or namelist files, separated by commas (default: '// &
-                                  'the six built-in cases)')
+                                'machines as there are, and put together by gracecg merge. With --runs-out '// &
+                                'it may be stopped at any moment, by Ctrl-C or otherwise: --resume goes on.', &
+                                'gracecg montecarlo front-3 back-3 --algorithms assest-fde --runs 100')
+        call add_cases_option(arguments, 'all, the six built-in cases')
         call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
                                   ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
@@ -62,7 +70,11 @@ contains
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); '// &
                                   'the numbers do not depend on it')
         call arguments%add_option('--out', 'FILE', 'CSV file for the statistics')
-        call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run')
+        call arguments%add_option('--runs-out', 'FILE', 'CSV file for the estimate of every run; while the campaign '// &
+                                  'is at work, the runs that are done stand in FILE.part')
+        call arguments%add_option('--resume', 'FILE', 'go on with a campaign that was interrupted: the same command '// &
+                                  'line, and the FILE of its --runs-out; only the missing runs are done')
+        call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_montecarlo
 
@@ -74,44 +86,250 @@ contains
 
         type(request_t) :: request
         type(campaign_t) :: campaign
-        integer :: i
+        type(calibration_t), allocatable :: calibrations(:)
+        type(simulator_t), allocatable :: simulators(:)
+        type(journal_t) :: journal
+        type(error_t), allocatable :: incomplete
+        logical :: keeps
 
         call read_request(arguments, request, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(request%table_file, error)
         if (.not. allocated(error)) call check_writable(request%runs_file, error)
         if (allocated(error)) return
-        campaign = new_campaign(padded(request%algorithms), size(request%cases), request%seed, request%runs, &
-                                request%shard, request%shards)
-        do i = 1, size(request%cases)
-            call do_case(arguments, request, i, campaign, console, error)
-            if (allocated(error)) return
-        end do
+        call take_calibrations(arguments, join(REPORT_CASE_NAMES, ','), console, calibrations, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
+        call catch_interruption()
+        call prepare_cases(request, calibrations, simulators, campaign, error)
+        if (.not. allocated(error)) call prepare_theory(calibrations, simulators, campaign, console, error)
+        if (.not. allocated(error) .and. request%resumed_file /= '') call resume(request%resumed_file, campaign, console, &
+                                                                                 error)
+        if (allocated(error)) return
+        keeps = request%runs_file /= '' .and. .not. is_device(request%runs_file)
+        if (keeps) call begin_journal(request, campaign, journal, error)
+        if (allocated(error)) return
+        call run_all(request, calibrations, simulators, keeps, campaign, journal, console, error)
+        if (allocated(error) .and. .not. console%stops()) return
+        if (allocated(error)) call move_alloc(error, incomplete)
         call console%line('(* expected by theory: noise, systematic errors and drag that is not a straight line)')
         if (request%without /= '') call console%line('(error sources switched off here: '//request%without// &
                                                     '; the report''s values have them all)')
         call console%line('')
-        call show_campaign(campaign, console)
+        if (runs_done(campaign) > 0) call show_campaign(campaign, console)
+        if (runs_done(campaign) > 0 .and. .not. allocated(incomplete)) call publish_campaign(campaign, COMMAND, console, error)
+        if (allocated(error)) return
+        if (allocated(incomplete)) then
+            call fail(error, stop_text(arguments, request, keeps, campaign))
+            return
+        end if
         if (request%table_file /= '') call write_table(request%table_file, campaign, COMMAND, error)
         if (allocated(error)) return
         if (request%runs_file /= '') call write_runs(request%runs_file, campaign, COMMAND, error)
+        if (keeps .and. .not. allocated(error)) call journal%remove()
     end subroutine run_montecarlo
+
+    !> Simulators of all cases, and the campaign without any run.
+    subroutine prepare_cases(request, calibrations, simulators, campaign, error)
+        type(request_t), intent(in) :: request
+        type(calibration_t), intent(inout) :: calibrations(:)       !! With what is switched off in the end
+        type(simulator_t), allocatable, intent(out) :: simulators(:)
+        type(campaign_t), intent(out) :: campaign
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        campaign = new_campaign(padded(request%algorithms), size(calibrations), request%seed, request%runs, &
+                                request%shard, request%shards)
+        campaign%version = VERSION
+        allocate (simulators(size(calibrations)))
+        do i = 1, size(calibrations)
+            call new_switched_simulator(calibrations(i)%case, request%switches, simulators(i), error)
+            if (allocated(error)) return
+            calibrations(i)%case = simulators(i)%case
+            call add_case(campaign, i, calibrations(i), error)
+            if (allocated(error)) return
+        end do
+    end subroutine prepare_cases
+
+    !> Theory of all entries.
+    subroutine prepare_theory(calibrations, simulators, campaign, console, error)
+        type(calibration_t), intent(in) :: calibrations(:)
+        type(simulator_t), intent(in) :: simulators(:)
+        type(campaign_t), intent(inout) :: campaign
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: a, i
+
+        call console%expect(size(campaign%entries), 'predictions')
+        do i = 1, size(calibrations)
+            do a = 1, size(campaign%algorithms)
+                if (console%stops()) then
+                    call fail(error, 'stopped by '//trim(signal_name(caught_signal()))//' before the first run')
+                else
+                    call tell(console, 'theory, '//trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a)))
+                    call predict_entry(campaign, a, i, simulators(i), calibrations(i)%options, error)
+                end if
+                if (allocated(error)) return
+                call console%advance()
+            end do
+        end do
+    end subroutine prepare_theory
+
+    !> Takes the runs of a campaign that was interrupted. Fails when it was another one.
+    subroutine resume(path, campaign, console, error)
+        character(*), intent(in) :: path            !! Of its runs file
+        type(campaign_t), intent(inout) :: campaign
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(campaign_t) :: former
+        character(:), allocatable :: found
+        integer :: a, i
+
+        found = journal_path(path)
+        if (.not. file_exists(found)) found = path
+        if (.not. file_exists(found)) then
+            call fail(error, 'option --resume: there is no '//path//', and no '//journal_path(path)//' of a campaign '// &
+                      'that was interrupted; leave --resume out to begin')
+            return
+        end if
+        call read_runs(found, former, error)
+        if (.not. allocated(error)) call check_settings(campaign, former, 'this command and '//found, error)
+        if (allocated(error)) return
+        if (campaign%shard /= former%shard .or. campaign%shards /= former%shards) then
+            call fail(error, 'this command and '//found//' have different shards: '//shard_text(campaign)//' and '// &
+                      shard_text(former))
+            return
+        end if
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                associate (entry => campaign%entries(a, i), kept => former%entries(a, i))
+                    entry%run = kept%run
+                    entry%offset = kept%offset
+                    entry%converged = kept%converged
+                    entry%normalised_run = kept%normalised_run
+                end associate
+            end do
+        end do
+        call console%message(found//' has '//integer_text(runs_done(campaign))//' of '// &
+                             integer_text(runs_wanted(campaign))//' runs: going on with the others')
+    end subroutine resume
+
+    function shard_text(campaign) result(text)
+        type(campaign_t), intent(in) :: campaign
+        character(:), allocatable :: text
+
+        text = integer_text(campaign%shard)//'/'//integer_text(campaign%shards)
+    end function shard_text
+
+    integer function runs_wanted(campaign)
+        type(campaign_t), intent(in) :: campaign
+
+        runs_wanted = size(campaign%entries)*size(shard_runs(campaign))
+    end function runs_wanted
+
+    !> The journal of the runs. Fails when there is one of another campaign, whose runs would be lost.
+    subroutine begin_journal(request, campaign, journal, error)
+        type(request_t), intent(in) :: request
+        type(campaign_t), intent(in) :: campaign
+        type(journal_t), intent(inout) :: journal
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: path
+
+        path = journal_path(request%runs_file)
+        if (file_exists(path) .and. request%resumed_file /= request%runs_file) then
+            call fail(error, path//' has runs of a campaign that was interrupted: go on with it by --resume '// &
+                      request%runs_file//', or remove it')
+        else
+            call journal%begin(path, campaign, COMMAND, error)
+        end if
+    end subroutine begin_journal
+
+    !> The runs of all cases and algorithms; a line for each case when it is done.
+    subroutine run_all(request, calibrations, simulators, keeps, campaign, journal, console, error)
+        type(request_t), intent(in) :: request
+        type(calibration_t), intent(in) :: calibrations(:)
+        type(simulator_t), intent(in) :: simulators(:)
+        logical, intent(in) :: keeps        !! There is a journal
+        type(campaign_t), intent(inout) :: campaign
+        type(journal_t), intent(inout) :: journal
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: a, i
+
+        call console%expect(runs_wanted(campaign), 'runs', runs_done(campaign))
+        do i = 1, size(calibrations)
+            do a = 1, size(campaign%algorithms)
+                associate (options => calibrations(i)%options)
+                    if (keeps) then
+                        call journal%begin_entry(campaign, a, i)
+                        call run_entry(campaign, a, i, simulators(i), options, request%threads, error, console, journal)
+                    else
+                        call run_entry(campaign, a, i, simulators(i), options, request%threads, error, console)
+                    end if
+                end associate
+                if (allocated(error)) return
+            end do
+            if (i == 1) call show_heading(request, console)
+            call show_one_calibration(simulators(i), calibrations(i)%options, request, campaign%entries(1, i)%predicted, &
+                                      console, error)
+            if (allocated(error)) return
+        end do
+    end subroutine run_all
+
+    !> What was done when the command was stopped, and how to go on.
+    function stop_text(arguments, request, keeps, campaign) result(text)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(in) :: request
+        logical, intent(in) :: keeps
+        type(campaign_t), intent(in) :: campaign
+        character(:), allocatable :: text
+
+        text = 'stopped by '//trim(signal_name(caught_signal()))//': '//integer_text(runs_done(campaign))//' of '// &
+               integer_text(runs_wanted(campaign))//' runs are done'
+        if (keeps) then
+            text = text//', and kept in '//journal_path(request%runs_file)//'; to go on:'//new_line('a')//'  '// &
+                   arguments%command_line()
+            if (.not. arguments%has('--resume')) text = text//' --resume '//request%runs_file
+        else
+            text = text//', and no file keeps them: --runs-out FILE would'
+        end if
+    end function stop_text
 
     subroutine read_request(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(out) :: request
         type(error_t), allocatable, intent(out) :: misuse
 
-        call arguments%get('--cases', request%cases, misuse, default=join(REPORT_CASE_NAMES, ','))
         call arguments%get('--algorithms', request%algorithms, misuse, default=join(REPORT_ESTIMATORS, ','), &
                            choices=ESTIMATOR_NAMES)
         call arguments%get('--runs', request%runs, misuse, default=REPORT_RUNS, low=1, high=MOST_RUNS)
         call read_shard(arguments, request, misuse)
         call read_switches(arguments, request, misuse)
-        call arguments%get('--seed', request%seed, misuse, default=1)
+        call arguments%get('--seed', request%seed, misuse, default=1_i8)
         call arguments%get_threads(request%threads, misuse)
         call read_campaign_files(arguments, request%table_file, request%runs_file, misuse)
+        call arguments%get('--resume', request%resumed_file, misuse, default='')
+        request%resumed_file = without_ending(request%resumed_file)
+        if (request%runs_file == '') request%runs_file = request%resumed_file
     end subroutine read_request
+
+    !> The path of a runs file, where that of its journal is given.
+    function without_ending(path) result(runs_file)
+        character(*), intent(in) :: path
+        character(:), allocatable :: runs_file
+
+        integer :: ending
+
+        runs_file = path
+        ending = len(journal_path('x')) - 1
+        if (len(path) <= ending) return
+        if (journal_path(path(:len(path) - ending)) == path) runs_file = path(:len(path) - ending)
+    end function without_ending
 
     subroutine read_switches(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
@@ -150,29 +368,6 @@ contains
                        'option --shard: shard '//text//' of '//integer_text(request%runs)// &
                        ' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
-
-    !> Simulates case number i, with all algorithms.
-    subroutine do_case(arguments, request, i, campaign, console, error)
-        type(arguments_t), intent(in) :: arguments
-        type(request_t), intent(in) :: request
-        integer, intent(in) :: i
-        type(campaign_t), intent(inout) :: campaign
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
-
-        call take_firing_calibration(arguments, request%cases(i)%text, console, calibration, error)
-        if (.not. allocated(error)) call new_switched_simulator(calibration%case, request%switches, simulator, error)
-        if (allocated(error)) return
-        calibration%case = simulator%case
-        call run_case(campaign, i, calibration, simulator, request%threads, error, console)
-        if (allocated(error)) return
-        if (i == 1) call show_heading(request, console)
-        call show_one_calibration(simulator, calibration%options, request, campaign%entries(1, i)%predicted, &
-                                  console, error)
-    end subroutine do_case
 
     subroutine show_heading(request, console)
         type(request_t), intent(in) :: request

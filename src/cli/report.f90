@@ -4,7 +4,7 @@
 !> adds text, tables and figures to the book, and notes what was found for the summary.
 module gracecg_cli_report
     use, intrinsic :: iso_fortran_env, only: compiler_version
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
@@ -21,6 +21,7 @@ module gracecg_cli_report
     use gracecg_studies_limit, only: limit_study_t, study_limit
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, &
         MODEL_FIELD_ERROR
+    use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, VARIATIONS
     use gracecg_studies_timing, only: timing_study_t, study_timing
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -47,7 +48,6 @@ module gracecg_cli_report
 
     character(*), parameter :: PAGE_NAME = 'index.html'
     integer, parameter :: DEFAULT_RUNS = 200
-    integer, parameter :: MOST_LIMIT_RUNS = 60      !! Of a Monte Carlo of the chapters beyond the report
     integer, parameter :: ORBIT_STEP = 10           !! Between the places of a revolution, s
     real(dp), parameter :: GRADIENT_OFFSET(3) = MILLIMETRE/sqrt(3.0_dp) !! "about 1 mm", the axes alike, m
     integer, parameter :: GRADIENT_STEP = 10        !! Samples of the orbit
@@ -88,11 +88,12 @@ contains
         type(report_book_t) :: book
         type(html_page_t) :: page
         character(:), allocatable :: folder
-        integer :: runs, seed, threads
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: runs, threads
 
         call arguments%get('--out', folder, misuse)
         call arguments%get('--runs', runs, misuse, default=DEFAULT_RUNS, low=REPORT_RUNS, high=MOST_RUNS)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         if (allocated(misuse)) return
         call make_directory(folder, error)
@@ -127,34 +128,41 @@ contains
 
         type(timing_study_t) :: revolutions(2)
         type(verification_t) :: curves(2)
+        type(variation_t) :: changes(VARIATIONS)
         type(campaign_t) :: campaign
         type(error_study_t) :: sources(size(STUDY_NAMES))
         type(field_study_t) :: losses(LOSS_STUDIES)
         type(calibration_t) :: calibration
         integer :: i
 
+        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3, 'parts')
         call add_simulation_chapter(book, error)
         if (allocated(error)) return
         call add_budget_chapter(book)
         do i = 1, size(SATELLITES)
-            call console%progress('one revolution, '//trim(SATELLITES(i)))
-            call study_timing(trim(SATELLITES(i)), ORBIT_STEP, threads, revolutions(i), error)
+            call find_calibration(trim(SATELLITES(i))//'-1', calibration, error)
+            if (.not. allocated(error)) call study_timing(calibration, ORBIT_STEP, threads, revolutions(i), error, console)
             if (.not. allocated(error)) call verify_case(revolutions(i)%case, curves(i), error)
             if (allocated(error)) return
+            call console%next_part()
         end do
         call add_gradient_chapter(book, gradient_along_orbit(revolutions(1)%orbit, GRADIENT_OFFSET, GRADIENT_STEP), &
                                   error)
-        if (.not. allocated(error)) call add_curves_chapter(book, curves, error)
+        if (.not. allocated(error)) call study_window_sensitivity(threads, changes, error)
+        if (.not. allocated(error)) call add_curves_chapter(book, curves, changes, error)
         if (.not. allocated(error)) call add_field_chapter(book, revolutions, error)
         if (.not. allocated(error)) call report_campaign(book%seed, book%runs, threads, campaign, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_accuracy_chapter(book, campaign, error)
         if (.not. allocated(error)) call add_timing_chapter(book, revolutions, error)
         if (.not. allocated(error)) call find_calibration(SOURCES_CASE, calibration, error)
         if (.not. allocated(error)) call study_all_errors(calibration, SOURCES_ALGORITHM, book%seed, book%runs, threads, &
                                                           sources, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_sources_chapter(book, sources, error)
         if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, book%seed, book%runs, &
                                                                  threads, losses, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call add_loss_chapter(book, losses, error)
         if (.not. allocated(error)) call add_chapters_beyond(book, threads, console, error)
     end subroutine add_chapters
@@ -170,26 +178,27 @@ contains
         type(design_study_t) :: designs(size(SATELLITES))
         type(designed_calibration_t) :: reached(size(REPORT_CASE_NAMES))
         type(calibration_t) :: calibration
-        integer :: i, runs
+        integer :: i
 
-        runs = min(book%runs, MOST_LIMIT_RUNS)
         do i = 1, size(REPORT_CASE_NAMES)
             call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
-            if (.not. allocated(error)) call study_limit(calibration, book%seed, runs, threads, limits(i), error, console)
+            if (.not. allocated(error)) call study_limit(calibration, book%seed, book%runs, threads, limits(i), error, console)
             if (allocated(error)) return
+            call console%next_part()
         end do
         call add_limit_chapter(book, limits, error)
         do i = 1, size(SATELLITES)
             if (allocated(error)) return
-            call console%progress('designed manoeuvre, '//trim(SATELLITES(i)))
-            call study_design(trim(SATELLITES(i)), threads, designs(i), error)
+            call study_design(trim(SATELLITES(i)), threads, designs(i), error, console)
+            call console%next_part()
         end do
         do i = 1, size(REPORT_CASE_NAMES)
             if (allocated(error)) return
-            call console%progress('designed manoeuvre, '//trim(REPORT_CASE_NAMES(i))//', '//integer_text(runs)//' runs')
             call calibrate_with_design(REPORT_CASE_NAMES(i), &
                                        designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
-                                       book%seed, runs, REPORT_RUNS, threads, reached(i), error)
+                                       book%seed, book%runs, book%runs, threads, reached(i), error, &
+                                       console)
+            call console%next_part()
         end do
         if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)
     end subroutine add_chapters_beyond
@@ -293,7 +302,7 @@ contains
                           integer_text(size(book%figures) - book%not_drawn)//' figures')
         if (book%not_drawn == 0) return
         if (book%reasons(1)%text == NO_GNUPLOT) then
-            call console%message('warning: no figures are drawn: '//NO_GNUPLOT)
+            call console%warn('no figures are drawn: '//NO_GNUPLOT)
         else
             call fail(error, integer_text(book%not_drawn)//' figures could not be drawn; the page says '// &
                       'so in their places. '//book%reasons(1)%text)

@@ -1,5 +1,6 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text
@@ -13,7 +14,7 @@ module gracecg_cli_simulate
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_arguments, only: arguments_t
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, quoted_word
     implicit none
     private
     public :: declare_simulate, run_simulate
@@ -51,10 +52,11 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         character(:), allocatable :: folder
-        integer :: seed, run
+        integer(i8) :: seed        !! Of the random numbers
+        integer :: run
 
         call arguments%get('--out', folder, misuse)
-        call arguments%get('--seed', seed, misuse, default=1)
+        call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
         if (allocated(misuse)) return
 
@@ -71,7 +73,8 @@ contains
     subroutine write_run(folder, simulator, seed, run, observations, options, error)
         character(*), intent(in) :: folder
         type(simulator_t), intent(in) :: simulator
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error
@@ -108,10 +111,10 @@ contains
         call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (moves_rods(observations%knowledge%rods, observations%knowledge%duration)) then
-            call console%line('next: gracecg estimate '//folder//' --algorithm assest-fde --options '//folder//'/'// &
-                              OPTIONS_FILE)
+            call console%line('next: gracecg estimate '//quoted_word(folder)//' --algorithm assest-fde --options '// &
+                              quoted_word(folder//'/'//OPTIONS_FILE))
         else
-            call console%message('warning: all torque rods are off: from these observations no CG offset can '// &
+            call console%warn('all torque rods are off: from these observations no CG offset can '// &
                                  'be estimated')
         end if
     end subroutine report

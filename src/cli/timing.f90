@@ -1,16 +1,17 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
-    use omp_lib, only: omp_get_num_procs
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
     use gracecg_files_file, only: check_writable
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: utc_text
     use gracecg_planning_scan, only: orbit_place_t, x_is_weakest
-    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, write_places
-    use gracecg_cli_arguments, only: arguments_t
+    use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
+    use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_timing, run_timing
@@ -24,15 +25,20 @@ contains
     subroutine declare_timing(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('timing', '', 0, 0, &
-                                'Finds the best time for a calibration: over one revolution from case 1, '// &
+        call arguments%describe('timing', '[CASE]', 0, 1, &
+                                'Finds the best time for a calibration: over one revolution from the epoch of '// &
+                                'a case (default front-1), '// &
                                 'the geomagnetic field in body axes (Figure 6.1 of CSR-TM-00-01), the '// &
                                 'amplitude of the angular acceleration that the rods give (Figure 6.4) '// &
                                 'and the predicted standard deviation of the CG offset.', &
-                                'gracecg timing --satellite front --step 60 --out timing.csv')
-        call arguments%add_option('--satellite', 'NAME', 'front or back (default front)')
+                                'gracecg timing front-1 --step 60 --out timing.csv')
+        call add_cases_option(arguments, 'front-1', single=.true.)
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named')
         call arguments%add_option('--step', 'S', 'whole seconds from place to place (default 10)')
+        call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for all places')
+        call add_format_option(arguments)
+        call add_options_option(arguments)
     end subroutine declare_timing
 
     !> The work of `gracecg timing`.
@@ -42,38 +48,74 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(timing_study_t) :: study
+        type(calibration_t) :: calibration
         character(:), allocatable :: satellite, path
-        integer :: step
+        integer :: step, threads
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
         call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
         call arguments%get('--out', path, misuse, default='')
+        call take_format(arguments, console, misuse)
+        call arguments%get_threads(threads, misuse)
+        call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
+                       'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         if (allocated(misuse)) return
         call check_writable(path, error)
-        if (allocated(error)) return
+        if (.not. allocated(error)) call take_one_calibration(arguments, satellite//'-1', console, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
 
-        call console%progress('timing: '//satellite)
-        call study_timing(satellite, step, omp_get_num_procs(), study, error)
+        call study_timing(calibration, step, threads, study, error, console)
         if (allocated(error)) return
         call show_heading(study, console)
         call show_table(study%of_cases, study%places, console)
         call show_weakest_x(study%places, step, console)
-        if (path /= '') call write_places(path, 'timing', satellite, study%places, error)
+        call publish(study, step, console, error)
+        if (allocated(error)) return
+        if (path /= '') call write_places(path, 'timing', trim(study%case%satellite%name), study%places, error)
     end subroutine run_timing
+
+    !> All places as CSV or JSON.
+    subroutine publish(study, step, console, error)
+        type(timing_study_t), intent(in) :: study
+        integer, intent(in) :: step             !! s
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        type(data_table_t) :: of_cases
+
+        call results%open('timing')
+        call results%member('satellite', trim(study%case%satellite%name))
+        call results%member('epoch_utc', utc_text(study%case%epoch))
+        call results%member('duration_s', study%case%duration)
+        call results%member('revolution_s', study%orbit%revolution)
+        call results%member('step_s', step)
+        of_cases = places_table(study%of_cases)
+        call of_cases%to_json(results, 'cases')
+        call results%begin('best_places')
+        associate (best => best_places(study%places))
+            call results%member('x_time_s', study%places(best(1))%time)
+            call results%member('y_time_s', study%places(best(2))%time)
+            call results%member('z_time_s', study%places(best(3))%time)
+            call results%member('all_time_s', study%places(best(4))%time)
+        end associate
+        call results%end()
+        call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*step)
+        call results%publish(places_table(study%places), console, error)
+    end subroutine publish
 
     subroutine show_heading(study, console)
         type(timing_study_t), intent(in) :: study
         type(console_t), intent(inout) :: console
 
         associate (case => study%case)
-            call console%line(trim(case%satellite%name)//' satellite: one revolution of '// &
+            call console%paragraph(trim(case%satellite%name)//' satellite: one revolution of '// &
                               integer_text(nint(study%orbit%revolution))//' s from '// &
                               utc_text(case%epoch)//', a calibration of '// &
                               integer_text(nint(case%duration))//' s at every '// &
                               integer_text(study%step)//' s')
         end associate
-        call console%line('field in body axes; amplitude of the angular acceleration; predicted '// &
-                          'standard deviation of the CG offset')
+        call console%paragraph('field in body axes; amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
     end subroutine show_heading
 
@@ -82,35 +124,16 @@ contains
         type(orbit_place_t), intent(in) :: of_cases(:), places(:)
         type(console_t), intent(inout) :: console
 
-        integer :: best(4), i
+        character(8) :: labels(size(of_cases) + 4)
+        integer :: i
 
-        call console%line('                 time  latitude  longitude           field, nT        '// &
-                          '   acceleration, 1e-6 rad/s^2          sigma, mm')
-        call console%line('                    s       deg        deg       x       y       z'// &
-                          '          x       y       z        x       y       z')
         do i = 1, size(of_cases)
-            call show_place('case '//integer_text(i), of_cases(i), console)
+            labels(i) = 'case '//integer_text(i)
         end do
-        best = best_places(places)
-        do i = 1, size(AXES)
-            call show_place('best for '//AXES(i), places(best(i)), console)
-        end do
-        call show_place('best for all', places(best(4)), console)
-        call console%line('(best for all: the largest of the three standard deviations is least)')
+        labels(size(of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
+        call console%table(places_table([of_cases, places(best_places(places))], labels))
+        call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
     end subroutine show_table
-
-    subroutine show_place(label, place, console)
-        character(*), intent(in) :: label
-        type(orbit_place_t), intent(in) :: place
-        type(console_t), intent(inout) :: console
-
-        character(120) :: row
-
-        write (row, '(a, t14, i8, f10.1, f11.1, 1x, 3i8, 3x, 3f8.2, 1x, 3f8.4)') label, place%time, &
-            place%latitude/DEGREE, place%longitude/DEGREE, nint(place%field/NANOTESLA), &
-            place%acceleration*1e6_dp, place%sigma/MILLIMETRE
-        call console%line(trim(row))
-    end subroutine show_place
 
     !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about
     !> 100 s of a revolution.
@@ -136,6 +159,6 @@ contains
         call console%line('')
         call console%line('angular acceleration smaller about x than about y and z: '// &
                           integer_text(count(weakest)*step)//' s of the revolution')
-        if (text /= '') call console%line('(places at'//text(2:)//' s)')
+        if (text /= '') call console%paragraph('(places at'//text(2:)//' s)')
     end subroutine show_weakest_x
 end module gracecg_cli_timing

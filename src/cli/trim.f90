@@ -3,16 +3,19 @@ module gracecg_cli_trim
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
     use gracecg_files_file, only: check_writable
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, join, real_text
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_statistics_t, repeat_trim
-    use gracecg_cli_calibration_argument, only: add_options_option, take_firing_calibration
+    use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
+        SIGMAS_OF_THRESHOLD, repeat_trim
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_trim, run_trim
@@ -38,7 +41,9 @@ contains
                                 'which the report left undone. The inertia about the proof-mass centre is '// &
                                 'kept.', &
                                 'gracecg trim front-3 --threshold-mm 0.1')
-        call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default 0.02)')
+        call add_cases_option(arguments, 'front-1', single=.true.)
+        call arguments%add_option('--threshold-mm', 'MM', 'of every component of the estimate (default: three times '// &
+                                  'the sigma of each axis, as little as one calibration can tell from nothing)')
         call arguments%add_option('--rounds', 'N', 'calibrations at most (default 10)')
         call arguments%add_option('--balance-error', 'PART', 'relative error of the mass balancing of each '// &
                                   'axis, standard deviation (default 0.01)')
@@ -52,6 +57,7 @@ contains
                                   'threshold does not count')
         call arguments%add_option('--threads', 'N', 'for --runs (default: as many as there are processors)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the rounds')
+        call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_trim
 
@@ -72,15 +78,14 @@ contains
         call read_settings(arguments, settings, misuse)
         call arguments%get('--runs', runs, misuse, default=1, low=1, high=1000000)
         call arguments%get_threads(threads, misuse)
+        call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         if (runs > 1 .and. .not. arguments%has('--rounds')) settings%rounds = 2
         call check_writable(path, error)
         if (allocated(error)) return
 
-        name = 'front-1'
-        if (arguments%positional_count() > 0) name = arguments%positional(1)
-        call take_firing_calibration(arguments, name, console, calibration, error)
-        if (allocated(error)) return
+        call take_one_calibration(arguments, 'front-1', console, calibration, misuse, error)
+        if (allocated(misuse) .or. allocated(error)) return
         if (runs > 1) then
             call run_many(calibration, algorithm, settings, runs, threads, path, console, error)
             return
@@ -90,7 +95,8 @@ contains
         name = trim(calibration%case%name)//', '//algorithm
         call show(name, rounds, console)
         call show_verdict(settings, rounds, console)
-        if (path /= '') call write_file(path, name, settings, rounds, error)
+        call publish(calibration%case%name, algorithm, settings, 1, rounds_table(rounds), console, error)
+        if (path /= '' .and. .not. allocated(error)) call write_file(path, name, settings, rounds_table(rounds), error)
     end subroutine run_trim
 
     !> RMS over many trims.
@@ -104,14 +110,16 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(trim_statistics_t) :: statistics(settings%rounds)
-        type(csv_writer_t) :: file
+        type(data_table_t) :: table
         character(:), allocatable :: name
         character(120) :: row
         integer :: i, axis
 
         name = trim(calibration%case%name)
-        call console%progress('trim: '//name)
-        call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error)
+        call tell(console, name)
+        call console%expect(runs, 'trims')
+        call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error, &
+                         console)
         if (allocated(error)) return
         call console%line('RMS over '//integer_text(runs)//' trims of '//name//', '// &
                           algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
@@ -124,18 +132,18 @@ contains
                  statistics(i)%sigma(axis)/MILLIMETRE, axis=1, 3)
             call console%line(trim(row))
         end do
-        if (path == '') return
-        call file%open(path, STATISTICS_COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', name//', '// &
-                        algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
-                        integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
-                        ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
-        if (allocated(error)) return
+        call table%columns_of(STATISTICS_COLUMNS)
         do i = 1, settings%rounds
-            call file%row([real(i, dp), statistics(i)%offset/MILLIMETRE, &
-                           statistics(i)%estimate_error/MILLIMETRE, statistics(i)%sigma/MILLIMETRE])
+            call table%add(i)
+            call table%add([statistics(i)%offset, statistics(i)%estimate_error, statistics(i)%sigma]/MILLIMETRE)
         end do
-        call file%commit(error)
+        call publish(calibration%case%name, algorithm, settings, runs, table, console, error)
+        if (path == '' .or. allocated(error)) return
+        call table%write(path, &
+                         [character(200) :: 'gracecg '//VERSION//' trim', name//', '// &
+                          algorithm//', RMS over '//integer_text(runs)//' runs, seeds from '// &
+                          integer_text(settings%seed)//', balancing error '//real_text(settings%balance_error)// &
+                          ' and '//real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
     end subroutine run_many
 
     subroutine read_settings(arguments, settings, misuse)
@@ -157,6 +165,7 @@ contains
                            unit='mm')
         call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
         settings%threshold = threshold*MILLIMETRE
+        settings%by_sigma = .not. arguments%has('--threshold-mm')
         settings%balance_noise = noise*MILLIMETRE
     end subroutine read_settings
 
@@ -188,12 +197,17 @@ contains
 
         character(:), allocatable :: verdict
         logical :: below, visible
+        real(dp) :: threshold(3)
         integer :: axis
 
+        threshold = trim_threshold(settings, rounds(size(rounds)))
+        if (settings%by_sigma) call console%line('threshold chosen: three times the sigma of each axis, x '// &
+                                                 millimetres(threshold(1))//', y '//millimetres(threshold(2))//', z '// &
+                                                 millimetres(threshold(3))//' mm (another one: --threshold-mm)')
         associate (latest => rounds(size(rounds)))
             do axis = 1, 3
-                below = abs(latest%estimate(axis)) < settings%threshold
-                visible = latest%sigma(axis) <= settings%threshold
+                below = abs(latest%estimate(axis)) < threshold(axis)
+                visible = latest%sigma(axis) <= threshold(axis)
                 if (below .and. visible) then
                     verdict = 'converged'
                 else if (visible) then
@@ -204,14 +218,23 @@ contains
                     verdict = 'not converged, and more rounds do not help'
                 end if
                 call console%line(AXES(axis)//': '//verdict)
-                if (.not. visible) call console%message('warning: the threshold of '// &
-                                                        millimetres(settings%threshold)//' mm is below '// &
+                if (.not. visible) call console%warn('the threshold of '// &
+                                                        millimetres(threshold(axis))//' mm is below '// &
                                                         'the sigma of '//AXES(axis)//', '// &
                                                         millimetres(latest%sigma(axis))//' mm: a '// &
                                                         'calibration cannot see so little')
             end do
         end associate
     end subroutine show_verdict
+
+    !> "0.1 mm", or where it is chosen "3 sigma of each axis".
+    function threshold_text(settings) result(text)
+        type(trim_settings_t), intent(in) :: settings
+        character(:), allocatable :: text
+
+        text = real_text(settings%threshold/MILLIMETRE)//' mm'
+        if (settings%by_sigma) text = real_text(SIGMAS_OF_THRESHOLD)//' sigma of each axis'
+    end function threshold_text
 
     function millimetres(length) result(text)
         real(dp), intent(in) :: length      !! m
@@ -223,26 +246,56 @@ contains
         text = trim(adjustl(digits))
     end function millimetres
 
-    subroutine write_file(path, title, settings, rounds, error)
+    subroutine write_file(path, title, settings, table, error)
         character(*), intent(in) :: path, title
         type(trim_settings_t), intent(in) :: settings
-        type(trim_round_t), intent(in) :: rounds(:)
+        type(data_table_t), intent(in) :: table
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
+        call table%write(path, &
+                         [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
+                          integer_text(settings%seed)//', threshold '//threshold_text(settings)//', balancing error '// &
+                          real_text(settings%balance_error)//' and '// &
+                          real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
+    end subroutine write_file
+
+    !> The rounds as a table of files.
+    function rounds_table(rounds) result(table)
+        type(trim_round_t), intent(in) :: rounds(:)
+        type(data_table_t) :: table
+
         integer :: i
 
-        call file%open(path, COLUMNS, &
-                       [character(200) :: 'gracecg '//VERSION//' trim', title//', seed '// &
-                        integer_text(settings%seed)//', threshold '// &
-                        real_text(settings%threshold/MILLIMETRE)//' mm, balancing error '// &
-                        real_text(settings%balance_error)//' and '// &
-                        real_text(settings%balance_noise/MILLIMETRE)//' mm'], error)
-        if (allocated(error)) return
+        call table%columns_of(COLUMNS)
         do i = 1, size(rounds)
-            call file%row([real(i, dp), rounds(i)%offset/MILLIMETRE, rounds(i)%estimate/MILLIMETRE, &
-                           rounds(i)%sigma/MILLIMETRE])
+            call table%add(i)
+            call table%add([rounds(i)%offset, rounds(i)%estimate, rounds(i)%sigma]/MILLIMETRE)
         end do
-        call file%commit(error)
-    end subroutine write_file
+    end function rounds_table
+
+    !> The rounds as CSV or JSON.
+    subroutine publish(case_name, algorithm, settings, runs, table, console, error)
+        character(*), intent(in) :: case_name, algorithm
+        type(trim_settings_t), intent(in) :: settings
+        integer, intent(in) :: runs
+        type(data_table_t), intent(in) :: table
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+
+        call results%open('trim')
+        call results%member('case', trim(case_name))
+        call results%member('algorithm', algorithm)
+        call results%member('seed', settings%seed)
+        call results%member('runs', runs)
+        if (settings%by_sigma) then
+            call results%member('threshold_sigmas', SIGMAS_OF_THRESHOLD)
+        else
+            call results%member('threshold_mm', settings%threshold/MILLIMETRE)
+        end if
+        call results%member('balance_error', settings%balance_error)
+        call results%member('balance_noise_mm', settings%balance_noise/MILLIMETRE)
+        call results%publish(table, console, error)
+    end subroutine publish
 end module gracecg_cli_trim

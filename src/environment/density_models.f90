@@ -6,14 +6,14 @@ module gracecg_environment_density_models
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_thermosphere, only: density_model_t
-    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_dtm, only: dtm_t, new_dtm, DTM_EDITIONS
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     implicit none
     private
     public :: DENSITY_MODELS, new_density_model, density_settings_t
 
     !> Names of the density models
-    character(16), parameter :: DENSITY_MODELS(2) = [character(16) :: 'dtm77', 'exponential']
+    character(16), parameter :: DENSITY_MODELS(4) = [character(16) :: DTM_EDITIONS, 'exponential']
 
     !> What the models are made of; each takes its own.
     type :: density_settings_t
@@ -33,15 +33,15 @@ contains
         class(density_model_t), allocatable, intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: dtm77
+        type(dtm_t) :: dtm
         type(exponential_density_t) :: exponential
-        real(dp) :: f107, f107_mean, kp
+        real(dp) :: f107, f107_mean, kp, kp_6h_before
 
         select case (name)
-        case ('dtm77')
-            call settings%space_weather%indices_at(utc, f107, f107_mean, kp, error)
-            if (.not. allocated(error)) call new_dtm77(f107, f107_mean, kp, dtm77, error)
-            if (.not. allocated(error)) allocate (model, source=dtm77)
+        case (DTM_EDITIONS(1), DTM_EDITIONS(2), DTM_EDITIONS(3))
+            call settings%space_weather%indices_at(utc, f107, f107_mean, kp, error, kp_6h_before)
+            if (.not. allocated(error)) call new_dtm(name, f107, f107_mean, kp, dtm, error, kp_6h_before)
+            if (.not. allocated(error)) allocate (model, source=dtm)
         case ('exponential')
             call new_exponential_density(settings%reference_density, settings%reference_height, &
                                          settings%scale_height, exponential, error)

@@ -169,6 +169,7 @@ contains
         end if
     end subroutine check_degree_and_order
 
+    !> The gradient of (2-2), for (2-3): Cartesian sums, so that the spherical axes of (2-5) are not needed.
     pure subroutine geopotential_acceleration(self, position, a)
         class(geopotential_t), intent(in) :: self
         real(dp), intent(in) :: position(3)

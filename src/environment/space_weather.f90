@@ -64,21 +64,22 @@ contains
     !> The indices a thermosphere model wants at a time: the flux of the day before, the 81-day mean
     !> of the day, and Kp of the interval that holds the time three hours earlier. Fails outside the
     !> table.
-    subroutine indices_at(self, utc, f107_previous_day, f107_mean, kp_3h_before, error)
+    subroutine indices_at(self, utc, f107_previous_day, f107_mean, kp_3h_before, error, kp_6h_before)
         class(space_weather_t), intent(in) :: self
         type(utc_t), intent(in) :: utc
         real(dp), intent(out) :: f107_previous_day      !! Observed F10.7, sfu
         real(dp), intent(out) :: f107_mean              !! Observed F10.7, sfu
         real(dp), intent(out) :: kp_3h_before           !! 0 to 9
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(out), optional :: kp_6h_before !! Likewise six hours earlier
 
-        type(utc_t) :: earlier
         character(:), allocatable :: spans
-        integer :: today, yesterday, interval
+        integer :: today, yesterday
 
         f107_previous_day = 0
         f107_mean = 0
         kp_3h_before = 0
+        if (present(kp_6h_before)) kp_6h_before = 0
         call check_utc_in_range(utc, error)
         if (allocated(error)) return
         today = row_of(self, utc%mjd)
@@ -92,24 +93,38 @@ contains
         end if
         f107_previous_day = self%f107(yesterday)
         f107_mean = self%f107_mean(today)
-        earlier = utc_plus(utc, -INTERVAL_LENGTH)
-        interval = min(int(earlier%seconds/INTERVAL_LENGTH) + 1, INTERVALS) ! leap second: the last
-        kp_3h_before = self%kp(interval, merge(today, yesterday, earlier%mjd == utc%mjd))
+        kp_3h_before = kp_earlier(INTERVAL_LENGTH)
+        if (present(kp_6h_before)) kp_6h_before = kp_earlier(2*INTERVAL_LENGTH)
+
+    contains
+
+        real(dp) function kp_earlier(delay) result(kp)
+            real(dp), intent(in) :: delay   !! s, at most a day
+
+            type(utc_t) :: earlier
+            integer :: interval
+
+            earlier = utc_plus(utc, -delay)
+            interval = min(int(earlier%seconds/INTERVAL_LENGTH) + 1, INTERVALS) ! leap second: the last
+            kp = self%kp(interval, merge(today, yesterday, earlier%mjd == utc%mjd))
+        end function kp_earlier
     end subroutine indices_at
 
     !> The same from where the source says.
-    subroutine indices_of_source(self, utc, f107, f107_mean, kp, error)
+    subroutine indices_of_source(self, utc, f107, f107_mean, kp, error, kp_6h_before)
         class(space_weather_source_t), intent(in) :: self
         type(utc_t), intent(in) :: utc
         real(dp), intent(out) :: f107, f107_mean    !! Observed F10.7, of the day before and mean, sfu
         real(dp), intent(out) :: kp                 !! 0 to 9
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(out), optional :: kp_6h_before !! Six hours earlier, if given: kp
 
         type(space_weather_t) :: table
 
         f107 = self%f107
         f107_mean = self%f107_mean
         kp = self%kp
+        if (present(kp_6h_before)) kp_6h_before = self%kp
         select case (self%source)
         case ('given')
             return
@@ -121,7 +136,7 @@ contains
             call fail_unknown_name(error, 'source of the space weather', trim(self%source), &
                                    SPACE_WEATHER_SOURCES)
         end select
-        if (.not. allocated(error)) call table%indices_at(utc, f107, f107_mean, kp, error)
+        if (.not. allocated(error)) call table%indices_at(utc, f107, f107_mean, kp, error, kp_6h_before)
     end subroutine indices_of_source
 
     !> The row of a day, 0 when the table has none.

@@ -84,7 +84,7 @@ contains
         direction(3) = y*sin(OBLIQUITY_J2000) + z*cos(OBLIQUITY_J2000)
     end function equatorial_direction
 
-    !> Eclipse factor: the part of the Sun's disc that a spherical Earth leaves free, seen from
+    !> Eclipse factor of eq. (2-8): the part of the Sun's disc that a spherical Earth leaves free, seen from
     !> the satellite (O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4.2). It is 1 in
     !> full Sun and 0 in the umbra; the two discs are taken as plane circles. A position inside
     !> the Earth counts as one on its surface.

@@ -25,6 +25,7 @@ module gracecg_environment_thermosphere
         real(dp) :: temperature                 !! K
         real(dp) :: exospheric_temperature      !! K
         real(dp) :: n_he, n_o, n_n2, n_o2       !! Number densities of He, O, N2, O2, 1/m^3
+        real(dp) :: n_h = 0                     !! Of H, where a model has it, 1/m^3
     end type atmosphere_state_t
 
     type, abstract :: density_model_t

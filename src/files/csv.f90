@@ -1,14 +1,25 @@
-!> Writing files of numbers separated by commas: comment lines (#) first, then one line with the names
-!> of the columns, then the rows. Read by gracecg_files_table.
+!> Writing files of numbers separated by commas: one line with the names of the columns, then the rows.
+!>
+!> What else is to be said of a file (version, seed, settings) stands beside it in FILE.meta.json, so that
+!> every reader of CSV takes the file as it is. Read by gracecg_files_table.
 module gracecg_files_csv
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
-    use gracecg_files_file, only: output_file_t
+    use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, split, join, padded, real_text, real_field, integer_text
+    use gracecg_files_file, only: output_file_t, remove_file, is_device
+    use gracecg_files_json, only: json_writer_t
+    use gracecg_files_units, only: unit_of_column
     implicit none
     private
-    public :: csv_writer_t
+    public :: csv_writer_t, csv_field, SIDE_ENDING, SIDE_COMMENTS
+
+    !> Ending of the name of the file that tells of a CSV file, and its member with the comments
+    character(*), parameter :: SIDE_ENDING = '.meta.json', SIDE_COMMENTS = 'about'
+
+    character(1), parameter :: QUOTE = '"'
+    character(*), parameter :: SPECIAL = ',"'//achar(10)//achar(13)     !! What a field has in quotes alone
 
     type :: csv_writer_t
         !! Writes a CSV file that appears under its name when `commit` has succeeded. What goes
@@ -18,23 +29,25 @@ module gracecg_files_csv
         type(output_file_t) :: file
         character(:), allocatable :: path
         type(string_t), allocatable :: columns(:)
+        type(string_t), allocatable :: about(:) !! For the side file; none: there is no such file
         integer :: rows = 0
         type(error_t), allocatable :: failure   !! The first thing that went wrong
     contains
         procedure :: open => open_csv       !! Begins a file with its header
         procedure :: row => write_row       !! Writes labels and numbers
+        procedure :: fields => write_fields !! Writes a row of texts
         procedure :: commit => commit_csv   !! Ends the file and gives it its name
         procedure :: discard => discard_csv !! Leaves nothing behind
     end type csv_writer_t
 
 contains
 
-    !> Begins a file with its comment lines and its header.
+    !> Begins a file with its header.
     subroutine open_csv(self, path, header, comments, error)
         class(csv_writer_t), intent(inout) :: self
         character(*), intent(in) :: path        !! Of the file to write; an existing one is replaced
         character(*), intent(in) :: header      !! Names of the columns, separated by commas
-        character(*), intent(in) :: comments(:) !! Lines without the #; may be none
+        character(*), intent(in) :: comments(:) !! Lines about the file, for FILE.meta.json; may be none
         type(error_t), allocatable, intent(out) :: error
 
         integer :: i
@@ -45,11 +58,43 @@ contains
         self%columns = split(header, ',')
         call self%file%open(path, error)
         if (allocated(error)) return
+        if (allocated(self%about)) deallocate (self%about)
+        allocate (self%about(size(comments)))
         do i = 1, size(comments)
-            call self%file%line('# '//trim(comments(i)))
+            self%about(i)%text = trim(comments(i))
         end do
         call self%file%line(header)
     end subroutine open_csv
+
+    !> Writes a row of texts. One that holds a comma or a quote is put into quotes.
+    subroutine write_fields(self, texts)
+        class(csv_writer_t), intent(inout) :: self
+        type(string_t), intent(in) :: texts(:)          !! As many as columns
+
+        character(:), allocatable :: line
+        integer :: i
+
+        if (allocated(self%failure)) return
+        self%rows = self%rows + 1
+        call check_count(self, size(texts))
+        if (allocated(self%failure)) return
+        line = csv_field(texts(1)%text)
+        do i = 2, size(texts)
+            line = line//','//csv_field(texts(i)%text)
+        end do
+        call self%file%line(line)
+    end subroutine write_fields
+
+    !> A row has as many values as there are columns.
+    subroutine check_count(self, values)
+        class(csv_writer_t), intent(inout) :: self
+        integer, intent(in) :: values
+
+        if (values /= size(self%columns)) &
+            call fail(self%failure, self%path//': row '//integer_text(self%rows)//' has '// &
+                      integer_text(values)//' values, expected '// &
+                      integer_text(size(self%columns))//': '//join(padded(self%columns), ','))
+    end subroutine check_count
 
     !> Writes a row: its labels (the leading columns, texts), then its numbers, each so that it
     !> reads back exactly.
@@ -66,12 +111,8 @@ contains
         self%rows = self%rows + 1
         labelled = 0
         if (present(labels)) labelled = size(labels)
-        if (labelled + size(values) /= size(self%columns)) then
-            call fail(self%failure, self%path//': row '//integer_text(self%rows)//' has '// &
-                      integer_text(labelled + size(values))//' values, expected '// &
-                      integer_text(size(self%columns))//': '//join(padded(self%columns), ','))
-            return
-        end if
+        call check_count(self, labelled + size(values))
+        if (allocated(self%failure)) return
         length = 0
         do i = 1, size(values)
             if (.not. ieee_is_finite(values(i))) then
@@ -87,13 +128,73 @@ contains
         if (labelled == 0) then
             call self%file%line(line(:length - 1))
         else if (size(values) == 0) then
-            call self%file%line(join(labels, ','))
+            call self%file%line(label_text(labels))
         else
-            call self%file%line(join(labels, ',')//','//line(:length - 1))
+            call self%file%line(label_text(labels)//','//line(:length - 1))
         end if
     end subroutine write_row
 
-    !> Completes the file. After a failure there is no file, or still the older one of that name.
+    pure integer function field_length(text) result(length)
+        character(*), intent(in) :: text
+
+        integer :: i
+
+        length = len(text)
+        if (scan(text, SPECIAL) == 0) return
+        length = len(text) + 2 + count([(text(i:i) == QUOTE, i=1, len(text))])
+    end function field_length
+
+    !> A text as a field: in quotes, doubled within, where it holds a comma, a quote or a line end.
+    pure function csv_field(text) result(field)
+        character(*), intent(in) :: text
+        character(field_length(text)) :: field
+
+        integer :: i, n
+
+        if (scan(text, SPECIAL) == 0) then
+            field = text
+            return
+        end if
+        field(1:1) = QUOTE
+        n = 1
+        do i = 1, len(text)
+            if (text(i:i) == QUOTE) then
+                n = n + 1
+                field(n:n) = QUOTE
+            end if
+            n = n + 1
+            field(n:n) = text(i:i)
+        end do
+        field(n + 1:) = QUOTE
+    end function csv_field
+
+    pure integer function label_length(labels) result(length)
+        character(*), intent(in) :: labels(:)
+
+        integer :: i
+
+        length = size(labels) - 1
+        do i = 1, size(labels)
+            length = length + field_length(trim(labels(i)))
+        end do
+    end function label_length
+
+    pure function label_text(labels) result(text)
+        character(*), intent(in) :: labels(:)
+        character(label_length(labels)) :: text
+
+        integer :: i, n
+
+        n = 0
+        do i = 1, size(labels)
+            if (i > 1) text(n:n) = ','
+            text(n + 1:) = csv_field(trim(labels(i)))
+            n = n + field_length(trim(labels(i))) + 1
+        end do
+    end function label_text
+
+    !> Completes the file, and what tells of it. After a failure there is no file, or still the older one of
+    !> that name. What tells of an older file never stands beside a new one.
     subroutine commit_csv(self, error)
         class(csv_writer_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
@@ -102,9 +203,41 @@ contains
             call move_alloc(self%failure, error)
             call self%file%discard()
         else
+            if (.not. is_device(self%path)) call remove_file(self%path//SIDE_ENDING)
             call self%file%commit(error)
+            if (.not. (allocated(error) .or. is_device(self%path) .or. size(self%about) == 0)) &
+                call write_side_file(self, error)
         end if
     end subroutine commit_csv
+
+    !> FILE.meta.json: the program, the units of the columns, and the comments.
+    subroutine write_side_file(self, error)
+        type(csv_writer_t), intent(in) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        type(json_writer_t) :: json
+        type(output_file_t) :: file
+        character(:), allocatable :: text
+        integer :: i
+
+        call json%begin()
+        call json%member('program', 'gracecg')
+        call json%member('version', VERSION)
+        call json%member('file', self%path(index(self%path, '/', back=.true.) + 1:))
+        call json%member(SIDE_COMMENTS, self%about)
+        call json%begin('units')
+        do i = 1, size(self%columns)
+            if (unit_of_column(self%columns(i)%text) /= '') &
+                call json%member(self%columns(i)%text, trim(unit_of_column(self%columns(i)%text)))
+        end do
+        call json%end()
+        call json%end()
+        call json%finish(text, error)
+        if (.not. allocated(error)) call file%open(self%path//SIDE_ENDING, error)
+        if (allocated(error)) return
+        call file%line(text)
+        call file%commit(error)
+    end subroutine write_side_file
 
     !> Gives the file up: nothing of it is left.
     subroutine discard_csv(self)

@@ -11,8 +11,8 @@ module gracecg_files_file
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: file_exists, directory_exists, make_directory, remove_file, check_writable
-    public :: text_file_t, read_text_file, text_file_of, output_file_t
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device
+    public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t
 
     type :: text_file_t
         !! A text and where its lines begin and end
@@ -41,6 +41,19 @@ module gracecg_files_file
         procedure :: discard => discard_output  !! Leaves nothing behind
         final :: finalise_output
     end type output_file_t
+
+    type :: appended_file_t
+        !! A text file that grows under its own name: each line is handed to the system at once, so that it is
+        !! not lost when the program is killed, whatever the signal. Then at most the last line has no end.
+        private
+        character(:), allocatable :: path
+        type(c_ptr) :: stream = c_null_ptr
+    contains
+        procedure :: open => open_appended      !! Goes on at the end of a file
+        procedure :: line => append_line        !! Appends a line
+        procedure :: close => close_appended    !! Ends it
+        final :: finalise_appended
+    end type appended_file_t
 
     interface
         function c_fopen(path, mode) bind(c, name='fopen') result(stream)
@@ -72,6 +85,11 @@ module gracecg_files_file
             import :: c_int, c_ptr
             type(c_ptr), value :: stream
         end function c_fclose
+
+        integer(c_int) function c_fflush(stream) bind(c, name='fflush')
+            import :: c_int, c_ptr
+            type(c_ptr), value :: stream
+        end function c_fflush
 
         integer(c_int) function c_rename(old, new) bind(c, name='rename')
             import :: c_char, c_int
@@ -460,6 +478,55 @@ contains
         self%stream = c_null_ptr
         if (.not. is_device(self%path)) call remove_file(self%temporary)
     end subroutine discard_output
+
+    !> Opens a file to go on at its end. Fails when that cannot be done.
+    subroutine open_appended(self, path, error)
+        class(appended_file_t), intent(inout) :: self
+        character(*), intent(in) :: path    !! Of a file that exists and ends with a line end, or is made
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%close()
+        self%path = trim(path)
+        self%stream = c_fopen(self%path//c_null_char, 'ab'//c_null_char)
+        if (.not. c_associated(self%stream)) &
+            call fail(error, self%path//': cannot be written; check the permissions of '//parent_of(path))
+    end subroutine open_appended
+
+    !> Appends a line. Fails when the system does not take it (a full disk).
+    subroutine append_line(self, text, error)
+        class(appended_file_t), intent(inout) :: self
+        character(*), intent(in) :: text    !! Without the end of the line
+        type(error_t), allocatable, intent(out) :: error
+
+        integer(c_size_t) :: length
+        logical :: taken
+
+        taken = .false.
+        length = len(text, c_size_t) + 1
+        if (c_associated(self%stream)) then
+            taken = c_fwrite(text//LF, ONE_BYTE, length, self%stream) == length
+            if (c_fflush(self%stream) /= 0) taken = .false.
+        end if
+        if (.not. taken) call fail(error, self%path//': could not be written completely; check the free space of '// &
+                                   'the disk')
+    end subroutine append_line
+
+    !> Ends the file; what it has stays. Does nothing when none is open.
+    subroutine close_appended(self)
+        class(appended_file_t), intent(inout) :: self
+
+        integer(c_int) :: status
+
+        if (.not. c_associated(self%stream)) return
+        status = c_fclose(self%stream)
+        self%stream = c_null_ptr
+    end subroutine close_appended
+
+    subroutine finalise_appended(self)
+        type(appended_file_t), intent(inout) :: self
+
+        call self%close()
+    end subroutine finalise_appended
 
     subroutine finalise_output(self)
         type(output_file_t), intent(inout) :: self

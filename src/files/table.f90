@@ -5,31 +5,35 @@
 module gracecg_files_table
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, split, split_words, integer_text, join, parse_real
+    use gracecg_base_text, only: string_t, append, split, split_words, integer_text, join, parse_real
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_value, only: real_from_text
+    use gracecg_files_json, only: read_json_list
+    use gracecg_files_csv, only: SIDE_ENDING, SIDE_COMMENTS
     implicit none
     private
-    public :: table_file_t, read_table, read_csv
+    public :: table_file_t, read_table, read_csv, csv_of_text
 
     character(*), parameter :: BLANKS = ' '//achar(9)
-    character(1), parameter :: COMMA = ',', COMMENT = '#', NOTHING = '-'
+    character(1), parameter :: COMMA = ',', COMMENT = '#', NOTHING = '-', QUOTE = '"'
 
     type :: table_file_t
         !! A text and which of its lines are rows, counted from 1
         type(text_file_t) :: text                       !! The whole file
         integer, allocatable :: line(:)                 !! Line number of each row
-        type(string_t), allocatable :: comments(:)      !! Of a CSV file: its first lines, without the #
+        type(string_t), allocatable :: comments(:)
+        !! Of a CSV file: those of FILE.meta.json or, of version 0.1, its first lines, without the #
         logical, private :: is_csv = .false.
+        integer, private :: header = 0                  !! Number of the line with the columns' names
     contains
         procedure :: row_count                  !! How many rows there are
-        procedure :: header_line                !! Number of the line with the columns' names
         procedure :: fields => fields_of_row    !! The fields of a row
         procedure :: get_fields                 !! The same, of a row that must have so many
         procedure :: get_real                   !! A number out of a field
         procedure :: check_numbers              !! Are fields that nobody uses numbers?
         procedure :: get_numbers                !! All fields of all rows as numbers
         procedure :: fail_at                    !! A failure at a row
+        procedure :: fail_at_comment            !! A failure at one of the comments
     end type table_file_t
 
     !> Reads a CSV file: its rows, or all of it as numbers
@@ -67,22 +71,37 @@ contains
         if (has_fields) has_fields = text%text(i:i) /= COMMENT
     end function has_fields
 
-    !> Reads a CSV file: lines that begin with #, the line of the columns' names, which must be
-    !> `columns`, and the rows. Fails when the header differs or, where rows are needed, there is none.
-    !> Lines may end as on Windows; blank lines are allowed at the end.
-    subroutine read_csv_rows(path, columns, file, error, rows_needed)
+    !> Reads a CSV file: the line of the columns' names, which must be `columns`, and the rows; in files of
+    !> version 0.1 with lines that begin with # above. Fails when the header differs or, where rows are
+    !> needed, there is none. Lines may end as on Windows; blank lines are allowed at the end.
+    subroutine read_csv_rows(path, columns, file, error, rows_needed, former)
         character(*), intent(in) :: path        !! Of the file
         character(*), intent(in) :: columns(:)  !! Names in the header, in their order
         type(table_file_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: rows_needed    !! True when absent
+        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
+
+        type(text_file_t) :: text
+
+        call read_text_file(path, text, error)
+        if (.not. allocated(error)) call csv_of_text(text, columns, file, error, rows_needed, former)
+    end subroutine read_csv_rows
+
+    !> The same of a text in memory.
+    subroutine csv_of_text(text, columns, file, error, rows_needed, former)
+        type(text_file_t), intent(in) :: text
+        character(*), intent(in) :: columns(:)  !! Names in the header, in their order
+        type(table_file_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: rows_needed    !! True when absent
+        character(*), intent(in), optional :: former(:) !! Names in the header of version 0.1
 
         integer :: header, last, i
         logical :: needed
 
         file%is_csv = .true.
-        call read_text_file(path, file%text, error)
-        if (allocated(error)) return
+        file%text = text
         header = 1
         do while (index(file%text%line(header), COMMENT) == 1)
             header = header + 1
@@ -90,49 +109,72 @@ contains
         do last = file%text%line_count(), 1, -1
             if (file%text%line(last) /= '') exit
         end do
-        allocate (file%comments(header - 1))
-        do i = 1, header - 1
-            file%comments(i)%text = trim(adjustl(file%text%text(file%text%first(i) + 1:file%text%last(i))))
-        end do
+        file%header = header
+        call find_comments(file)
         file%line = [(i, i=header + 1, last)]
         if (last < header) then
             call fail_in_file(error, file%text%name, 0, 'the file is empty; expected a line with '// &
                               'the columns '//join(columns, ','))
             return
         end if
-        call check_header(file%text, header, columns, error)
+        call check_header(file%text, header, columns, error, former)
         needed = .true.
         if (present(rows_needed)) needed = rows_needed
         if (.not. allocated(error) .and. needed .and. last == header) &
             call fail_in_file(error, file%text%name, 0, 'the file has no row below its header')
-    end subroutine read_csv_rows
+    end subroutine csv_of_text
+
+    !> The comments above the header; where there are none, those of FILE.meta.json.
+    subroutine find_comments(file)
+        type(table_file_t), intent(inout) :: file
+
+        type(text_file_t) :: side
+        type(error_t), allocatable :: error
+        logical :: ok
+        integer :: i
+
+        allocate (file%comments(file%header - 1))
+        do i = 1, size(file%comments)
+            file%comments(i)%text = trim(adjustl(file%text%text(file%text%first(i) + 1:file%text%last(i))))
+        end do
+        if (file%header > 1) return
+        call read_text_file(file%text%name//SIDE_ENDING, side, error)
+        if (.not. allocated(error)) call read_json_list(side%text, SIDE_COMMENTS, file%comments, ok)
+    end subroutine find_comments
 
     !> All numbers of a CSV file. Fails as `read_csv_rows` and `get_numbers`.
-    subroutine read_csv_numbers(path, columns, numbers, error, comments)
+    subroutine read_csv_numbers(path, columns, numbers, error, comments, former)
         character(*), intent(in) :: path                                    !! Of the file
         character(*), intent(in) :: columns(:)                              !! Names in the header
         real(dp), allocatable, intent(out) :: numbers(:, :)                 !! (row, column)
         type(error_t), allocatable, intent(out) :: error
         type(string_t), allocatable, intent(out), optional :: comments(:)   !! Lines without the #
+        character(*), intent(in), optional :: former(:)                     !! As of read_csv_rows
 
         type(table_file_t) :: file
 
-        call read_csv_rows(path, columns, file, error)
+        call read_csv_rows(path, columns, file, error, former=former)
         if (.not. allocated(error)) call file%get_numbers(columns, numbers, error)
         if (present(comments)) call move_alloc(file%comments, comments)
     end subroutine read_csv_numbers
 
-    subroutine check_header(text, line_number, columns, error)
+    subroutine check_header(text, line_number, columns, error, former)
         type(text_file_t), intent(in) :: text
         integer, intent(in) :: line_number
         character(*), intent(in) :: columns(:)
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: former(:)
 
         type(string_t), allocatable :: found(:)
         character(:), allocatable :: problem
         integer :: i
 
         allocate (found, source=split(text%line(line_number), COMMA))
+        if (present(former)) then
+            if (size(found) == size(former)) then
+                if (all([(trim(adjustl(found(i)%text)) == former(i), i=1, size(former))])) return
+            end if
+        end if
         do i = 1, min(size(found), size(columns))
             if (trim(adjustl(found(i)%text)) == columns(i)) cycle
             problem = 'column '//integer_text(i)//' is "'//trim(adjustl(found(i)%text))// &
@@ -152,12 +194,6 @@ contains
         row_count = size(self%line)
     end function row_count
 
-    pure integer function header_line(self)
-        class(table_file_t), intent(in) :: self
-
-        header_line = size(self%comments) + 1
-    end function header_line
-
     !> The fields of a row; none for a number that no row has.
     pure function fields_of_row(self, row) result(fields)
         class(table_file_t), intent(in) :: self
@@ -170,11 +206,44 @@ contains
         if (row < 1 .or. row > self%row_count()) then
             allocate (fields(0))
         else if (self%is_csv) then
-            fields = split(line, COMMA)
+            fields = split_csv(line)
         else
             fields = split_words(line(:index(line//COMMENT, COMMENT) - 1))
         end if
     end function fields_of_row
+
+    !> The fields of a line of CSV; one in quotes may hold commas, and quotes doubled.
+    pure function split_csv(line) result(fields)
+        character(*), intent(in) :: line
+        type(string_t), allocatable :: fields(:)
+
+        character(:), allocatable :: field
+        logical :: within
+        integer :: i
+
+        fields = split(line, COMMA)
+        if (index(line, QUOTE) == 0) return
+        deallocate (fields)
+        allocate (fields(0))
+        field = ''
+        within = .false.
+        i = 1
+        do while (i <= len(line))
+            if (line(i:i) == QUOTE .and. within .and. line(i + 1:min(i + 1, len(line))) == QUOTE) then
+                field = field//QUOTE
+                i = i + 1
+            else if (line(i:i) == QUOTE) then
+                within = .not. within
+            else if (line(i:i) == COMMA .and. .not. within) then
+                call append(fields, field)
+                field = ''
+            else
+                field = field//line(i:i)
+            end if
+            i = i + 1
+        end do
+        call append(fields, field)
+    end function split_csv
 
     !> The line number of a row; that behind the last line for a row that is missing.
     pure integer function line_of_row(file, row) result(line_number)
@@ -302,4 +371,20 @@ contains
 
         call self%text%fail_at(line_of_row(self, row), message, error)
     end subroutine fail_at
+
+    !> A failure at one of the comments; 0, and those that are missing, stand for all of them.
+    subroutine fail_at_comment(self, number, message, error)
+        class(table_file_t), intent(in) :: self
+        integer, intent(in) :: number       !! Of the comment, from 1
+        character(*), intent(in) :: message !! What is wrong there
+        type(error_t), allocatable, intent(out) :: error
+
+        if (self%header > 1) then
+            call self%text%fail_at(max(1, min(number, self%header)), message, error)
+        else if (number >= 1 .and. number <= size(self%comments)) then
+            call fail(error, self%text%name//SIDE_ENDING//': "'//self%comments(number)%text//'": '//message)
+        else
+            call fail(error, self%text%name//SIDE_ENDING//': '//message)
+        end if
+    end subroutine fail_at_comment
 end module gracecg_files_table

@@ -1,9 +1,10 @@
 !> The C interface: models of the environment. Documented in include/gracecg.h.
 module gracecg_interface_c_models
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_null_char, c_intptr_t, c_size_t
     use gracecg, only: dp, error_t, utc_t, gravity_model_t, new_gravity_model, GRAVITY_MODELS, &
-        geomagnetic_model_t, new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, dtm77_t, new_dtm77, &
-        space_weather_t, embedded_space_weather, atmosphere_point_t, atmosphere_state_t, &
+        geomagnetic_model_t, new_geomagnetic_model, GEOMAGNETIC_MODELS, decimal_year, &
+        density_model_t, new_density_model, density_settings_t, &
+        space_weather_source_t, atmosphere_point_t, atmosphere_state_t, &
         tabulated_wind_t, embedded_wind, read_wind, sun_position, conical_shadow, julian_centuries_tt, &
         earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, MAX_SEGMENTS, earth_fixed_to_geodetic, local_mean_solar_time, &
@@ -15,7 +16,7 @@ module gracecg_interface_c_models
     use gracecg_files_file, only: file_exists
     use gracecg_files_value, only: did_you_mean
     use gracecg_interface_handles, only: object_t, acquire, release
-    use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
+    use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_FAILED, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
         LONGEST_NAME, start, raise, pass_on, need, check_count, check_finite, check_result, &
         check_distance, fortran_text, time_of, later_time, keep_copy, refuse_handle, free_object
     implicit none
@@ -23,6 +24,7 @@ module gracecg_interface_c_models
     public :: c_gravity_open, c_gravity_free, c_gravity_evaluate
     public :: c_field_open, c_field_free, c_field_evaluate
     public :: c_density_open, c_density_open_indices, c_density_free, c_density_evaluate
+    public :: c_density_open_model, c_density_open_model_indices
     public :: c_wind_open, c_wind_free, c_wind_evaluate
     public :: c_sun_position, c_sun_illumination
     public :: c_earth_radiation_open, c_earth_radiation_free, c_earth_radiation_flux
@@ -41,7 +43,7 @@ module gracecg_interface_c_models
     end type field_object_t
 
     type, extends(object_t) :: density_object_t
-        type(dtm77_t) :: model
+        class(density_model_t), allocatable :: model
     end type density_object_t
 
     type, extends(object_t) :: wind_object_t
@@ -51,6 +53,9 @@ module gracecg_interface_c_models
     type, extends(object_t) :: earth_radiation_object_t
         type(earth_radiation_t) :: model
     end type earth_radiation_object_t
+
+    character(kind=c_char), parameter :: DEFAULT_DENSITY(6) = ['d', 't', 'm', '7', '7', c_null_char]
+    !! Of the entries that name no model
 
 contains
 
@@ -246,21 +251,24 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        type(space_weather_t) :: table
-        type(utc_t) :: time
-        type(error_t), allocatable :: failure
-        real(dp) :: f107, f107_mean, kp
-
-        call start(status, error)
-        call need(present(handle), 'density', status, error)
-        if (present(handle)) handle = 0
-        call time_of(date, 'date', time, status, error)
-        if (status /= STATUS_OK) return
-        table = embedded_space_weather()
-        call table%indices_at(time, f107, f107_mean, kp, failure)
-        call pass_on(failure, status, error)
-        if (status == STATUS_OK) status = c_density_open_indices(f107, f107_mean, kp, handle, error)
+        status = c_density_open_model(DEFAULT_DENSITY, date, handle, error)
     end function c_density_open
+
+    !> gracecg_density_open_model
+    function c_density_open_model(name, date, handle, error) result(status) &
+        bind(c, name='gracecg_density_open_model')
+        character(kind=c_char), intent(in), optional :: name(*)
+        type(c_utc_t), intent(in), optional :: date
+        integer(c_intptr_t), intent(inout), optional :: handle
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(utc_t) :: time
+
+        call start_density(handle, status, error)
+        call time_of(date, 'date', time, status, error)
+        call open_density(name, time, density_settings_t(), STATUS_FAILED, handle, status, error)
+    end function c_density_open_model
 
     !> gracecg_density_open_indices
     function c_density_open_indices(f107, f107_mean, kp, handle, error) result(status) &
@@ -270,18 +278,55 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
-        type(density_object_t) :: made
-        type(error_t), allocatable :: failure
+        status = c_density_open_model_indices(DEFAULT_DENSITY, f107, f107_mean, kp, handle, error)
+    end function c_density_open_indices
+
+    !> gracecg_density_open_model_indices
+    function c_density_open_model_indices(name, f107, f107_mean, kp, handle, error) result(status) &
+        bind(c, name='gracecg_density_open_model_indices')
+        character(kind=c_char), intent(in), optional :: name(*)
+        real(c_double), intent(in), value :: f107, f107_mean, kp
+        integer(c_intptr_t), intent(inout), optional :: handle
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        call start_density(handle, status, error)
+        call open_density(name, utc_t(0, 0.0_dp), &
+                          density_settings_t(space_weather=space_weather_source_t('given', f107, f107_mean, kp)), &
+                          STATUS_BAD_VALUE, handle, status, error)
+    end function c_density_open_model_indices
+
+    subroutine start_density(handle, status, error)
+        integer(c_intptr_t), intent(inout), optional :: handle
+        integer(c_int), intent(out) :: status
+        type(c_error_t), intent(inout), optional :: error
 
         call start(status, error)
         call need(present(handle), 'density', status, error)
         if (present(handle)) handle = 0
+    end subroutine start_density
+
+    !> Makes the model of a name and a handle for it.
+    subroutine open_density(c_name, time, settings, status_of_failure, handle, status, error)
+        character(kind=c_char), intent(in), optional :: c_name(*)
+        type(utc_t), intent(in) :: time
+        type(density_settings_t), intent(in) :: settings
+        integer(c_int), intent(in) :: status_of_failure
+        integer(c_intptr_t), intent(inout) :: handle
+        integer(c_int), intent(inout) :: status
+        type(c_error_t), intent(inout), optional :: error
+
+        type(density_object_t) :: made
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: name
+
+        call fortran_text(c_name, LONGEST_NAME, 'name', name, status, error)
         if (status /= STATUS_OK) return
-        call new_dtm77(f107, f107_mean, kp, made%model, failure)
-        call pass_on(failure, status, error, STATUS_BAD_VALUE)
+        call new_density_model(name, time, settings, made%model, failure)
+        call pass_on(failure, status, error, status_of_failure)
         if (status /= STATUS_OK) return
         call keep_copy(made, handle, status, error)
-    end function c_density_open_indices
+    end subroutine open_density
 
     !> gracecg_density_free
     function c_density_free(handle, error) result(status) bind(c, name='gracecg_density_free')
@@ -324,8 +369,9 @@ contains
                 if (status /= STATUS_OK) exit
                 call point_at(time, position(:, i), point)
                 if (point%height < object%model%lowest_height()) then
-                    call raise(STATUS_BAD_VALUE, 'position '//integer_text(int(i, i8))//' is too low: DTM-77 '// &
-                               'is valid from 120 km above the ellipsoid on', status, error)
+                    call raise(STATUS_BAD_VALUE, 'position '//integer_text(int(i, i8))//' is too low: the '// &
+                               'model is valid from '//integer_text(nint(object%model%lowest_height()/1000))// &
+                               ' km above the ellipsoid on', status, error)
                     exit
                 end if
                 call object%model%evaluate(point, air)

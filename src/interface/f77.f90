@@ -304,6 +304,53 @@ subroutine gcdeni(f107, f107a, xkp, iden, istat, msg)
     call finish_handle(status, error, handle, iden, istat, msg)
 end subroutine gcdeni
 
+!> A thermosphere by name with the solar flux and Kp of a date, from the embedded table.
+subroutine gcdenm(name, mjd, sec, iden, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_models, only: c_density_open_model
+    use gracecg_interface_c_support, only: c_error_t, c_utc_t
+    use gracecg_interface_f77_support, only: c_text, finish_handle
+    implicit none
+    character(*), intent(in) :: name    !! 'dtm77', 'dtm78', 'dtm94' or 'exponential'
+    integer, intent(in) :: mjd    !! Modified Julian day number, UTC
+    real(dp), intent(in) :: sec    !! s of the day
+    integer, intent(out) :: iden    !! Handle: thermosphere
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_density_open_model(c_text(name), c_utc_t(mjd, sec), handle, error=error)
+    call finish_handle(status, error, handle, iden, istat, msg)
+end subroutine gcdenm
+
+!> A thermosphere by name with given indices.
+subroutine gcdnmi(name, f107, f107a, xkp, iden, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_models, only: c_density_open_model_indices
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_text, finish_handle
+    implicit none
+    character(*), intent(in) :: name    !! 'dtm77', 'dtm78', 'dtm94' or 'exponential'
+    real(dp), intent(in) :: f107    !! Of the day before, 81-day mean, sfu
+    real(dp), intent(in) :: f107a    !! Of the day before, 81-day mean, sfu
+    real(dp), intent(in) :: xkp    !! Three hours before, 0 to 9
+    integer, intent(out) :: iden    !! Handle: thermosphere
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_density_open_model_indices(c_text(name), f107, f107a, xkp, handle, error=error)
+    call finish_handle(status, error, handle, iden, istat, msg)
+end subroutine gcdnmi
+
 !> Density, temperature and composition of the thermosphere.
 subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t

@@ -38,6 +38,10 @@ module gracecg_observations_knowledge
     type :: a_priori_t
         real(dp) :: sigma_scale_factors(3) = [0.0101_dp, 0.0159_dp, 0.0119_dp]
         !! Of the accelerometer's scale factors, relative
+        real(dp) :: years_since_calibration = 0
+        !! Of the scale factors, since the time to which their sigma belongs
+        real(dp) :: scale_stability(3) = [1e-4_dp, 1e-2_dp, 2e-3_dp]
+        !! Change of the scale factors in a year, relative: section 3.2.1
         real(dp) :: sigma_rod_gain = 0.005_dp
         !! Of the dipole moment of the rods, relative; not in the report
         real(dp) :: sigma_magnetometer_bias(3) = [50e-9_dp, 30e-9_dp, 25e-9_dp]     !! T
@@ -46,6 +50,8 @@ module gracecg_observations_knowledge
         real(dp) :: sigma_torque = 1e-6_dp
         !! Of the change of the unmodelled torque from the beginning to the end of the arc, N m: a
         !! twentieth of the air's and the Sun's torque of some 2e-5 N m in Figures 5.6 and 5.7
+    contains
+        procedure :: aged_scale_sigmas  !! Those of the scale factors today
     end type a_priori_t
 
     !> What an operator knows of the satellite, the manoeuvre and the instruments.
@@ -65,6 +71,8 @@ module gracecg_observations_knowledge
         type(noise_spectrum_t) :: accelerometer_noise(3)    !! (3-2) of each axis, m^2 s^-4/Hz
         real(dp) :: accelerometer_scale(3) = 1          !! Sample by acceleration, as far as it is known
         real(dp) :: accelerometer_delay = 0             !! Time tag minus time of its samples, s
+        real(dp) :: accelerometer_range = 0             !! Full scale, m/s^2; 0: not known
+        real(dp) :: magnetometer_range = 0              !! Full scale, T; 0: not known
         real(dp) :: magnetometer_bias(3) = 0            !! Sample minus flux density, T
         real(dp) :: torque_change(3) = 0
         !! Of the torque that is not modelled, from the beginning to the end of the arc, body axes, N m
@@ -76,6 +84,15 @@ module gracecg_observations_knowledge
     end type operator_knowledge_t
 
 contains
+
+    !> Standard deviations of the scale factors, of their calibration and of their change since then, relative.
+    pure function aged_scale_sigmas(self) result(sigmas)
+        class(a_priori_t), intent(in) :: self
+        real(dp) :: sigmas(3)       !! x, y, z
+
+        sigmas = self%sigma_scale_factors
+        if (self%years_since_calibration > 0) sigmas = hypot(sigmas, self%years_since_calibration*self%scale_stability)
+    end function aged_scale_sigmas
 
     !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rods, rod and limits.
     subroutine describe_satellite(settings, knowledge)
@@ -103,6 +120,8 @@ contains
                                   'samples are divided')
         call settings%real_value('delay', knowledge%accelerometer_delay, -0.1_dp, 0.1_dp, &
                                  's, by which the time tags are late', unit='s')
+        call settings%real_value('range', knowledge%accelerometer_range, 0.0_dp, 1.0_dp, &
+                                 'm/s^2, full scale, at which samples are refused; 0: not known', unit='m/s^2')
         call settings%end_group()
         call settings%group('star_camera', 'Star camera: mounting and noise')
         call settings%real_value('interval', knowledge%star_camera_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
@@ -121,6 +140,8 @@ contains
         call settings%real_value('interval', knowledge%magnetometer_interval, 1e-3_dp, 100.0_dp, 's', unit='s')
         call settings%real_values('bias_nt', knowledge%magnetometer_bias, -1e6_dp, 1e6_dp, &
                                   'nT, that is taken off the samples', NANOTESLA, 'nT')
+        call settings%real_value('range_nt', knowledge%magnetometer_range, 0.0_dp, 1e9_dp, &
+                                 'nT, full scale, at which samples are refused; 0: not known', NANOTESLA, 'nT')
         call settings%end_group()
         call settings%group('torque', 'Torque that is not modelled: a constant one is estimated')
         call settings%real_values('change', knowledge%torque_change, -1.0_dp, 1.0_dp, &
@@ -174,6 +195,10 @@ contains
         call settings%group(group, 'How well satellite and instruments are known: standard deviations')
         call settings%real_values('sigma_scale_factors', a_priori%sigma_scale_factors, SMALLEST, 1.0_dp, &
                                   'of the accelerometer, relative')
+        call settings%real_value('years_since_calibration', a_priori%years_since_calibration, 0.0_dp, 100.0_dp, &
+                                 'of the scale factors, to which their sigma belongs')
+        call settings%real_values('scale_stability', a_priori%scale_stability, 0.0_dp, 1.0_dp, &
+                                  'change of the scale factors in a year, relative')
         call settings%real_value('sigma_rod_gain', a_priori%sigma_rod_gain, SMALLEST, 1.0_dp, &
                                  'of all dipole moments, relative')
         call settings%real_values('sigma_magnetometer_bias', a_priori%sigma_magnetometer_bias, SMALLEST, &

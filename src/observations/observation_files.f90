@@ -26,14 +26,18 @@ module gracecg_observations_observation_files
     character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
         'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
 
-    character(6), parameter :: ACCELEROMETER_COLUMNS(4) = &
-        [character(6) :: 'time_s', 'ax', 'ay', 'az']
-    character(6), parameter :: STAR_CAMERA_COLUMNS(6) = &
-        [character(6) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
-    character(6), parameter :: MAGNETOMETER_COLUMNS(4) = &
-        [character(6) :: 'time_s', 'bx', 'by', 'bz']
-    character(6), parameter :: ORBIT_COLUMNS(4) = &
-        [character(6) :: 'time_s', 'rx', 'ry', 'rz']
+    character(8), parameter :: ACCELEROMETER_COLUMNS(4) = &
+        [character(8) :: 'time_s', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
+    character(8), parameter :: STAR_CAMERA_COLUMNS(6) = &
+        [character(8) :: 'time_s', 'camera', 'q1', 'q2', 'q3', 'q4']
+    character(8), parameter :: MAGNETOMETER_COLUMNS(4) = &
+        [character(8) :: 'time_s', 'bx_tesla', 'by_tesla', 'bz_tesla']
+    character(8), parameter :: ORBIT_COLUMNS(4) = &
+        [character(8) :: 'time_s', 'rx_m', 'ry_m', 'rz_m']
+    !> The same in files of version 0.1, which are read, too
+    character(8), parameter :: FORMER_ACCELEROMETER(4) = [character(8) :: 'time_s', 'ax', 'ay', 'az']
+    character(8), parameter :: FORMER_MAGNETOMETER(4) = [character(8) :: 'time_s', 'bx', 'by', 'bz']
+    character(8), parameter :: FORMER_ORBIT(4) = [character(8) :: 'time_s', 'rx', 'ry', 'rz']
 
     !> The rows of a file, and where they stand in it.
     type :: series_t
@@ -57,7 +61,7 @@ contains
 
         call make_directory(folder, error)
         if (allocated(error)) return
-        call open_tables(folder, comments, tables, error)
+        call open_tables(folder, tables, error)
         if (.not. allocated(error)) then
             call write_rows(observations, tables)
             call commit_all(folder, observations, comments, tables, error)
@@ -67,21 +71,23 @@ contains
         end do
     end subroutine write_observations
 
-    subroutine open_tables(folder, comments, tables, error)
-        character(*), intent(in) :: folder, comments(:)
+    subroutine open_tables(folder, tables, error)
+        character(*), intent(in) :: folder
         type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
         type(error_t), allocatable, intent(out) :: error
 
-        call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), &
-                                        join(ACCELEROMETER_COLUMNS, ','), comments, error)
-        if (allocated(error)) return
-        call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), &
-                                      join(STAR_CAMERA_COLUMNS, ','), comments, error)
-        if (allocated(error)) return
-        call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), &
-                                       join(MAGNETOMETER_COLUMNS, ','), comments, error)
-        if (allocated(error)) return
-        call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), comments, error)
+        character(1), parameter :: NO_COMMENTS(0) = [character(1) ::]
+
+        call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), join(ACCELEROMETER_COLUMNS, ','), &
+                                        NO_COMMENTS, error)
+        if (.not. allocated(error)) &
+            call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), join(STAR_CAMERA_COLUMNS, ','), &
+                                          NO_COMMENTS, error)
+        if (.not. allocated(error)) &
+            call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), join(MAGNETOMETER_COLUMNS, ','), &
+                                           NO_COMMENTS, error)
+        if (.not. allocated(error)) &
+            call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), NO_COMMENTS, error)
     end subroutine open_tables
 
     subroutine write_rows(observations, tables)
@@ -175,8 +181,11 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. directory_exists(folder)) then
-            call fail(error, trim(folder)// &
-                      ': no such folder; name the folder of an observation set')
+            if (file_exists(folder)) then
+                call fail(error, trim(folder)//': is a file; name the folder of an observation set')
+            else
+                call fail(error, trim(folder)//': no such folder; name the folder of an observation set')
+            end if
             return
         end if
         call read_setup(path_of(folder, SETUP_FILE), observations%knowledge, error)
@@ -196,7 +205,7 @@ contains
 
         type(series_t) :: series
 
-        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error)
+        call read_series(path_of(folder, ACCELEROMETER), ACCELEROMETER_COLUMNS, series, error, FORMER_ACCELEROMETER)
         if (.not. allocated(error)) call check_times(series, error)
         if (.not. allocated(error)) &
             call check_coverage(series, observations%knowledge%accelerometer_interval, &
@@ -214,7 +223,7 @@ contains
         type(series_t) :: series
 
         if (.not. file_exists(path_of(folder, ORBIT))) return
-        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error)
+        call read_series(path_of(folder, ORBIT), ORBIT_COLUMNS, series, error, FORMER_ORBIT)
         if (.not. allocated(error)) call check_times(series, error)
         if (allocated(error)) return
         observations%orbit_time = series%table(:, 1)
@@ -232,7 +241,7 @@ contains
             allocate (observations%magnetometer_time(0), observations%field(3, 0))
             return
         end if
-        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error)
+        call read_series(path_of(folder, MAGNETOMETER), MAGNETOMETER_COLUMNS, series, error, FORMER_MAGNETOMETER)
         if (.not. allocated(error)) call check_times(series, error)
         if (.not. allocated(error) .and. .not. has_orbit(observations)) then
             call check_coverage(series, observations%knowledge%magnetometer_interval, &
@@ -320,12 +329,13 @@ contains
 
     !> Reads a CSV file. A last line without its end tells of a file that was cut off: its last
     !> number may have lost digits.
-    subroutine read_series(path, columns, series, error)
+    subroutine read_series(path, columns, series, error, former)
         character(*), intent(in) :: path, columns(:)
         type(series_t), intent(out) :: series
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: former(:)     !! Columns of version 0.1
 
-        call read_csv(path, columns, series%file, error)
+        call read_csv(path, columns, series%file, error, former=former)
         if (.not. allocated(error)) call series%file%get_numbers(columns, series%table, error)
         if (allocated(error)) return
         associate (file => series%file%text)

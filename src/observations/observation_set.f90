@@ -145,6 +145,9 @@ contains
         if (.not. allocated(error)) &
             call check_magnitude('accelerometer', observations%accelerometer_time, &
                                  observations%acceleration, LARGEST_ACCELERATION, 'm/s^2', error)
+        if (.not. allocated(error)) &
+            call check_saturation('accelerometer', observations%accelerometer_time, observations%acceleration, &
+                                  observations%knowledge%accelerometer_range, 'm/s^2', error)
     end subroutine check_accelerometer
 
     subroutine check_magnetometer(observations, error)
@@ -160,6 +163,9 @@ contains
         if (.not. allocated(error)) &
             call check_magnitude('magnetometer', observations%magnetometer_time, observations%field, &
                                  LARGEST_FIELD, 'T', error)
+        if (.not. allocated(error)) &
+            call check_saturation('magnetometer', observations%magnetometer_time, observations%field, &
+                                  observations%knowledge%magnetometer_range, 'T', error)
     end subroutine check_magnetometer
 
     !> Refuses a sample that is too large for any satellite: it was written in another unit.
@@ -180,6 +186,27 @@ contains
             return
         end do
     end subroutine check_magnitude
+
+    !> Refuses samples at the full scale of an instrument, where that is known: what they say is wrong, and a fit
+    !> would take it for true.
+    subroutine check_saturation(name, times, values, full_scale, unit, error)
+        character(*), intent(in) :: name
+        real(dp), intent(in) :: times(:), values(:, :)
+        real(dp), intent(in) :: full_scale      !! 0: not known
+        character(*), intent(in) :: unit
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: WITHIN = 1e-9_dp     ! of the full scale: what a file may round away
+        logical, allocatable :: saturated(:)
+
+        if (.not. full_scale > 0) return
+        saturated = any(abs(values) >= (1 - WITHIN)*full_scale, 1)
+        if (.not. any(saturated)) return
+        call fail(error, name//': '//integer_text(count(saturated))//' of '//integer_text(size(times))// &
+                  ' samples stand at its full scale of '//number_text(full_scale)//' '//unit//', the first at '// &
+                  number_text(times(findloc(saturated, .true., 1)))//' s: it was saturated; leave these samples out, '// &
+                  'or correct its range in setup.nml')
+    end subroutine check_saturation
 
     !> Each head is a series of its own. One head may be lost altogether.
     subroutine check_star_camera(observations, error)

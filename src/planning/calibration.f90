@@ -4,6 +4,7 @@ module gracecg_planning_calibration
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t
     use gracecg_simulation_case, only: case_t, read_case, case_from_text, case_text
+    use gracecg_simulation_report_cases, only: published_name
     use gracecg_simulation_case_library, only: find_case, is_built_in
     use gracecg_estimation_options, only: estimation_options_t, read_options, options_from_text, options_text, OF_CASE
     use gracecg_estimation_report_options, only: report_options
@@ -24,14 +25,14 @@ contains
     !> The calibration of a name: a built-in case with the report's options, else the namelist file of that
     !> path. Fails when it is neither, and as `read_case` and `read_options` do.
     subroutine find_calibration(name_or_path, calibration, error)
-        character(*), intent(in) :: name_or_path    !! 'front-1' ... 'back-3', or a path
+        character(*), intent(in) :: name_or_path    !! 'front-1' ... 'back-3-printed', or a path
         type(calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
         call find_case(name_or_path, calibration%case, error)
         if (allocated(error)) return
         if (is_built_in(name_or_path)) then
-            calibration%options = report_options(trim(calibration%case%name))
+            calibration%options = report_options(trim(published_name(calibration%case%name)))
         else
             call read_options(name_or_path, calibration%options, error, OF_CASE, calibration%warning)
         end if

@@ -11,6 +11,7 @@ module gracecg_planning_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces, piece_done
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
         SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES
@@ -140,12 +141,13 @@ contains
     !> by drag and radiation, when that is allowed.
     !>
     !> Fails as check_design_settings does, and when no manoeuvre stays within the limits.
-    subroutine design_manoeuvre(arc, sites, settings, design, error)
+    subroutine design_manoeuvre(arc, sites, settings, design, error, progress)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         type(candidate_t), allocatable :: candidates(:), finalists(:)
         type(manoeuvre_design_t), allocatable :: judged(:), refined(:)
@@ -156,18 +158,21 @@ contains
         call check_design_settings(arc, settings, error)
         if (allocated(error)) return
         candidates = structured_candidates(arc, settings)
-        call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error)
+        call tell(progress, 'search, stage 1 of 3')
+        call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
         if (allocated(error)) return
         spent = sum(judged%evaluations)
         order = best_first(judged, FINAL_COUNT)
         finalists = candidates(order)
-        call judge_all(arc, sites, settings, finalists, size(sites), judged, error)
+        call tell(progress, 'search, stage 2 of 3')
+        call judge_all(arc, sites, settings, finalists, size(sites), judged, error, progress)
         if (allocated(error)) return
         spent = spent + sum(judged%evaluations)
         order = best_first(judged, REFINED_COUNT)
         finalists = finalists(order)
         design = judged(order(1))
-        call judge_all(arc, sites, settings, finalists, size(sites), refined, error, refine_first=.true.)
+        call tell(progress, 'search, stage 3 of 3')
+        call judge_all(arc, sites, settings, finalists, size(sites), refined, error, progress, refine_first=.true.)
         if (allocated(error)) return
         call judge_pattern_567(arc, sites, settings, pattern)
         spent = spent + sum(refined%evaluations) + pattern%evaluations
@@ -331,7 +336,7 @@ contains
         end do
     end function rods_of
 
-    subroutine judge_all(arc, sites, settings, candidates, most_places, judged, error, refine_first)
+    subroutine judge_all(arc, sites, settings, candidates, most_places, judged, error, progress, refine_first)
         type(planned_arc_t), intent(in), target :: arc
         type(manoeuvre_site_t), intent(in), target :: sites(:)
         type(design_settings_t), intent(in) :: settings
@@ -339,6 +344,7 @@ contains
         integer, intent(in) :: most_places
         type(manoeuvre_design_t), allocatable, intent(out) :: judged(:)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
         logical, intent(in), optional :: refine_first   !! By the simplex method; no when absent
 
         type(judging_t) :: work
@@ -350,7 +356,8 @@ contains
         work%most_places = most_places
         if (present(refine_first)) work%refined = refine_first
         allocate (work%judged(size(candidates)))
-        call run_parallel(work, size(candidates), settings%threads, error)
+        call expect_pieces(progress, size(candidates), 'manoeuvres')
+        call run_parallel(work, size(candidates), settings%threads, error, progress)
         call move_alloc(work%judged, judged)
     end subroutine judge_all
 
@@ -575,12 +582,13 @@ contains
 
     !> The place where a calibration can be best: that with the least worst axis under the best of the
     !> few manoeuvres whose rods have different cycles or share them in all combinations of signs.
-    subroutine choose_place(arc, sites, settings, best, error)
+    subroutine choose_place(arc, sites, settings, best, error, progress)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
         type(design_settings_t), intent(in) :: settings
         integer, intent(out) :: best                !! In sites
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the places
 
         type(candidate_t), allocatable :: candidates(:), chosen(:)
         type(manoeuvre_design_t), allocatable :: judged(:)
@@ -594,18 +602,22 @@ contains
         ! what is good at a few places one by one is good at others too
         candidates = structured_candidates(arc, settings)
         allocate (chosen(0))
+        call tell(progress, 'choice of the place')
+        call expect_pieces(progress, SEARCH_PLACES + size(sites), 'places')
         do k = 1, SEARCH_PLACES
             i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
             call judge_all(arc, sites(i:i), settings, candidates, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 3)
             chosen = [chosen, candidates(order)]
+            call piece_done(progress)
         end do
         do i = 1, size(sites)
             call judge_all(arc, sites(i:i), settings, chosen, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 1)
             at_place(i) = judged(order(1))
+            call piece_done(progress)
         end do
         order = best_first(at_place, 1)
         best = order(1)

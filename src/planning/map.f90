@@ -2,6 +2,7 @@
 module gracecg_planning_map
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context, number_text
+    use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t
@@ -72,7 +73,7 @@ contains
 
     !> Evaluates a manoeuvre at places at some times, on `threads` threads. Where it leaves a direction
     !> unseen, the sigmas are huge(1.0). Fails when a time lies outside of the orbit.
-    subroutine map_manoeuvre(arc, orbit, times, rods, threads, points, error)
+    subroutine map_manoeuvre(arc, orbit, times, rods, threads, points, error, progress)
         type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
@@ -80,6 +81,7 @@ contains
         integer, intent(in) :: threads                  !! 1 and more
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places
 
         type(map_t) :: work
 
@@ -88,7 +90,8 @@ contains
         work%times = times
         work%rods = rods
         allocate (work%points(size(times)))
-        call run_parallel(work, size(times), threads, error)
+        call expect_pieces(progress, size(times), 'places')
+        call run_parallel(work, size(times), threads, error, progress)
         call move_alloc(work%points, points)
     end subroutine map_manoeuvre
 

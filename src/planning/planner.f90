@@ -5,6 +5,7 @@ module gracecg_planning_planner
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_progress, only: progress_t
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_limits, only: check_motion
@@ -62,15 +63,16 @@ contains
     !>
     !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a time outside of the
     !> orbit, when a limit is not positive, and for settings that allow no manoeuvre.
-    subroutine prepare_plan(calibration, request, plan, error)
+    subroutine prepare_plan(calibration, request, plan, error, progress)
         type(calibration_t), intent(in) :: calibration
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(out) :: plan
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places to choose from
 
         call prepare_orbit(calibration%case, request, plan, error)
         plan%calibration = calibration
-        if (.not. allocated(error)) call take_sites(request, plan, error)
+        if (.not. allocated(error)) call take_sites(request, plan, error, progress)
         call add_context(error, 'case '//trim(calibration%case%name))
     end subroutine prepare_plan
 
@@ -93,10 +95,11 @@ contains
             call new_nominal_orbit(case, plan%orbit, error, request%revolutions, ORBIT_STEP)
     end subroutine prepare_orbit
 
-    subroutine take_sites(request, plan, error)
+    subroutine take_sites(request, plan, error, progress)
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(inout) :: plan
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
 
         real(dp), allocatable :: times(:)
         integer :: best
@@ -111,7 +114,7 @@ contains
         end select
         call new_manoeuvre_sites(plan%arc, plan%orbit, times, request%settings%threads, plan%sites, error)
         if (request%place /= ANYWHERE .or. allocated(error)) return
-        call choose_place(plan%arc, plan%sites, request%settings, best, error)
+        call choose_place(plan%arc, plan%sites, request%settings, best, error, progress)
         plan%sites = [plan%sites(best)]
         plan%time = plan%sites(1)%time
     end subroutine take_sites
@@ -130,10 +133,11 @@ contains
     !> The second half of a plan: searches the manoeuvre, or judges the case's own.
     !>
     !> Fails when no manoeuvre keeps the limits or reaches the target, or the case's own does not keep them.
-    subroutine find_manoeuvre(request, plan, error)
+    subroutine find_manoeuvre(request, plan, error, progress)
         type(plan_request_t), intent(in) :: request
         type(plan_t), intent(inout) :: plan             !! As prepare_plan gives it
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         type(manoeuvre_quality_t) :: quality
 
@@ -144,9 +148,9 @@ contains
                 call check_motion(arc%knowledge%limits, quality%motion, error)
             else if (request%target > 0) then
                 call shortest_manoeuvre(case, plan%orbit, plan%time, request%settings, case%duration, &
-                                        DURATION_STEP, request%target, arc, plan%design, error)
+                                        DURATION_STEP, request%target, arc, plan%design, error, progress)
             else
-                call design_manoeuvre(arc, sites, request%settings, plan%design, error)
+                call design_manoeuvre(arc, sites, request%settings, plan%design, error, progress)
             end if
             if (.not. allocated(error)) then
                 call take_manoeuvre(plan%design%rods, case%satellite%rods)
@@ -154,7 +158,7 @@ contains
             end if
         end associate
         ! a shorter arc weighs the forces at its place in its own way
-        if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error)
+        if (.not. allocated(error) .and. request%target > 0) call take_sites(request, plan, error, progress)
         call add_context(error, 'case '//trim(plan%calibration%case%name))
     end subroutine find_manoeuvre
 
@@ -211,7 +215,7 @@ contains
     !>
     !> Fails when no arc up to the longest meets the target, and as design_manoeuvre does there.
     subroutine shortest_manoeuvre(case, orbit, time, settings, longest, step, target, arc, &
-                                  design, error)
+                                  design, error, progress)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: time                !! Of the start, s from the epoch of the orbit
@@ -221,6 +225,7 @@ contains
         type(planned_arc_t), intent(out) :: arc     !! Of the shortest arc
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         real(dp), parameter :: CAUTION = 0.85_dp    ! of the duration that the longest arc promises
         type(planned_arc_t) :: trial_arc
@@ -265,7 +270,8 @@ contains
             shorter%duration = steps*step
             call new_planned_arc(shorter, arc, failure)
             if (.not. allocated(failure)) call new_manoeuvre_site(arc, orbit, time, site(1), failure)
-            if (.not. allocated(failure)) call design_manoeuvre(arc, site, settings, design, failure)
+            if (.not. allocated(failure)) call design_manoeuvre(arc, site, settings, design, failure, &
+                                                                       progress)
         end subroutine try
     end subroutine shortest_manoeuvre
 

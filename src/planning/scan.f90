@@ -5,9 +5,10 @@ module gracecg_planning_scan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_vectors, only: cross, inverse_3x3
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, report_pattern
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, dipole_moment, rod_pattern
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE
     use gracecg_observations_knowledge, only: operator_knowledge_t
@@ -31,7 +32,7 @@ module gracecg_planning_scan
         real(dp) :: latitude = 0            !! Geodetic, rad
         real(dp) :: longitude = 0           !! Positive east, rad
         real(dp) :: field(3) = 0            !! At the start, body axes, T
-        integer :: pattern(3) = 0           !! Signs of the rods: report_pattern of this field
+        integer :: pattern(3) = 0           !! Signs of the rods: by the case's rule, of this field
         real(dp) :: acceleration(3) = 0     !! Amplitude of the angular acceleration, rad/s^2
         real(dp) :: sigma(3) = 0            !! Predicted standard deviation of the CG offset, m
     end type orbit_place_t
@@ -53,7 +54,7 @@ contains
     !> Looks at the places where the orbit is at the given times, on `threads` threads.
     !>
     !> Fails when a time lies outside of the revolution, or when the offset cannot be determined.
-    subroutine scan_orbit(case, options, orbit, times, threads, places, error)
+    subroutine scan_orbit(case, options, orbit, times, threads, places, error, progress)
         type(case_t), intent(in), target :: case
         type(estimation_options_t), intent(in) :: options       !! Of ASSEST, whose sigma is predicted
         type(nominal_orbit_t), intent(in), target :: orbit      !! Of this case
@@ -61,6 +62,7 @@ contains
         integer, intent(in) :: threads                  !! How many to use
         type(orbit_place_t), allocatable, intent(out) :: places(:)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places
 
         type(scan_t) :: work
 
@@ -75,7 +77,7 @@ contains
         work%options = options
         work%times = times
         allocate (work%places(size(times)))
-        call run_parallel(work, size(times), threads, error)
+        call run_parallel(work, size(times), threads, error, progress)
         call move_alloc(work%places, places)
     end subroutine scan_orbit
 
@@ -114,7 +116,7 @@ contains
         call orbit%geodetic_place(k, place%latitude, place%longitude)
         call orbit%dynamics%loads(real(time, dp), orbit%state(:, k), acting)
         place%field = acting%field
-        place%pattern = report_pattern(place%field)
+        place%pattern = rod_pattern(case%pattern_rule, place%field)
         place%acceleration = abs(matmul(inverse_3x3(knowledge%inertia), &
                                         cross(ROD_AMPLITUDE*place%pattern, place%field)))
         call new_harmonic_manoeuvre(rods, place%pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &

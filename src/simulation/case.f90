@@ -36,6 +36,7 @@ module gracecg_simulation_case
         integer :: number = 0                       !! Labels its random numbers: 1..3 in the report
         type(utc_t) :: epoch                        !! Time 0
         real(dp) :: duration = 0                    !! Length of the arc, s
+        character(8) :: pattern_rule = 'y-z'        !! Of the rods, where they are chosen: one of PATTERN_RULES
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
@@ -58,7 +59,7 @@ module gracecg_simulation_case
         character(16) :: field_model = 'igrf95'    !! 'igrf95', 'igrf14' or 'file'
         character(256) :: field_file = ''     !! .shc
         ! atmosphere
-        character(16) :: density_model = 'dtm77'  !! 'dtm77', 'exponential' or 'none'
+        character(16) :: density_model = 'dtm77'  !! One of DENSITY_MODELS or 'none'
         real(dp) :: density_scale = 1               !! Factor of the model's density
         character(16) :: space_weather = 'table'  !! 'table', 'given' or 'file'
         character(256) :: space_weather_file = ''   !! Of days, flux and Kp, if 'file'
@@ -145,7 +146,7 @@ contains
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
-        call describe_calibration(settings, case%name, case%epoch, case%duration)
+        call describe_calibration(settings, case%name, case%epoch, case%duration, case%pattern_rule)
         call describe_mass_properties(settings, case%satellite%mass, case%satellite%inertia)
         call describe_manoeuvre(settings, case%satellite%rods)
         call describe_limits(settings, case%limits)
@@ -169,7 +170,7 @@ contains
         call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
         call settings%integer_value('number', case%number, 0, 9999, 'of the case: labels its random numbers')
-        call settings%real_values('offset_mm', case%satellite%offset, -1000.0_dp, 1000.0_dp, &
+        call settings%real_values('offset_mm', case%satellite%offset, -10.0_dp, 10.0_dp, &
                                   'mm, from the centre of mass to the proof-mass centre', MILLIMETRE, 'mm')
         call settings%real_values('position', case%position, -1e9_dp, 1e9_dp, 'm, inertial J2000', &
                                   unit='m', required=.true.)

@@ -160,6 +160,7 @@ contains
         dynamics%centre_of_mass = case%satellite%centre_of_mass
         dynamics%drag_coefficient = case%satellite%drag_coefficient
         dynamics%wall = case%satellite%wall
+        dynamics%forces_by_plates = case%satellite%forces == 'plates'
         dynamics%reflectivity_sun = case%satellite%reflectivity_sun
         dynamics%reflectivity_earth = case%satellite%reflectivity_earth
         dynamics%solar_irradiance = case%solar_irradiance

@@ -20,7 +20,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_radiation_acceleration, aerodynamic_load, solar_radiation_load, gas_t, wall_t, &
+        earth_radiation_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -63,7 +63,9 @@ module gracecg_simulation_dynamics
         type(satellite_surface_t) :: surface        !! The plates
         real(dp) :: centre_of_mass(3) = 0           !! In the frame of the surface's plates, m
         real(dp) :: drag_coefficient = 0            !! C_d of (2-6)
-        type(wall_t) :: wall                        !! For the aerodynamic torque
+        type(wall_t) :: wall                        !! For the air's force and torque plate by plate
+        logical :: forces_by_plates = .false.
+        !! Air and light accelerate plate by plate, and not by (2-6), (2-8) and (2-10)
         real(dp) :: reflectivity_sun = 0            !! eta of (2-8)
         real(dp) :: reflectivity_earth = 0          !! eta_e of (2-10)
         real(dp) :: solar_irradiance = 0            !! At 1 au, W/m^2
@@ -106,7 +108,7 @@ module gracecg_simulation_dynamics
 
 contains
 
-    !> dX/dt of (2-31).
+    !> dX/dt of (2-31): the orbit (2-1), Euler's equations (2-16), the attitude (2-20).
     pure subroutine rate(self, t, y, dydt)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t           !! Since the epoch, s
@@ -168,7 +170,8 @@ contains
         call add_loads(self, t, y, .true., acting)
     end subroutine loads
 
-    !> Every force and, if wanted, the magnetic field and every torque.
+    !> Every force and, if wanted, the magnetic field and every torque. Gravity (2-3) and field (2-30) come
+    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28); the rods' torque is (2-25).
     pure subroutine add_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s
@@ -204,7 +207,7 @@ contains
         end if
     end subroutine add_loads
 
-    !> Drag (2-6) and aerodynamic torque (2-24), with the wind and the density wave.
+    !> Drag, by (2-6) or plate by plate, and aerodynamic torque (2-24), with the wind and the density wave.
     pure subroutine air_loads(self, t, y, fixed_position, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t, y(:)
@@ -225,15 +228,18 @@ contains
 
         velocity_in_air = y(VELOCITY) - air_velocity(self, y(POSITION), point)
         velocity_in_air = matmul(acting%body_from_inertial, velocity_in_air)
-        acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
-                                        air%density, velocity_in_air)
-        if (.not. with_torques) return
+        if (.not. self%forces_by_plates) then
+            acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
+                                            air%density, velocity_in_air)
+            if (.not. with_torques) return
+        end if
         ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
         load = aerodynamic_load(self%surface, self%centre_of_mass, &
                                 gas_t(air%density, air%temperature, &
                                       mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
                                 self%wall, velocity_in_air)
-        acting%torque_aero = load%torque
+        if (self%forces_by_plates) acting%drag = load%force/self%mass
+        if (with_torques) acting%torque_aero = load%torque
     end subroutine air_loads
 
     !> Velocity of the air in inertial axes: it turns with the Earth, and the wind adds to it. North is
@@ -257,7 +263,8 @@ contains
         velocity = velocity + wind_east*east + wind_north*north
     end function air_velocity
 
-    !> Solar (2-8) and Earth (2-10) radiation pressure and the torque of sunlight (2-24).
+    !> Solar (2-8) and Earth (2-10) radiation pressure, or both plate by plate, and the torque of sunlight (2-24).
+    !> The Earth's light makes no torque, as in the report.
     pure subroutine radiation_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t, y(:)
@@ -272,19 +279,28 @@ contains
         if (self%with_solar_radiation) then
             illumination = conical_shadow(y(POSITION), sun)
             to_sun = matmul(acting%body_from_inertial, sun - y(POSITION))
-            acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
-                                                      self%solar_irradiance, illumination, to_sun)
-            if (with_torques) then
+            if (with_torques .or. self%forces_by_plates) then
                 load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, &
                                             illumination, to_sun)
-                acting%torque_solar = load%torque
+            end if
+            if (with_torques) acting%torque_solar = load%torque
+            if (self%forces_by_plates) then
+                acting%srp = load%force/self%mass
+            else
+                acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
+                                                          self%solar_irradiance, illumination, to_sun)
             end if
         end if
         if (self%with_earth_radiation) then
             call self%earth_radiation%irradiance_at(y(POSITION), sun, &
                                                     self%earth_radiation_day + t/SECONDS_PER_DAY, earthlight)
-            acting%erp = earth_radiation_acceleration(self%surface, self%mass, self%reflectivity_earth, &
-                                                      acting%body_from_inertial, acting%vertical, earthlight)
+            if (self%forces_by_plates) then
+                load = earth_radiation_load(self%surface, self%centre_of_mass, acting%body_from_inertial, earthlight)
+                acting%erp = load%force/self%mass
+            else
+                acting%erp = earth_radiation_acceleration(self%surface, self%mass, self%reflectivity_earth, &
+                                                          acting%body_from_inertial, acting%vertical, earthlight)
+            end if
         end if
     end subroutine radiation_loads
 end module gracecg_simulation_dynamics

@@ -4,7 +4,7 @@
 !> the value is always in the operator's knowledge, with a deviation the error is drawn anew for every run,
 !> value + sigma times a normal number. gracecg_simulation_operator_view derives the knowledge.
 module gracecg_simulation_operator_errors
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: DEGREE, ARCSECOND
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_files_settings, only: settings_t
@@ -138,7 +138,8 @@ contains
     !> value.
     function drawn_operator(operator, seed, case_number, satellite, run) result(drawn)
         type(operator_t), intent(in) :: operator
-        integer, intent(in) :: seed, case_number, satellite, run    !! The names of a stream, see new_stream
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: case_number, satellite, run    !! The names of a stream, see new_stream
         type(operator_t) :: drawn
 
         type(random_stream_t) :: stream

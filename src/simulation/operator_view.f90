@@ -49,6 +49,8 @@ contains
             knowledge%accelerometer_interval = satellite%accelerometer%sampling_interval
             knowledge%star_camera_interval = satellite%star_camera%sampling_interval
             knowledge%magnetometer_interval = satellite%magnetometer%sampling_interval
+            if (satellite%accelerometer%limited) knowledge%accelerometer_range = satellite%accelerometer%range
+            if (satellite%magnetometer%limited) knowledge%magnetometer_range = satellite%magnetometer%range
             knowledge%accelerometer_noise = satellite%accelerometer%noise
             knowledge%accelerometer_noise%level = satellite%accelerometer%noise%level* &
                                                   errors_of(operator, ACCELEROMETER_NOISE)

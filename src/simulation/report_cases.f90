@@ -1,7 +1,9 @@
 !> The six calibration cases of CSR-TM-00-01: sections 5.2 (case 1) and 6.1 (cases 2 and 3), each for
 !> the front and the back satellite.
 !>
-!> Everything that the cases share is a default of `case_t` or of the instruments.
+!> Everything that the cases share is a default of `case_t` or of the instruments. What was fitted to the
+!> report's figures stands below, with what it was fitted to. A second set, NAME-printed, takes the input
+!> cards of section 5.2 as they are printed instead.
 module gracecg_simulation_report_cases
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE
@@ -12,11 +14,17 @@ module gracecg_simulation_report_cases
     use gracecg_simulation_case, only: case_t
     implicit none
     private
-    public :: report_case, REPORT_CASE_NAMES, TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
+    public :: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
+    public :: TIME_OF_CASE, ROD_AMPLITUDE, ROD_FREQUENCY
 
     !> Names of the six cases: satellite and number
     character(7), parameter :: REPORT_CASE_NAMES(6) = [character(7) :: 'front-1', 'front-2', 'front-3', &
                                                        'back-1', 'back-2', 'back-3']
+    character(*), parameter :: AS_PRINTED = '-printed'      !! Ends the name of a case with the cards as printed
+    !> The same six with the cards of section 5.2 as printed, and nothing fitted to the density and the wind
+    character(15), parameter :: PRINTED_CASE_NAMES(6) = [character(15) :: &
+        'front-1'//AS_PRINTED, 'front-2'//AS_PRINTED, 'front-3'//AS_PRINTED, &
+        'back-1'//AS_PRINTED, 'back-2'//AS_PRINTED, 'back-3'//AS_PRINTED]
 
     type(utc_t), parameter :: EPOCH = utc_t(47528, 0.0_dp)
     !! 1989-01-02 00:00:00 UTC. Not stated in the report; inferred from its sidereal angle, which is the
@@ -53,21 +61,21 @@ module gracecg_simulation_report_cases
 
 contains
 
-    !> One of the report's cases. Fails for a name that is none of REPORT_CASE_NAMES.
+    !> One of the report's cases. Fails for a name that is none of REPORT_CASE_NAMES and PRINTED_CASE_NAMES.
     subroutine report_case(name, case, error)
-        character(*), intent(in) :: name    !! One of REPORT_CASE_NAMES
+        character(*), intent(in) :: name    !! One of REPORT_CASE_NAMES or PRINTED_CASE_NAMES
         type(case_t), intent(out) :: case
         type(error_t), allocatable, intent(out) :: error
 
         integer :: pattern(3)
 
-        if (.not. any(REPORT_CASE_NAMES == name)) then
+        if (.not. any(REPORT_CASE_NAMES == published_name(name))) then
             call fail(error, 'there is no built-in case "'//trim(name)//'"')
             return
         end if
-        case%name = name
+        case%name = published_name(name)
         case%satellite%name = name(:index(name, '-') - 1)
-        read (name(index(name, '-') + 1:), *) case%number
+        read (case%name(index(name, '-') + 1:), *) case%number
 
         case%epoch = utc_plus(EPOCH, TIME_OF_CASE(case%number))
         case%duration = DURATION
@@ -93,10 +101,37 @@ contains
             call set_back(case, pattern)
         end if
         if (case%number == 1) case%wind_model = 'constant'
+        if (case%name /= name) call print_cards(name, case)
         case%quaternion = normalised(case%quaternion)
         call new_harmonic_manoeuvre(case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
                                     0.0_dp, DURATION, error)
     end subroutine report_case
+
+    !> The name under which a case is published: that of a case with the cards as printed without its end.
+    elemental function published_name(name) result(published)
+        character(*), intent(in) :: name    !! 'front-1', 'front-1-printed', or any other
+        character(len(name)) :: published
+
+        published = name
+        if (any(PRINTED_CASE_NAMES == name)) published = name(:len_trim(name) - len(AS_PRINTED))
+    end function published_name
+
+    !> Puts the cards of section 5.2 as printed (RADPR 0.45, EM 0 to 2 and the yearly EM 1), DTM-77's own
+    !> density and the table of winds in the place of what was fitted to the figures. Rings of the Earth's
+    !> surface, plates and centre of mass stay: no card has them in the form that is used here.
+    pure subroutine print_cards(name, case)
+        character(*), intent(in) :: name        !! Of the case
+        type(case_t), intent(inout) :: case
+
+        type(case_t) :: default
+
+        case%name = name
+        case%density_scale = default%density_scale
+        case%satellite%reflectivity_sun = default%satellite%reflectivity_sun
+        case%earth_radiation_constants = default%earth_radiation_constants
+        case%wind_model = default%wind_model
+        case%wind_east = default%wind_east
+    end subroutine print_cards
 
     !> Initial values and manoeuvre of the front satellite.
     subroutine set_front(case, pattern)

@@ -8,7 +8,7 @@ module gracecg_simulation_satellite
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: describe_noise_spectra
     use gracecg_simulation_accelerometer, only: accelerometer_t
-    use gracecg_simulation_star_camera, only: star_camera_t
+    use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
     use gracecg_simulation_magnetometer, only: magnetometer_t
     implicit none
     private
@@ -25,9 +25,11 @@ module gracecg_simulation_satellite
         real(dp) :: length = 3.122_dp, height = 0.720_dp    !! m
         real(dp) :: width_bottom = 1.942_dp, width_top = 0.693_dp   !! m
         real(dp) :: centre_of_mass(3) = 0           !! In the trapezoid's frame, m
+        character(16) :: forces = 'report'
+        !! What air and light accelerate it by: 'report', (2-6) to (2-10), or 'plates', the loads of its torques
         real(dp) :: drag_coefficient = 2.0_dp       !! C_d of (2-6)
-        type(wall_t) :: wall                        !! For the aerodynamic torque
-        real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for the torque of sunlight
+        type(wall_t) :: wall                        !! For the air plate by plate
+        real(dp) :: specular = 0, diffuse = 0       !! Of all plates, for light plate by plate
         real(dp) :: reflectivity_sun = 0.45_dp      !! eta of (2-8)
         real(dp) :: reflectivity_earth = 0.5_dp     !! eta_e of (2-10)
         ! instruments
@@ -51,6 +53,8 @@ contains
         call settings%real_value('width_top', satellite%width_top, 1e-3_dp, 100.0_dp, 'm', unit='m')
         call settings%real_values('centre_of_mass', satellite%centre_of_mass, -100.0_dp, 100.0_dp, &
                                   'm, from the middle of the prism, body axes', unit='m')
+        call settings%text_value('forces', satellite%forces, 'accelerations by (2-6) to (2-10), or plate by plate '// &
+                                 'as the torques', [character(16) :: 'report', 'plates'])
         call settings%real_value('drag_coefficient', satellite%drag_coefficient, 0.0_dp, 10.0_dp, 'of the drag')
         call settings%real_value('wall_temperature', satellite%wall%temperature, 0.0_dp, 3000.0_dp, &
                                  'K, for the aerodynamic torque', unit='K')
@@ -81,6 +85,10 @@ contains
         call describe_noise_spectra(settings, accelerometer%noise)
         call settings%real_value('interval', accelerometer%sampling_interval, 1e-3_dp, 10.0_dp, &
                                  's, between samples', unit='s')
+        call settings%logical_value('limited', accelerometer%limited, 'samples saturate at the range')
+        call settings%real_value('range', accelerometer%range, 1e-9_dp, 1.0_dp, 'm/s^2, full scale', unit='m/s^2')
+        call settings%logical_value('quantised', accelerometer%quantised, 'samples are rounded')
+        call settings%real_value('resolution', accelerometer%resolution, 1e-15_dp, 1.0_dp, 'm/s^2', unit='m/s^2')
         call settings%end_group()
     end subroutine describe_accelerometer
 
@@ -97,6 +105,8 @@ contains
         call settings%real_values('field_of_view_deg', camera%field_of_view, 0.1_dp, 170.0_dp, &
                                   'deg, along camera x and y', DEGREE, 'deg')
         call settings%integer_value('stars', camera%star_count, 2, 70, 'used of a frame')
+        call settings%text_value('selection', camera%selection, 'which: the first of the catalogue, or the best', &
+                                 STAR_SELECTIONS)
         call settings%real_value('catalogue_noise_arcsec', camera%catalogue_noise, 0.0_dp, 3600.0_dp, &
                                  'arcsec', ARCSECOND, 'arcsec')
         call settings%real_value('measurement_noise_arcsec', camera%measurement_noise, 0.0_dp, 3600.0_dp, &
@@ -121,6 +131,10 @@ contains
         call settings%logical_value('quantised', magnetometer%quantised, 'samples are rounded')
         call settings%real_value('resolution_nt', magnetometer%resolution, 1e-6_dp, 1e9_dp, 'nT', NANOTESLA, &
                                  'nT')
+        call settings%real_value('linearity_nt', magnetometer%linearity, 0.0_dp, 1e9_dp, &
+                                 'nT, greatest departure from a straight line', NANOTESLA, 'nT')
+        call settings%real_value('bandwidth_hz', magnetometer%bandwidth, 0.0_dp, 1e6_dp, &
+                                 'Hz, corner of a low-pass filter; 0: none', unit='Hz')
         call settings%real_value('interval', magnetometer%sampling_interval, 1e-3_dp, 100.0_dp, 's', &
                                  unit='s')
         call settings%end_group()

@@ -1,6 +1,6 @@
 !> From a case to an observation set: the true arc once, the instruments' noise for every run.
 module gracecg_simulation_simulator
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
@@ -43,6 +43,11 @@ module gracecg_simulation_simulator
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
         !! Sampling intervals in intervals of the arc
     end type simulator_t
+
+    !> One noisy observation set, with a seed of 32 or 64 bits
+    interface observe
+        module procedure observe_i4, observe_i8
+    end interface observe
 
 contains
 
@@ -187,7 +192,7 @@ contains
                                         non_gravitational(case, arc, wave, k))
     end function disturbance_at
 
-    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes, m/s^2. Drag is
+    !> Non-gravitational acceleration of the centre of mass at epoch k, body axes (3-5), m/s^2. Drag is
     !> proportional to the density, model times (scale + wave).
     pure function non_gravitational(case, arc, wave, k) result(acceleration)
         type(case_t), intent(in) :: case
@@ -208,7 +213,8 @@ contains
     !> The density wave of a run: its phase drawn when the case says so, none when the arc has it.
     function drawn_wave(self, seed, run) result(wave)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run    !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(density_wave_t) :: wave
 
         type(random_stream_t) :: stream
@@ -221,9 +227,10 @@ contains
 
     !> One noisy observation set. The same seed and run give the same numbers, whatever else is done; what the
     !> operator's errors have a standard deviation of is drawn, too.
-    subroutine observe(self, seed, run, observations, error, only_used_head)
+    subroutine observe_i8(self, seed, run, observations, error, only_used_head)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run                    !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(observation_set_t), intent(out) :: observations
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head
@@ -242,7 +249,18 @@ contains
         call self%case%satellite%magnetometer%measure(true_values, stream, observations%field, error)
         if (allocated(error)) return
         call draw_stars(self, seed, run, observations, error)
-    end subroutine observe
+    end subroutine observe_i8
+
+    !> The same with a seed of 32 bits.
+    subroutine observe_i4(self, seed, run, observations, error, only_used_head)
+        type(simulator_t), intent(in) :: self
+        integer, intent(in) :: seed, run
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: only_used_head
+
+        call observe_i8(self, int(seed, i8), run, observations, error, only_used_head)
+    end subroutine observe_i4
 
     !> An observation set without random errors, with the systematic ones: scale factors and biases.
     subroutine observe_without_noise(self, wave, observations)
@@ -254,11 +272,16 @@ contains
 
         call lay_out(self, self%case%operator, observations, .true.)
         observations%acceleration = true_accelerations(self, wave)
-        do i = 1, size(observations%acceleration, 2)
-            observations%acceleration(:, i) = self%case%satellite%accelerometer%response(observations%acceleration(:, i))
-        end do
-        observations%field = true_field(self) + spread(self%case%satellite%magnetometer%bias, 2, &
-                                                       size(observations%field, 2))
+        associate (satellite => self%case%satellite)
+            do i = 1, size(observations%acceleration, 2)
+                observations%acceleration(:, i) = satellite%accelerometer%digitised( &
+                                                  satellite%accelerometer%response(observations%acceleration(:, i)))
+            end do
+            observations%field = true_field(self)
+            do i = 1, size(observations%field, 2)
+                observations%field(:, i) = satellite%magnetometer%response(observations%field(:, i))
+            end do
+        end associate
         do i = 1, size(observations%quaternion, 2)
             observations%quaternion(:, i) = quaternion_product( &
                 self%case%satellite%star_camera%mounting(observations%star_camera_head(i)), attitude_at(self, i))
@@ -321,7 +344,8 @@ contains
     function operator_of_run(case, operator, seed, run) result(drawn)
         type(case_t), intent(in) :: case
         type(operator_t), intent(in) :: operator    !! The case's own, or another one
-        integer, intent(in) :: seed, run            !! They name the random numbers
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
         type(operator_t) :: drawn
 
         drawn = drawn_operator(operator, seed, case%number, merge(1, 2, case%satellite%name == 'front'), run)
@@ -375,22 +399,27 @@ contains
         end do
     end function true_accelerations
 
+    !> The field that the magnetometer feels, behind its filter if it has one.
     pure function true_field(self) result(values)
         type(simulator_t), intent(in) :: self
         real(dp), allocatable :: values(:, :)       !! (3, samples), T
 
+        real(dp), allocatable :: field(:, :)
         integer :: i
 
-        allocate (values(3, self%arc%steps/self%magnetometer_stride))
-        do i = 1, size(values, 2)
-            values(:, i) = self%arc%loads(i*self%magnetometer_stride)%field
+        allocate (field(3, 0:self%arc%steps))
+        do i = 0, self%arc%steps
+            field(:, i) = self%arc%loads(i)%field
         end do
+        field(:, :) = self%case%satellite%magnetometer%passed(field, self%arc%interval)
+        values = field(:, self%magnetometer_stride::self%magnetometer_stride)
     end function true_field
 
     !> Star-camera quaternions.
     subroutine draw_stars(self, seed, run, observations, error)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
@@ -411,7 +440,8 @@ contains
 
     function run_stream(self, seed, run, instrument) result(stream)
         type(simulator_t), intent(in) :: self
-        integer, intent(in) :: seed, run, instrument
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run, instrument
         type(random_stream_t) :: stream
 
         stream = new_stream(seed, self%case%number, merge(1, 2, self%case%satellite%name == 'front'), run, instrument)

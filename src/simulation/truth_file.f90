@@ -13,7 +13,8 @@ module gracecg_simulation_truth_file
     public :: write_truth
 
     character(*), parameter :: COLUMNS = &
-        'time_s,rx,ry,rz,vx,vy,vz,q1,q2,q3,q4,wx,wy,wz,wdx,wdy,wdz,bx,by,bz,ngx,ngy,ngz'
+        'time_s,rx_m,ry_m,rz_m,vx_m_s,vy_m_s,vz_m_s,q1,q2,q3,q4,wx_rad_s,wy_rad_s,wz_rad_s,'// &
+        'wdx_rad_s2,wdy_rad_s2,wdz_rad_s2,bx_tesla,by_tesla,bz_tesla,ngx_m_s2,ngy_m_s2,ngz_m_s2'
 
 contains
 
@@ -24,7 +25,7 @@ contains
         character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
         type(simulator_t), intent(in) :: simulator
         type(density_wave_t), intent(in) :: wave    !! The density wave of the run
-        character(*), intent(in) :: comments(:)     !! Lines above the header, without '#'
+        character(*), intent(in) :: comments(:)     !! For what tells of the file beside it
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file

@@ -10,7 +10,7 @@ contains
 
     !> Torque of a spherical Earth's gravity gradient, CSR-TM-00-01 eq. (2-23) (P. C. Hughes,
     !> Spacecraft Attitude Dynamics, 1986), in vector form T = 3 mu/R_c^3 c x (J c). The third term of
-    !> the printed first row is corrected: I_zx c1 c2.
+    !> the printed first row is corrected: I_zx c1 c2. It is what (2-22) becomes for a small satellite.
     pure function gravity_gradient_torque(mu, radius, vertical, inertia) result(torque)
         real(dp), intent(in) :: mu              !! m^3/s^2
         real(dp), intent(in) :: radius          !! R_c, distance from the Earth's centre, m

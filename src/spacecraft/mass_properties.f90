@@ -1,4 +1,5 @@
-!> Mass, inertia and the offset between centre of mass and proof mass.
+!> Mass, inertia and the offset between centre of mass and proof mass. Body axes begin at the centre of mass,
+!> CSR-TM-00-01 eq. (2-32).
 module gracecg_spacecraft_mass_properties
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
@@ -24,8 +25,8 @@ module gracecg_spacecraft_mass_properties
 
 contains
 
-    !> Inertia tensor about the centre of mass by the Huygens-Steiner theorem, CSR-TM-00-01 eq.
-    !> (2-18): J = J_p - m_S (d.d I - d d^T), kg m^2.
+    !> Inertia tensor (2-17) about the centre of mass by the Huygens-Steiner theorem, CSR-TM-00-01 eq.
+    !> (2-18): J = J_p - m_S (d.d I - d d^T), kg m^2; also (4-2), (4-3).
     pure function inertia_about_com(self) result(inertia)
         type(mass_properties_t), intent(in) :: self
         real(dp) :: inertia(3, 3)

@@ -8,7 +8,7 @@ module gracecg_spacecraft_settings
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, take_manoeuvre, &
-        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES
+        MAX_ACTIVATIONS, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     implicit none
     private
     public :: describe_calibration, describe_mass_properties, describe_manoeuvre, describe_limits
@@ -16,11 +16,12 @@ module gracecg_spacecraft_settings
 contains
 
     !> Name and time of a calibration: group calibration.
-    subroutine describe_calibration(settings, name, epoch, duration)
+    subroutine describe_calibration(settings, name, epoch, duration, pattern_rule)
         class(settings_t), intent(inout) :: settings
         character(*), intent(inout) :: name     !! Of the calibration
         type(utc_t), intent(inout) :: epoch     !! Time 0
         real(dp), intent(inout) :: duration     !! Of the arc, s
+        character(*), intent(inout), optional :: pattern_rule  !! By which `timing` chooses the rods
 
         character(40) :: text
         type(error_t), allocatable :: problem
@@ -32,6 +33,8 @@ contains
         call parse_utc(trim(text), epoch, problem)
         if (allocated(problem)) call settings%reject('epoch', problem%message)
         call settings%real_value('duration', duration, 1.0_dp, 86400.0_dp, 's, length of the arc', unit='s')
+        if (present(pattern_rule)) call settings%text_value('pattern', pattern_rule, &
+            'rule by which timing chooses the rods: y and z, or the two weaker components of the field', PATTERN_RULES)
         call settings%end_group()
     end subroutine describe_calibration
 

@@ -125,7 +125,7 @@ contains
         end if
     end subroutine validate_wall
 
-    !> Force of the air on each plate in free-molecular flow, and the torque.
+    !> Force of the air on each plate in free-molecular flow, and the torque, eq. (2-24).
     pure function aerodynamic_load(surface, centre_of_mass, gas, wall, velocity) result(load)
         type(satellite_surface_t), intent(in) :: surface
         real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
@@ -176,7 +176,7 @@ contains
         traction = -mass_flux*velocity - pressure*normal
     end function free_molecular_traction
 
-    !> Force of sunlight on each plate, and the torque.
+    !> Force of sunlight on each plate, and the torque, eq. (2-24).
     pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, &
                                        to_sun) result(load)
         type(satellite_surface_t), intent(in) :: surface
@@ -240,6 +240,7 @@ contains
         end do
     end subroutine add_light
 
+    !> A plate's part of the integral (2-24).
     pure subroutine add_plate_force(load, plate, centre_of_mass, force)
         type(surface_load_t), intent(inout) :: load
         type(plate_t), intent(in) :: plate

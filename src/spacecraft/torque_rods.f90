@@ -9,7 +9,10 @@ module gracecg_spacecraft_torque_rods
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
-    public :: report_pattern, weakest_components_pattern
+    public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
+
+    !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
+    character(8), parameter :: PATTERN_RULES(2) = [character(8) :: 'y-z', 'general']
     public :: MAX_ACTIVATIONS, MAX_DIPOLE
     public :: SINE, COSINE, TAPERED, SQUARE, WAVEFORM_NAMES
 
@@ -371,6 +374,19 @@ contains
             end associate
         end do
     end function shortest_rod_period
+
+    !> Which rods to drive, and with what signs, by a rule.
+    pure function rod_pattern(rule, field) result(pattern)
+        character(*), intent(in) :: rule    !! One of PATTERN_RULES
+        real(dp), intent(in) :: field(3)    !! Geomagnetic field in body axes at the start, any unit
+        integer :: pattern(3)
+
+        if (rule == 'general') then
+            pattern = weakest_components_pattern(field)
+        else
+            pattern = report_pattern(field)
+        end if
+    end function rod_pattern
 
     !> Which rods to drive, and with what signs, as CSR-TM-00-01 chooses them at the end of
     !> section 4.2: the x rod rests and m_y = -m_z sign(B_y B_z), so that the x torques of both

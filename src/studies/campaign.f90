@@ -7,27 +7,28 @@ module gracecg_studies_campaign
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_progress, only: progress_t, tell
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces, is_stopped
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
-        prediction_t, predict_errors
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, run_recorder_t, error_statistics_t, &
+        statistics_of, prediction_t, predict_errors
+    use gracecg_studies_published_case, only: built_in_calibration, settings_checksum
     use gracecg_studies_published_rms, only: published_rms, is_misprint, allowed_by_fifteen_runs
     implicit none
     private
     public :: campaign_t, campaign_case_t, campaign_entry_t, campaign_agreement_t
-    public :: new_campaign, add_case, run_case, run_entry, summarise, report_campaign, first_runs, agreement_of, &
-        shard_runs
+    public :: new_campaign, add_case, run_case, predict_entry, run_entry, missing_runs, runs_done, summarise, &
+        report_campaign, first_runs, agreement_of, shard_runs
 
     !> A case of a campaign.
     type :: campaign_case_t
         character(64) :: name = ''                  !! Of the case, as in the tables
         real(dp) :: offset(3) = 0                   !! True d, mm
         integer :: checksum = 0                     !! Of all its settings
+        character(16) :: published = ''             !! Which case of the report it is; empty: none
     end type campaign_case_t
 
     !> One case with one algorithm.
@@ -35,21 +36,24 @@ module gracecg_studies_campaign
         integer, allocatable :: run(:)              !! Numbers of the runs, increasing
         real(dp), allocatable :: offset(:, :)       !! Estimates, (3, runs), mm
         logical, allocatable :: converged(:)        !! (runs)
+        real(dp), allocatable :: normalised_run(:)
+        !! Error squared in units of the estimate's own covariance, (runs); 0: it has none, -1: not known
         type(error_statistics_t) :: statistics      !! mm
         real(dp) :: predicted(3) = 0                !! RMS error by theory, mm
         real(dp) :: published(3) = 0                !! RMS error in the report, mm; 0: none
         real(dp) :: normalised = 0
-        !! Mean error squared in units of the estimates' own covariances; 0: not known
+        !! Mean error squared in units of the estimates' own covariances; 0: not known or none
     end type campaign_entry_t
 
     !> Cases by algorithms, or the part of the runs that one shard has of them.
     type :: campaign_t
-        integer :: seed = 1                         !! Of the random numbers
+        integer(i8) :: seed = 1                         !! Of the random numbers
         integer :: runs = 0                         !! Of the whole: 1 to runs
         integer :: shard = 1, shards = 1            !! This is shard k of n
         character(16), allocatable :: algorithms(:) !! Each one of ESTIMATOR_NAMES
         type(campaign_case_t), allocatable :: cases(:)  !! The cases, in the order of the tables
         type(campaign_entry_t), allocatable :: entries(:, :)    !! (algorithm, case)
+        character(8) :: version = ''                !! Of the program whose file it comes from; blank: of none
     end type campaign_t
 
     !> How a campaign, theory and the published values agree.
@@ -67,7 +71,8 @@ contains
     function new_campaign(algorithms, cases, seed, runs, shard, shards) result(campaign)
         character(*), intent(in) :: algorithms(:)   !! Each one of ESTIMATOR_NAMES
         integer, intent(in) :: cases            !! Their number
-        integer, intent(in) :: seed, runs, shard, shards    !! As the components of the same names
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, shard, shards    !! As the components of the same names
         type(campaign_t) :: campaign
 
         campaign%seed = seed
@@ -76,7 +81,24 @@ contains
         campaign%shards = shards
         campaign%algorithms = algorithms
         allocate (campaign%cases(cases), campaign%entries(size(algorithms), cases))
+        call empty_entries(campaign)
     end function new_campaign
+
+    !> Gives the entries that have no runs arrays of size 0.
+    subroutine empty_entries(campaign)
+        type(campaign_t), intent(inout) :: campaign
+
+        integer :: a, i
+
+        do i = 1, size(campaign%entries, 2)
+            do a = 1, size(campaign%entries, 1)
+                associate (entry => campaign%entries(a, i))
+                    if (.not. allocated(entry%run)) allocate (entry%run(0), entry%offset(3, 0), entry%converged(0), &
+                                                              entry%normalised_run(0))
+                end associate
+            end do
+        end do
+    end subroutine empty_entries
 
     !> The runs of a shard: those of 1 to `runs` with mod(run - 1, shards) = shard - 1.
     pure function shard_runs(campaign) result(runs)
@@ -88,6 +110,35 @@ contains
         runs = [(i, i=campaign%shard, campaign%runs, campaign%shards)]
     end function shard_runs
 
+    !> The runs of the shard that an entry does not have yet.
+    pure function missing_runs(campaign, a, i) result(runs)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: a, i         !! Numbers of algorithm and case
+        integer, allocatable :: runs(:)
+
+        logical, allocatable :: missing(:)
+        integer :: k
+
+        allocate (missing(campaign%runs), source=.false.)
+        missing(shard_runs(campaign)) = .true.
+        missing(campaign%entries(a, i)%run) = .false.
+        runs = pack([(k, k=1, campaign%runs)], missing)
+    end function missing_runs
+
+    !> How many runs the entries have, all together.
+    pure integer function runs_done(campaign)
+        type(campaign_t), intent(in) :: campaign
+
+        integer :: a, i
+
+        runs_done = 0
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                runs_done = runs_done + size(campaign%entries(a, i)%run)
+            end do
+        end do
+    end function runs_done
+
     !> Makes a case number i of the campaign. Fails when its name is another one's, or has a comma.
     subroutine add_case(campaign, i, calibration, error)
         type(campaign_t), intent(inout) :: campaign
@@ -95,7 +146,7 @@ contains
         type(calibration_t), intent(in) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: text
+        integer :: checksum
 
         if (any(campaign%cases(:i - 1)%name == calibration%case%name)) then
             call fail(error, 'two cases have the name "'//trim(calibration%case%name)// &
@@ -104,32 +155,19 @@ contains
             call fail(error, 'the name of a case must have no comma and no quotation mark: '// &
                       trim(calibration%case%name))
         else
-            call calibration_text(calibration, text, error)
+            call settings_checksum(calibration, checksum, error)
         end if
         if (allocated(error)) return
         associate (case => calibration%case)
-            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum(text))
+            campaign%cases(i) = campaign_case_t(case%name, case%satellite%offset/MILLIMETRE, checksum)
+            call built_in_calibration(trim(case%name), checksum, campaign%cases(i)%published)
         end associate
     end subroutine add_case
 
-    !> A number that differs between texts, but for one chance in two thousand million.
-    pure integer function checksum(text)
-        character(*), intent(in) :: text
-
-        integer(i8), parameter :: PRIME = 2147483647_i8, FACTOR = 48271_i8
-        integer(i8) :: total
-        integer :: i
-
-        total = 1
-        do i = 1, len(text)
-            total = mod(total*FACTOR + iachar(text(i:i)), PRIME)
-        end do
-        checksum = int(total)
-    end function checksum
-
     !> Tables 6.1 and 6.2: the six cases of the report with its four algorithms.
     subroutine report_campaign(seed, runs, threads, campaign, error, progress)
-        integer, intent(in) :: seed, runs, threads      !! First seed; runs of each case; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads      !! Runs of each case; in parallel
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
@@ -139,6 +177,7 @@ contains
         integer :: i
 
         campaign = new_campaign(REPORT_ESTIMATORS, size(REPORT_CASE_NAMES), seed, runs, 1, 1)
+        call expect_pieces(progress, size(campaign%entries)*runs, 'runs')
         do i = 1, size(REPORT_CASE_NAMES)
             call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
             if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
@@ -162,9 +201,7 @@ contains
         call add_case(campaign, i, calibration, error)
         do a = 1, size(campaign%algorithms)
             if (allocated(error)) return
-            call tell(progress, 'campaign: '//trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a))//', '// &
-                      integer_text(size(shard_runs(campaign)))//' runs')
-            call run_entry(campaign, a, i, simulator, calibration%options, threads, error)
+            call run_entry(campaign, a, i, simulator, calibration%options, threads, error, progress)
         end do
     end subroutine run_case
 
@@ -184,40 +221,73 @@ contains
                     entry%run = entry%run(:n)
                     entry%offset = entry%offset(:, :n)
                     entry%converged = entry%converged(:n)
+                    entry%normalised_run = entry%normalised_run(:n)
                 end associate
                 call summarise(first, a, i)
             end do
         end do
     end function first_runs
 
-    !> Theory, and the shard's runs, of case i with algorithm a. Fails when a run fails.
-    subroutine run_entry(campaign, a, i, simulator, options, threads, error)
+    !> Theory of case i with algorithm a, where it is not there yet.
+    subroutine predict_entry(campaign, a, i, simulator, options, error)
+        type(campaign_t), intent(inout) :: campaign
+        integer, intent(in) :: a, i                     !! Numbers of algorithm and case
+        type(simulator_t), intent(in) :: simulator      !! Of case i
+        type(estimation_options_t), intent(in) :: options   !! Of its estimates
+        type(error_t), allocatable, intent(out) :: error
+
+        type(prediction_t) :: prediction
+
+        if (any(campaign%entries(a, i)%predicted > 0)) return
+        call predict_errors(simulator, trim(campaign%algorithms(a)), options, prediction, error)
+        if (.not. allocated(error)) campaign%entries(a, i)%predicted = prediction%rms/MILLIMETRE
+    end subroutine predict_entry
+
+    !> Theory, and the runs of the shard that are missing, of case i with algorithm a. Fails when a run fails, and
+    !> when the listener wants to stop; the entry has the runs that were done all the same.
+    subroutine run_entry(campaign, a, i, simulator, options, threads, error, progress, recorder)
         type(campaign_t), intent(inout) :: campaign
         integer, intent(in) :: a, i                     !! Numbers of algorithm and case
         type(simulator_t), intent(in) :: simulator      !! Of case i
         type(estimation_options_t), intent(in) :: options   !! Of its estimates
         integer, intent(in) :: threads                  !! How many to use
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
+        class(run_recorder_t), intent(inout), optional :: recorder  !! Gets every run
 
-        type(prediction_t) :: prediction
         type(monte_carlo_t) :: results
-        character(:), allocatable :: algorithm
 
-        algorithm = trim(campaign%algorithms(a))
-        call predict_errors(simulator, algorithm, options, prediction, error)
+        call tell(progress, trim(campaign%cases(i)%name)//', '//trim(campaign%algorithms(a)))
+        call predict_entry(campaign, a, i, simulator, options, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, algorithm, options, campaign%seed, shard_runs(campaign), threads, results, &
-                             error)
-        if (allocated(error)) return
-        associate (entry => campaign%entries(a, i))
-            entry%run = results%run
-            entry%offset = results%offset/MILLIMETRE
-            entry%converged = results%converged
-            entry%predicted = prediction%rms/MILLIMETRE
-            entry%normalised = sum(results%normalised)/size(results%normalised)
-        end associate
+        call run_monte_carlo(simulator, trim(campaign%algorithms(a)), options, campaign%seed, &
+                             missing_runs(campaign, a, i), threads, results, error, progress=progress, &
+                             recorder=recorder)
+        if (allocated(error) .and. .not. is_stopped(progress)) return
+        call take_results(results, campaign%entries(a, i))
         call summarise(campaign, a, i)
     end subroutine run_entry
+
+    !> Puts runs among those that an entry has, in the order of their numbers.
+    subroutine take_results(results, entry)
+        type(monte_carlo_t), intent(in) :: results
+        type(campaign_entry_t), intent(inout) :: entry
+
+        integer, allocatable :: order(:), number(:)
+        integer :: i
+
+        number = [entry%run, results%run]
+        allocate (order(maxval([0, number])), source=0)
+        order(number) = [(i, i=1, size(number))]
+        order = pack(order, order > 0)
+        entry%run = number(order)
+        entry%offset = reshape([entry%offset, results%offset/MILLIMETRE], [3, size(number)])
+        entry%offset = entry%offset(:, order)
+        entry%converged = [entry%converged, results%converged]
+        entry%converged = entry%converged(order)
+        entry%normalised_run = [entry%normalised_run, results%normalised]
+        entry%normalised_run = entry%normalised_run(order)
+    end subroutine take_results
 
     !> Statistics of an entry whose estimates are there, and its published values.
     subroutine summarise(campaign, a, i)
@@ -225,8 +295,11 @@ contains
         integer, intent(in) :: a, i !! Numbers of algorithm and case
 
         associate (entry => campaign%entries(a, i), case => campaign%cases(i))
-            entry%statistics = statistics_of(entry%offset, case%offset)
-            entry%published = published_rms(trim(case%name), trim(campaign%algorithms(a)))
+            entry%normalised = 0
+            if (size(entry%run) > 0) entry%statistics = statistics_of(entry%offset, case%offset)
+            if (size(entry%run) > 0 .and. all(entry%normalised_run >= 0)) &
+                entry%normalised = sum(entry%normalised_run)/size(entry%run)
+            entry%published = published_rms(trim(case%published), trim(campaign%algorithms(a)))
         end associate
     end subroutine summarise
 
@@ -240,6 +313,7 @@ contains
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
+                    if (size(entry%run) == 0) cycle
                     agreement%published = agreement%published + count(entry%published > 0)
                     agreement%allowed = agreement%allowed + &
                                       count(entry%published > 0 .and. &

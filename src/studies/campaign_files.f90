@@ -1,33 +1,62 @@
 !> The files of a Monte Carlo campaign: the table of its statistics, and the estimates of every run,
 !> which can be read back.
 !>
-!> Comment lines of a runs file, in this order:
+!> What FILE.meta.json tells of a runs file, in this order; in files of version 0.1 these are comment lines
+!> of the file itself:
 !>
-!>     # gracecg VERSION COMMAND
-!>     # seed S, runs 1 to N
-!>     # shard K of M                                     (where it is not the whole)
-!>     # case NAME checksum C offset_mm X Y Z             (each case)
-!>     # predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
+!>     gracecg VERSION COMMAND
+!>     seed S, runs 1 to N
+!>     shard K of M                                     (where it is not the whole)
+!>     case NAME checksum C offset_mm X Y Z             (each case)
+!>     predicted NAME ALGORITHM X Y Z                   (each algorithm of the case, mm)
+!>
+!> While a campaign is at work its runs grow in a journal, `journal_path` of the file: the same as comment lines, the
+!> runs in the order in which they end, and one column more, their errors squared in units of their own covariances. A
+!> last line without an end, of a program that was killed, does not count.
 module gracecg_studies_campaign_files
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t
+    use gracecg_base_constants, only: AXES, MILLIMETRE
+    use gracecg_base_error, only: error_t, fail
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, append, integer_text, padded, parse_integer, parse_real, &
-        real_text, join, split_words
-    use gracecg_files_file, only: text_file_t, output_file_t
-    use gracecg_files_csv, only: csv_writer_t
-    use gracecg_files_table, only: table_file_t, read_csv
+        real_text, join, split_words, logical_text, parse_logical
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, &
+        remove_file
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_files_csv, only: csv_writer_t, csv_field
+    use gracecg_files_table, only: table_file_t, csv_of_text
     use gracecg_studies_campaign, only: campaign_t, campaign_case_t
+    use gracecg_studies_monte_carlo, only: run_recorder_t
+    use gracecg_studies_published_case, only: built_in_calibration
     implicit none
     private
-    public :: write_table, write_runs, read_runs
+    public :: campaign_table, write_table, write_runs, read_runs, journal_t, journal_path
 
     character(*), parameter :: TABLE_COLUMNS = &
         'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm'
     character(9), parameter :: RUNS_COLUMNS(7) = [character(9) :: &
         'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', 'converged']
+    character(*), parameter :: JOURNAL_COLUMN = 'normalised'
+    !! Of a journal, behind RUNS_COLUMNS: as in monte_carlo_t; -1: not known
+    character(*), parameter :: SHARD_COMMENT = 'shard ', CASE_COMMENT = 'case ', PREDICTED_COMMENT = 'predicted '
+    !! How they begin
+    character(8), parameter :: VERSIONS(2) = [character(8) :: '0.1.0', VERSION]     !! Whose files are read
     integer, parameter :: COMMENT_LENGTH = 200
+    character(1), parameter :: LF = new_line('a')
+
+    !> The runs of a campaign while they are made, kept one by one.
+    type, extends(run_recorder_t) :: journal_t
+        private
+        type(appended_file_t) :: file
+        character(:), allocatable :: path
+        character(:), allocatable :: entry      !! The leading columns: 'front-1,assest-fde'
+    contains
+        procedure :: begin          !! Begins it, with the runs that there are
+        procedure :: begin_entry    !! Says of which case and algorithm the runs are that follow
+        procedure :: record => record_run
+        procedure :: remove         !! The campaign is complete and kept elsewhere
+    end type journal_t
 
 contains
 
@@ -44,71 +73,176 @@ contains
         end if
     end function settings_comments
 
-    !> Writes RMS, mean and standard deviation of the errors beside prediction and published values.
-    subroutine write_table(path, campaign, command, error)
-        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+    !> RMS, mean and standard deviation of the errors beside prediction and published values.
+    function campaign_table(campaign) result(table)
         type(campaign_t), intent(in) :: campaign
-        character(*), intent(in) :: command         !! That made the campaign, for the comments
-        type(error_t), allocatable, intent(out) :: error
+        type(data_table_t) :: table
 
-        type(output_file_t) :: file
-        character(COMMENT_LENGTH), allocatable :: comments(:)
-        character(:), allocatable :: published
         integer :: a, i, axis
 
-        call file%open(path, error)
-        if (allocated(error)) return
-        comments = settings_comments(campaign, command)
-        do i = 1, size(comments)
-            call file%line('# '//trim(comments(i)))
-        end do
-        call file%line(TABLE_COLUMNS)
+        call table%columns_of(TABLE_COLUMNS)
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
                 associate (entry => campaign%entries(a, i))
                     do axis = 1, 3
-                        published = ''
-                        if (entry%published(axis) > 0) published = real_text(entry%published(axis))
-                        call file%line(trim(campaign%cases(i)%name)//','//trim(campaign%algorithms(a))// &
-                                       ','//AXES(axis)//','//integer_text(size(entry%run))//','// &
-                                       real_text(entry%statistics%rms(axis))//','// &
-                                       real_text(entry%statistics%mean(axis))//','// &
-                                       real_text(entry%statistics%deviation(axis))//','// &
-                                       real_text(entry%predicted(axis))//','//published)
+                        call table%add(campaign%cases(i)%name)
+                        call table%add(campaign%algorithms(a))
+                        call table%add(AXES(axis))
+                        call table%add(size(entry%run))
+                        call table%add([entry%statistics%rms(axis), entry%statistics%mean(axis), &
+                                        entry%statistics%deviation(axis), entry%predicted(axis)])
+                        if (entry%published(axis) > 0) then
+                            call table%add(entry%published(axis))
+                        else
+                            call table%add_nothing()
+                        end if
                     end do
                 end associate
             end do
         end do
-        call file%commit(error)
+    end function campaign_table
+
+    !> The same as a CSV file.
+    subroutine write_table(path, campaign, command, error)
+        character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
+        type(campaign_t), intent(in) :: campaign
+        character(*), intent(in) :: command         !! That made the campaign, for FILE.meta.json
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_table_t) :: table
+
+        table = campaign_table(campaign)
+        call table%write(path, settings_comments(campaign, command), error)
     end subroutine write_table
 
     !> Writes the estimate of every run.
     subroutine write_runs(path, campaign, command, error)
         character(*), intent(in) :: path    !! Of the file to write; an existing one is replaced
         type(campaign_t), intent(in) :: campaign
-        character(*), intent(in) :: command !! The command line, for the file's comments
+        character(*), intent(in) :: command !! The command line, for FILE.meta.json
         type(error_t), allocatable, intent(out) :: error
 
         type(csv_writer_t) :: file
-        character(64) :: labels(2)
-        integer :: a, i, k
+        type(string_t) :: fields(7)
+        integer :: a, i, k, axis
 
         call file%open(path, join(RUNS_COLUMNS, ','), [settings_comments(campaign, command), &
                                                        case_comments(campaign)], error)
         if (allocated(error)) return
         do i = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                labels = [character(64) :: campaign%cases(i)%name, campaign%algorithms(a)]
+                fields(1)%text = trim(campaign%cases(i)%name)
+                fields(2)%text = trim(campaign%algorithms(a))
                 associate (entry => campaign%entries(a, i))
                     do k = 1, size(entry%run)
-                        call file%row([real(entry%run(k), dp), entry%offset(:, k), &
-                                       merge(1.0_dp, 0.0_dp, entry%converged(k))], labels)
+                        fields(3)%text = integer_text(entry%run(k))
+                        do axis = 1, 3
+                            fields(3 + axis)%text = real_text(entry%offset(axis, k))
+                        end do
+                        fields(7)%text = trim(logical_text(entry%converged(k)))
+                        call file%fields(fields)
                     end do
                 end associate
             end do
         end do
         call file%commit(error)
     end subroutine write_runs
+
+    !> Where the runs are kept while the file with them is not complete.
+    pure function journal_path(path) result(journal)
+        character(*), intent(in) :: path        !! Of the runs file
+        character(len_trim(path) + 5) :: journal
+
+        journal = trim(path)//'.part'
+    end function journal_path
+
+    !> Begins a journal, in place of an older one of that name: complete, with all runs that the campaign has, or not
+    !> at all. Fails when it cannot be written.
+    subroutine begin(self, path, campaign, command, error)
+        class(journal_t), intent(inout) :: self
+        character(*), intent(in) :: path            !! Of the journal
+        type(campaign_t), intent(in) :: campaign    !! With all predictions
+        character(*), intent(in) :: command         !! That makes the campaign, for the comments
+        type(error_t), allocatable, intent(out) :: error
+
+        type(output_file_t) :: file
+        character(COMMENT_LENGTH), allocatable :: comments(:)
+        integer :: a, i, k
+
+        self%path = path
+        call file%open(path, error)
+        if (allocated(error)) return
+        comments = [settings_comments(campaign, command), case_comments(campaign)]
+        do i = 1, size(comments)
+            call file%line('# '//trim(comments(i)))
+        end do
+        call file%line(join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN)
+        do i = 1, size(campaign%cases)
+            do a = 1, size(campaign%algorithms)
+                associate (entry => campaign%entries(a, i))
+                    do k = 1, size(entry%run)
+                        call file%line(entry_text(campaign, a, i)//trim(run_text( &
+                                       entry%run(k), entry%offset(:, k), entry%converged(k), entry%normalised_run(k))))
+                    end do
+                end associate
+            end do
+        end do
+        call file%commit(error)
+        if (.not. allocated(error)) call self%file%open(path, error)
+    end subroutine begin
+
+    subroutine begin_entry(self, campaign, a, i)
+        class(journal_t), intent(inout) :: self
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: a, i             !! Numbers of algorithm and case
+
+        self%entry = entry_text(campaign, a, i)
+    end subroutine begin_entry
+
+    function entry_text(campaign, a, i) result(text)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: a, i
+        character(len(csv_field(trim(campaign%cases(i)%name))) + len_trim(campaign%algorithms(a)) + 2) :: text
+
+        text = csv_field(trim(campaign%cases(i)%name))//','//trim(campaign%algorithms(a))//','
+    end function entry_text
+
+    subroutine record_run(self, run, offset, converged, normalised, error)
+        class(journal_t), intent(inout) :: self
+        integer, intent(in) :: run
+        real(dp), intent(in) :: offset(3)
+        logical, intent(in) :: converged
+        real(dp), intent(in) :: normalised
+        type(error_t), allocatable, intent(out) :: error
+
+        if (all(ieee_is_finite(offset))) then
+            call self%file%line(self%entry//trim(run_text(run, offset/MILLIMETRE, converged, normalised)), error)
+        else
+            call fail(error, 'run '//integer_text(run)//': the estimate is not a finite number')
+        end if
+    end subroutine record_run
+
+    function run_text(run, offset, converged, normalised) result(text)
+        integer, intent(in) :: run
+        real(dp), intent(in) :: offset(3)       !! mm
+        logical, intent(in) :: converged
+        real(dp), intent(in) :: normalised
+        character(160) :: text
+
+        real(dp) :: known
+
+        known = -1
+        if (ieee_is_finite(normalised)) known = normalised
+        text = integer_text(run)//','//real_text(offset(1))//','//real_text(offset(2))//','//real_text(offset(3))// &
+               ','//trim(logical_text(converged))//','//real_text(known)
+    end function run_text
+
+    subroutine remove(self)
+        class(journal_t), intent(inout) :: self
+
+        call self%file%close()
+        call remove_file(self%path)
+    end subroutine remove
 
     !> What merging needs beside the estimates: true offsets and predictions.
     function case_comments(campaign) result(comments)
@@ -122,11 +256,11 @@ contains
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
                 n = n + 1
-                comments(n) = comment('case '//trim(case%name)//' checksum '// &
+                comments(n) = comment(CASE_COMMENT//trim(case%name)//' checksum '// &
                                       integer_text(case%checksum)//' offset_mm', case%offset)
                 do a = 1, size(campaign%algorithms)
                     n = n + 1
-                    comments(n) = comment('predicted '//trim(case%name)//' '// &
+                    comments(n) = comment(PREDICTED_COMMENT//trim(case%name)//' '// &
                                           trim(campaign%algorithms(a)), campaign%entries(a, i)%predicted)
                 end do
             end associate
@@ -141,60 +275,72 @@ contains
         line = text//' '//real_text(values(1))//' '//real_text(values(2))//' '//real_text(values(3))
     end function comment
 
-    !> Reads a runs file: a campaign, or a part of it, without its statistics.
+    !> Reads a runs file or a journal: a campaign, or a part of it, without its statistics.
     !>
-    !> Fails, naming file and line, when a comment line or a row is not as `write_runs` writes it, or
-    !> the file comes from another version.
+    !> Fails, naming file and line, when a comment or a row is not as `write_runs` writes it, or the file
+    !> comes from a version that is not known to write such files.
     subroutine read_runs(path, campaign, error)
         character(*), intent(in) :: path    !! Of the file
         type(campaign_t), intent(out) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
+        type(text_file_t) :: text
         type(table_file_t) :: file
+        logical :: is_journal
 
-        call read_csv(path, RUNS_COLUMNS, file, error, rows_needed=.false.)
-        if (.not. allocated(error)) call read_settings(file%text, file%header_line(), campaign, error)
-        if (.not. allocated(error)) call read_cases(file%text, file%header_line(), campaign, error)
-        if (.not. allocated(error)) call read_rows(file, campaign, error)
+        call read_text_file(path, text, error)
+        if (allocated(error)) return
+        is_journal = index(text%text, LF//join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN//LF) > 0
+        if (is_journal) then
+            text = text_file_of(text%text(:index(text%text, LF, back=.true.)), path)
+            call csv_of_text(text, [character(len(JOURNAL_COLUMN)) :: RUNS_COLUMNS, JOURNAL_COLUMN], file, error, &
+                             rows_needed=.false.)
+        else
+            call csv_of_text(text, RUNS_COLUMNS, file, error, rows_needed=.false.)
+        end if
+        if (.not. allocated(error)) call read_settings(file, campaign, error)
+        if (.not. allocated(error)) call read_cases(file, campaign, error)
+        if (.not. allocated(error)) call read_rows(file, is_journal, campaign, error)
     end subroutine read_runs
 
-    !> The first two comment lines.
-    subroutine read_settings(file, header, campaign, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: header
+    !> The first two comments.
+    subroutine read_settings(file, campaign, error)
+        type(table_file_t), intent(in) :: file
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: words(:)
-        character(:), allocatable :: line
         logical :: ok(2)
+        integer :: i
 
-        if (header < 3) then
-            call file%fail_at(1, 'the comment lines with version, seed and cases are missing', error)
+        if (size(file%comments) < 2) then
+            call file%fail_at_comment(0, 'what tells of version, seed and cases is missing: it stands in this '// &
+                                      'file, which belongs beside the one with the runs', error)
             return
         end if
-        if (index(file%line(1), '# gracecg '//VERSION//' ') /= 1) then
-            call file%fail_at(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
+        do i = 1, size(VERSIONS)
+            if (index(file%comments(1)%text, 'gracecg '//trim(VERSIONS(i))//' ') == 1) campaign%version = VERSIONS(i)
+        end do
+        if (campaign%version == '') then
+            call file%fail_at_comment(1, 'this file is not of gracecg '//VERSION//': make it anew', error)
             return
         end if
-        line = file%line(2)
-        words = split_words(line)
+        words = split_words(file%comments(2)%text)
         ok = .false.
-        if (size(words) == 7) then
-            if (words(2)%text == 'seed' .and. words(4)%text//' '//words(5)%text//' '//words(6)%text == &
+        if (size(words) == 6) then
+            if (words(1)%text == 'seed' .and. words(3)%text//' '//words(4)%text//' '//words(5)%text == &
                 'runs 1 to') then
-                call parse_integer(words(3)%text(:len(words(3)%text) - 1), campaign%seed, ok(1))
-                call parse_integer(words(7)%text, campaign%runs, ok(2))
+                call parse_integer(words(2)%text(:len(words(2)%text) - 1), campaign%seed, ok(1))
+                call parse_integer(words(6)%text, campaign%runs, ok(2))
             end if
         end if
         if (.not. all(ok) .or. campaign%runs < 1) &
-            call file%fail_at(2, 'expected "# seed S, runs 1 to N"', error)
+            call file%fail_at_comment(2, 'expected "seed S, runs 1 to N"', error)
     end subroutine read_settings
 
-    !> The comment lines of cases and predictions.
-    subroutine read_cases(file, header, campaign, error)
-        type(text_file_t), intent(in) :: file
-        integer, intent(in) :: header
+    !> The comments with cases and predictions.
+    subroutine read_cases(file, campaign, error)
+        type(table_file_t), intent(in) :: file
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
@@ -203,42 +349,44 @@ contains
         character(64) :: name
         character(16) :: label
         real(dp) :: values(3)
-        integer, allocatable :: predicted_lines(:)
+        integer, allocatable :: predicted(:)
         integer :: i, n
         logical :: ok
 
-        allocate (algorithms(0), cases(0), predicted_lines(0))
-        do i = 3, header - 1
+        allocate (algorithms(0), cases(0), predicted(0))
+        do i = 3, size(file%comments)
             ok = .true.
-            if (index(file%line(i), '# case ') == 1) then
+            if (index(file%comments(i)%text, SHARD_COMMENT) == 1) then
+                call read_shard_comment(file%comments(i)%text, campaign, ok)
+            else if (index(file%comments(i)%text, CASE_COMMENT) == 1) then
                 cases = [cases, campaign_case_t()]
-                call read_case_line(file%line(i), cases(size(cases)), ok)
-            else if (index(file%line(i), '# predicted ') == 1) then
-                call read_predicted_line(file%line(i), name, label, values, ok)
-                predicted_lines = [predicted_lines, i]
+                call read_case_comment(file%comments(i)%text, cases(size(cases)), ok)
+            else if (index(file%comments(i)%text, PREDICTED_COMMENT) == 1) then
+                call read_predicted_comment(file%comments(i)%text, name, label, values, ok)
+                predicted = [predicted, i]
                 if (size(cases) == 1) call append(algorithms, trim(label))
             end if
             if (.not. ok) then
-                call file%fail_at(i, 'expected "# case NAME checksum C offset_mm X Y Z" or '// &
-                                  '"# predicted NAME ALGORITHM X Y Z"', error)
+                call file%fail_at_comment(i, 'expected "case NAME checksum C offset_mm X Y Z" or '// &
+                                          '"predicted NAME ALGORITHM X Y Z"', error)
                 return
             end if
         end do
-        if (size(cases) == 0 .or. size(predicted_lines) /= size(cases)*size(algorithms)) then
-            call file%fail_at(header, 'the comment lines must have each case and a prediction of each '// &
-                              'algorithm', error)
+        if (size(cases) == 0 .or. size(predicted) /= size(cases)*size(algorithms)) then
+            call file%fail_at_comment(0, 'the comments must have each case and a prediction of each '// &
+                                      'algorithm', error)
             return
         end if
         campaign%cases = cases
         allocate (campaign%algorithms(size(algorithms)))
         campaign%algorithms = padded(algorithms)
         allocate (campaign%entries(size(algorithms), size(cases)))
-        do n = 1, size(predicted_lines)
-            call read_predicted_line(file%line(predicted_lines(n)), name, label, values, ok)
+        do n = 1, size(predicted)
+            call read_predicted_comment(file%comments(predicted(n))%text, name, label, values, ok)
             associate (a => mod(n - 1, size(algorithms)) + 1, k => (n - 1)/size(algorithms) + 1)
                 if (name /= cases(k)%name .or. label /= campaign%algorithms(a)) then
-                    call file%fail_at(predicted_lines(n), 'expected the prediction of '// &
-                                      trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
+                    call file%fail_at_comment(predicted(n), 'expected the prediction of '// &
+                                              trim(cases(k)%name)//', '//trim(campaign%algorithms(a)), error)
                     return
                 end if
                 campaign%entries(a, k)%predicted = values
@@ -246,8 +394,25 @@ contains
         end do
     end subroutine read_cases
 
-    !> "# case NAME checksum C offset_mm X Y Z"; a name may have blanks.
-    subroutine read_case_line(line, case, ok)
+    !> "shard K of M"
+    subroutine read_shard_comment(line, campaign, ok)
+        character(*), intent(in) :: line
+        type(campaign_t), intent(inout) :: campaign
+        logical, intent(out) :: ok
+
+        type(string_t), allocatable :: words(:)
+        logical :: fine(2)
+
+        words = split_words(line)
+        ok = size(words) == 4
+        if (.not. ok) return
+        call parse_integer(words(2)%text, campaign%shard, fine(1))
+        call parse_integer(words(4)%text, campaign%shards, fine(2))
+        ok = all(fine) .and. campaign%shard >= 1 .and. campaign%shard <= campaign%shards
+    end subroutine read_shard_comment
+
+    !> "case NAME checksum C offset_mm X Y Z"; a name may have blanks.
+    subroutine read_case_comment(line, case, ok)
         character(*), intent(in) :: line
         type(campaign_case_t), intent(out) :: case
         logical, intent(out) :: ok
@@ -257,19 +422,20 @@ contains
 
         words = split_words(line)
         n = size(words)
-        ok = n >= 9
+        ok = n >= 8
         if (.not. ok) return
         call read_three(words(n - 2:), case%offset, ok)
         if (.not. ok) return
         last = index(line, ' checksum ', back=.true.)
         ok = last > 0 .and. words(n - 3)%text == 'offset_mm' .and. words(n - 5)%text == 'checksum'
         if (.not. ok) return
-        case%name = line(len('# case ') + 1:last - 1)
+        case%name = line(len(CASE_COMMENT) + 1:last - 1)
         call parse_integer(words(n - 4)%text, case%checksum, ok)
-    end subroutine read_case_line
+        if (ok) call built_in_calibration(trim(case%name), case%checksum, case%published)
+    end subroutine read_case_comment
 
-    !> "# predicted NAME ALGORITHM X Y Z"
-    subroutine read_predicted_line(line, name, algorithm, values, ok)
+    !> "predicted NAME ALGORITHM X Y Z"
+    subroutine read_predicted_comment(line, name, algorithm, values, ok)
         character(*), intent(in) :: line
         character(*), intent(out) :: name, algorithm
         real(dp), intent(out) :: values(3)
@@ -283,12 +449,12 @@ contains
         values = 0
         words = split_words(line)
         n = size(words)
-        ok = n >= 7
+        ok = n >= 6
         if (.not. ok) return
         algorithm = words(n - 3)%text
-        name = line(len('# predicted ') + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
+        name = line(len(PREDICTED_COMMENT) + 1:index(line, ' '//trim(algorithm)//' ', back=.true.) - 1)
         call read_three(words(n - 2:), values, ok)
-    end subroutine read_predicted_line
+    end subroutine read_predicted_comment
 
     subroutine read_three(words, values, ok)
         type(string_t), intent(in) :: words(:)
@@ -304,49 +470,64 @@ contains
         ok = all(fine)
     end subroutine read_three
 
-    !> The estimates. Rows of an entry stand together, in increasing order of the runs.
-    subroutine read_rows(file, campaign, error)
+    !> The estimates. Rows of an entry stand together, in increasing order of the runs; those of a journal in any.
+    subroutine read_rows(file, is_journal, campaign, error)
         type(table_file_t), intent(in) :: file
+        logical, intent(in) :: is_journal
         type(campaign_t), intent(inout) :: campaign
         type(error_t), allocatable, intent(out) :: error
 
-        integer, allocatable :: entry_of(:), run(:)
-        real(dp), allocatable :: offset(:, :)
-        logical, allocatable :: converged(:), mine(:)
+        integer, allocatable :: entry_of(:), run(:), row_of(:)
+        real(dp), allocatable :: offset(:, :), normalised(:)
+        logical, allocatable :: converged(:)
         integer :: rows, i, a, k
 
         rows = file%row_count()
-        allocate (entry_of(rows), run(rows), offset(3, rows), converged(rows))
+        allocate (entry_of(rows), run(rows), offset(3, rows), converged(rows), normalised(rows))
         do i = 1, rows
-            call read_row(file, i, campaign, entry_of(i), run(i), offset(:, i), converged(i), error)
+            call read_row(file, i, is_journal, campaign, entry_of(i), run(i), offset(:, i), converged(i), &
+                          normalised(i), error)
             if (allocated(error)) return
-            if (i == 1) cycle
+            if (i == 1 .or. is_journal) cycle
             if (entry_of(i) < entry_of(i - 1) .or. (entry_of(i) == entry_of(i - 1) .and. &
                                                     run(i) <= run(i - 1))) then
                 call file%fail_at(i, 'the rows are not in the order of case, algorithm and run', error)
                 return
             end if
         end do
+        allocate (row_of(campaign%runs))
         do k = 1, size(campaign%cases)
             do a = 1, size(campaign%algorithms)
-                mine = entry_of == a + (k - 1)*size(campaign%algorithms)
+                row_of = 0
+                do i = 1, rows
+                    if (entry_of(i) /= a + (k - 1)*size(campaign%algorithms)) cycle
+                    if (row_of(run(i)) > 0) then
+                        call file%fail_at(i, 'this run of this case and algorithm stands above already', error)
+                        return
+                    end if
+                    row_of(run(i)) = i
+                end do
                 associate (entry => campaign%entries(a, k))
-                    entry%run = pack(run, mine)
-                    entry%converged = pack(converged, mine)
-                    entry%offset = offset(:, pack([(i, i=1, rows)], mine))
+                    entry%run = pack(row_of, row_of > 0)
+                    entry%converged = converged(entry%run)
+                    entry%offset = offset(:, entry%run)
+                    entry%normalised_run = normalised(entry%run)
+                    entry%run = run(entry%run)
                 end associate
             end do
         end do
     end subroutine read_rows
 
-    subroutine read_row(file, row, campaign, entry, run, offset, converged, error)
+    subroutine read_row(file, row, is_journal, campaign, entry, run, offset, converged, normalised, error)
         type(table_file_t), intent(in) :: file
         integer, intent(in) :: row
+        logical, intent(in) :: is_journal
         type(campaign_t), intent(in) :: campaign
         integer, intent(out) :: entry               !! Number of case and algorithm
         integer, intent(out) :: run
         real(dp), intent(out) :: offset(3)          !! mm
         logical, intent(out) :: converged
+        real(dp), intent(out) :: normalised         !! -1: not known
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
@@ -357,12 +538,18 @@ contains
         run = 0
         offset = 0
         converged = .false.
-        call file%get_fields(row, size(RUNS_COLUMNS), join(RUNS_COLUMNS, ','), fields, error)
+        normalised = -1
+        if (is_journal) then
+            call file%get_fields(row, size(RUNS_COLUMNS) + 1, join(RUNS_COLUMNS, ',')//','//JOURNAL_COLUMN, fields, &
+                                 error)
+        else
+            call file%get_fields(row, size(RUNS_COLUMNS), join(RUNS_COLUMNS, ','), fields, error)
+        end if
         if (allocated(error)) return
         k = findloc(campaign%cases%name == fields(1)%text, .true., 1)
         a = findloc(campaign%algorithms == fields(2)%text, .true., 1)
         if (k == 0 .or. a == 0) then
-            call file%fail_at(row, 'no comment line tells of this case and algorithm', error)
+            call file%fail_at(row, 'nothing tells of this case and algorithm above the rows or in FILE.meta.json', error)
             return
         end if
         entry = a + (k - 1)*size(campaign%algorithms)
@@ -378,8 +565,10 @@ contains
             call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
             return
         end if
-        converged = fields(7)%text == '1'
-        if (.not. converged .and. fields(7)%text /= '0') &
-            call file%fail_at(row, 'column converged: 0 or 1 is expected', error)
+        call parse_logical(fields(7)%text, converged, ok)
+        if (.not. ok) call file%fail_at(row, 'column converged: true or false is expected', error)
+        if (.not. is_journal .or. allocated(error)) return
+        call parse_real(fields(8)%text, normalised, ok)
+        if (.not. ok) call file%fail_at(row, 'column '//JOURNAL_COLUMN//': a finite number is expected', error)
     end subroutine read_row
 end module gracecg_studies_campaign_files

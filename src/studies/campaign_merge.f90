@@ -6,7 +6,7 @@ module gracecg_studies_campaign_merge
     use gracecg_studies_campaign, only: campaign_t, campaign_entry_t, new_campaign, summarise
     implicit none
     private
-    public :: merge_campaigns
+    public :: merge_campaigns, check_settings
 
     real(dp), parameter :: AGREEMENT = 1e-6_dp
     !! Relative difference up to which two results of one run agree. On one machine they are equal;
@@ -47,14 +47,18 @@ contains
         end do
     end subroutine merge_campaigns
 
+    !> Fails unless two campaigns have the same seed, runs, cases, settings and algorithms.
     subroutine check_settings(first, other, files, error)
         type(campaign_t), intent(in) :: first, other
-        character(*), intent(in) :: files
+        character(*), intent(in) :: files           !! What they are, for messages: 'a.csv and b.csv'
         type(error_t), allocatable, intent(out) :: error
 
         integer :: i
 
-        if (first%seed /= other%seed) then
+        if (first%version /= other%version) then
+            call fail(error, files//' are of different versions: gracecg '//trim(first%version)//' and '// &
+                      trim(other%version)//'; make them with one of them')
+        else if (first%seed /= other%seed) then
             call fail(error, files//' have different seeds: '//integer_text(first%seed)//' and '// &
                       integer_text(other%seed))
         else if (first%runs /= other%runs) then
@@ -103,12 +107,12 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer, allocatable :: source(:)           ! the part that has the run; 0: none
-        real(dp), allocatable :: offset(:, :)
+        real(dp), allocatable :: offset(:, :), normalised(:)
         logical, allocatable :: converged(:)
         integer :: p, k
 
         allocate (source(whole%runs), source=0)
-        allocate (offset(3, whole%runs), converged(whole%runs))
+        allocate (offset(3, whole%runs), converged(whole%runs), normalised(whole%runs))
         do p = 1, size(parts)
             associate (entry => parts(p)%entries(a, i))
                 do k = 1, size(entry%run)
@@ -117,6 +121,7 @@ contains
                             source(run) = p
                             offset(:, run) = entry%offset(:, k)
                             converged(run) = entry%converged(k)
+                            normalised(run) = entry%normalised_run(k)
                         else if (.not. all(agree(offset(:, run), entry%offset(:, k))) .or. &
                                  (converged(run) .neqv. entry%converged(k))) then
                             call fail(error, trim(names(source(run)))//' and '//trim(names(p))// &
@@ -137,6 +142,7 @@ contains
             entry%run = pack([(k, k=1, whole%runs)], source > 0)
             entry%offset = offset(:, entry%run)
             entry%converged = converged(entry%run)
+            entry%normalised_run = normalised(entry%run)
             entry%predicted = parts(1)%entries(a, i)%predicted
         end associate
     end subroutine merge_entry

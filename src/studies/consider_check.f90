@@ -5,8 +5,9 @@
 !> of the smallest moment, of one gain of all rods, of the factors of the accelerometer's axes, of the
 !> magnetometer's bias and of the change of the torque; of the other sources that of the group operator.
 module gracecg_studies_consider_check
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_progress, only: progress_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
@@ -28,13 +29,15 @@ contains
     !> Checks one source of a case, with its standard deviations as source_sigma gives them. Fails as
     !> bound_of_case and the estimator do. A source that `optimal` estimates under the case's options adds
     !> nothing in the bound.
-    subroutine check_consider(case, options, source, seed, runs, threads, check, error)
+    subroutine check_consider(case, options, source, seed, runs, threads, check, error, progress)
         type(case_t), intent(in) :: case
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: source               !! Its place in SOURCES
-        integer, intent(in) :: seed, runs, threads  !! First seed; how many runs; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads  !! How many runs; in parallel
         type(consider_check_t), intent(out) :: check
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the estimates
 
         type(case_t) :: alone
         type(case_bound_t) :: bound
@@ -52,7 +55,7 @@ contains
                                                                 magnetometer_bias=.false.), simulator, error)
         if (.not. allocated(error)) &
             call study_knowledge(simulator, 'optimal', options, source, seed, runs, threads, &
-                                 check%knowledge_study_t, error)
+                                 check%knowledge_study_t, error, progress)
         call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         check%origin = origin

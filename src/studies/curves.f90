@@ -14,11 +14,12 @@ module gracecg_studies_curves
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: propagate_case, disturbance_at
     use gracecg_studies_table_figure_windows, only: WINDOW_SATELLITE, WINDOW_FIGURE, WINDOW_QUANTITY, WINDOW_AXIS, &
-        WINDOW_LOW, WINDOW_HIGH
+        WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
+    use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
     implicit none
     private
     public :: verification_t, verify_case, window_check_t, check_windows, window_counts_t, count_windows
-    public :: write_curves, curves_file_name
+    public :: write_curves, curves_file_name, curve_column
     public :: CURVE_NAMES, WINDOW_TOLERANCE, CENTRE_TOLERANCE
 
     !> Names of the curves, in the order of their second index in `verification_t`
@@ -44,11 +45,18 @@ module gracecg_studies_curves
         character(20) :: quantity           !! Name of the curve, one of CURVE_NAMES
         character(1) :: axis                !! Body axis: 'x', 'y' or 'z'
         real(dp) :: low, high               !! The printed axis limits
+        real(dp) :: step                    !! Distance of the printed tick marks
         real(dp) :: least, greatest, mean   !! Of the curve
+        real(dp) :: fill                    !! Share of the window that the curve covers
         real(dp) :: excess                  !! How far the curve leaves the window, of its width
         real(dp) :: centre_difference       !! |mean - centre|/|centre|; of half the width where the centre is 0
         logical :: inside                   !! excess <= WINDOW_TOLERANCE
         logical :: near_centre              !! centre_difference <= CENTRE_TOLERANCE
+        logical :: on_ticks
+        !! The tick marks next outside the curve are the printed limits: it stays inside, and reaches into the first
+        !! and the last interval
+        logical :: automatic
+        !! An axis with the finest step of 1, 2, 5 for at most 4 intervals has the printed limits
         logical :: attitude_only            !! Depends on the attitude dynamics alone
     end type window_check_t
 
@@ -56,8 +64,13 @@ module gracecg_studies_curves
     type :: window_counts_t
         integer :: attitude = 0         !! Curves that depend on the attitude dynamics alone
         integer :: attitude_inside = 0  !! Of these, within their windows
+        integer :: attitude_on_ticks = 0    !! Of these, with the printed limits at the tick marks next outside
+        integer :: attitude_automatic = 0   !! Of these, with the printed limits by the automatic step
+        real(dp) :: attitude_fill = 1   !! Least share of its window that one of these covers
         integer :: surface = 0          !! The others: surface forces and torques
         integer :: surface_inside = 0   !! Of these, within their windows
+        integer :: surface_on_ticks = 0     !! Of these, as of the attitude
+        integer :: surface_automatic = 0    !! Of these, as of the attitude
         integer :: surface_near = 0     !! Of these, with the mean near the window's centre
     end type window_counts_t
 
@@ -145,6 +158,7 @@ contains
         check%axis = WINDOW_AXIS(i)
         check%low = WINDOW_LOW(i)
         check%high = WINDOW_HIGH(i)
+        check%step = WINDOW_STEP(i)
         associate (values => verification%curve(axis, curve, :))
             check%least = minval(values)
             check%greatest = maxval(values)
@@ -152,6 +166,10 @@ contains
         end associate
         check%excess = max(check%low - check%least, check%greatest - check%high, 0.0_dp)/ &
                        (check%high - check%low)
+        check%fill = share_covered(check%least, check%greatest, check%low, check%high)
+        check%on_ticks = same_limits(limits_on_ticks(check%least, check%greatest, check%step), &
+                                     [check%low, check%high], check%step)
+        check%automatic = same_limits(automatic_limits(check%least, check%greatest), [check%low, check%high], check%step)
         centre = (check%low + check%high)/2
         reference = abs(centre)
         if (centre == 0) reference = (check%high - check%low)/2
@@ -174,7 +192,12 @@ contains
         associate (attitude => checks%attitude_only)
             counts%attitude = count(attitude)
             counts%attitude_inside = count(attitude .and. checks%inside)
+            counts%attitude_on_ticks = count(attitude .and. checks%on_ticks)
+            counts%attitude_automatic = count(attitude .and. checks%automatic)
+            if (any(attitude)) counts%attitude_fill = minval(checks%fill, attitude)
             counts%surface = count(.not. attitude)
+            counts%surface_on_ticks = count(.not. attitude .and. checks%on_ticks)
+            counts%surface_automatic = count(.not. attitude .and. checks%automatic)
             counts%surface_inside = count(.not. attitude .and. checks%inside)
             counts%surface_near = count(.not. attitude .and. checks%near_centre)
         end associate
@@ -212,15 +235,32 @@ contains
         header = 'time_s'
         do curve = 1, size(CURVE_NAMES)
             do axis = 1, size(AXES)
-                header = header//','//trim(CURVE_NAMES(curve))//'_'//AXES(axis)
+                header = header//','//trim(curve_column(CURVE_NAMES(curve), AXES(axis)))
             end do
         end do
         call file%open(path, header, file_comments(command, 'case '//trim(case_name)// &
-                                                 '; m/s^2, N m, rad/s, rad/s^2, body axes'), error)
+                                                 '; body axes'), error)
         if (allocated(error)) return
         do k = lbound(verification%time, 1), ubound(verification%time, 1)
             call file%row([verification%time(k), verification%curve(:, :, k)])
         end do
         call file%commit(error)
     end subroutine write_curves
+
+    !> The name of a curve's column: drag_x_m_s2.
+    pure function curve_column(curve, axis) result(column)
+        character(*), intent(in) :: curve       !! One of CURVE_NAMES
+        character(*), intent(in) :: axis        !! One of AXES
+        character(32) :: column
+
+        select case (curve)
+        case ('omega')
+            column = 'rad_s'
+        case ('omega_dot')
+            column = 'rad_s2'
+        case default
+            column = merge('n_m ', 'm_s2', index(curve, 'torque') == 1)
+        end select
+        column = trim(curve)//'_'//axis//'_'//column
+    end function curve_column
 end module gracecg_studies_curves

@@ -1,9 +1,10 @@
 !> A designed manoeuvre against the report's: one manoeuvre of all three rods for each satellite, its limit
 !> along a revolution, and what `optimal` reaches with it in the cases of the report.
 module gracecg_studies_designed_manoeuvre
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
@@ -50,11 +51,12 @@ module gracecg_studies_designed_manoeuvre
 contains
 
     !> Designs a manoeuvre of square waves for one revolution of a satellite, and maps it and the report's.
-    subroutine study_design(satellite, threads, study, error)
+    subroutine study_design(satellite, threads, study, error, progress)
         character(*), intent(in) :: satellite       !! 'front' or 'back'
         integer, intent(in) :: threads              !! How many to use
         type(design_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         type(plan_request_t) :: request
         type(plan_t) :: plan
@@ -68,7 +70,8 @@ contains
         request%settings%waveform_used = .false.
         request%settings%waveform_used(SQUARE) = .true.
         call prepare_plan(study%calibration, request, plan, error)
-        if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
+        call tell(progress, 'designed manoeuvre, '//satellite//' satellite')
+        if (.not. allocated(error)) call find_manoeuvre(request, plan, error, progress)
         if (allocated(error)) return
         study%places = size(plan%sites)
         study%design = plan%design
@@ -100,13 +103,16 @@ contains
     end function worst_at_worst_place
 
     !> Bound and Monte Carlo of a case with the designed manoeuvre, and calibrations after one trim.
-    subroutine calibrate_with_design(case_name, design, seed, runs, trim_runs, threads, reached, error)
+    subroutine calibrate_with_design(case_name, design, seed, runs, trim_runs, threads, reached, error, &
+                                     progress)
         character(*), intent(in) :: case_name               !! Of the report
         type(manoeuvre_design_t), intent(in) :: design      !! For the satellite of the case
-        integer, intent(in) :: seed, runs, trim_runs        !! First seed; runs without and with a trim
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, trim_runs        !! Runs without and with a trim
         integer, intent(in) :: threads                      !! How many to use
         type(designed_calibration_t), intent(out) :: reached
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the runs and trims
 
         type(calibration_t) :: calibration
         type(case_bound_t) :: bound
@@ -119,17 +125,21 @@ contains
 
         call find_calibration(case_name, calibration, error)
         if (allocated(error)) return
+        call expect_pieces(progress, runs + trim_runs, 'runs')
+        call tell(progress, 'designed manoeuvre, '//case_name)
         call take_manoeuvre(design%rods, calibration%case%satellite%rods)
         call bound_of_case(calibration%case, calibration%options, bound, error)
         call take_design(design, calibration)
         if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, calibration%options, seed, &
-                                                         [(k, k=1, runs)], threads, results, error)
+                                                         [(k, k=1, runs)], threads, results, error, &
+                                                         progress=progress)
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         settings%rounds = TRIM_ROUNDS
         settings%seed = seed
-        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, trim_runs, threads, rounds, error)
+        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, trim_runs, threads, rounds, error, &
+                         progress)
         if (allocated(error)) return
         reached%case_name = case_name
         reached%bound = bound%sigma
@@ -169,7 +179,7 @@ contains
     !> What is reached in the cases as CSV: a row a case and axis.
     subroutine write_designed_calibrations(path, command, seed, reached, error)
         character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
-        integer, intent(in) :: seed                     !! Of the random numbers
+        integer(i8), intent(in) :: seed                     !! Of the random numbers
         type(designed_calibration_t), intent(in) :: reached(:)
         type(error_t), allocatable, intent(out) :: error
 

@@ -1,13 +1,12 @@
 !> The error sources of CSR-TM-00-01 section 6.3 and Figure 6.5: the error of the offset with one of
 !> them switched off.
 module gracecg_studies_error_sources
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: progress_t, tell
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t
@@ -19,7 +18,8 @@ module gracecg_studies_error_sources
         error_statistics_t, statistics_of
     implicit none
     private
-    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, write_error_sources
+    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, error_table, &
+        write_error_sources
 
     !> RMS errors of the offset in one simulation.
     type :: error_study_t
@@ -48,14 +48,16 @@ contains
 
     !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
     !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
-    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error)
+    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error, progress)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: name            !! Of STUDY_NAMES
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: seed, runs, threads    !! First seed; runs of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads    !! Runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
 
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
@@ -66,7 +68,7 @@ contains
         call new_switched_simulator(case, study_switches(name), simulator, error)
         if (.not. allocated(error)) call predict_errors(simulator, algorithm, options, prediction, error)
         if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], &
-                                                         threads, results, error)
+                                                         threads, results, error, progress=progress)
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
         study%runs = runs
@@ -78,51 +80,73 @@ contains
     subroutine study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, progress)
         type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
-        integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads  !! Runs of each Monte Carlo; in parallel
         type(error_study_t), intent(out) :: studies(:)  !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
         integer :: i
 
+        call expect_pieces(progress, size(STUDY_NAMES)*runs, 'runs')
         do i = 1, size(STUDY_NAMES)
-            call tell(progress, 'error sources: '//trim(STUDY_NAMES(i))//', '//integer_text(runs)//' runs')
+            call tell(progress, 'error sources, '//trim(STUDY_NAMES(i)))
             call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, &
-                              threads, studies(i), error)
+                              threads, studies(i), error, progress)
             if (allocated(error)) return
         end do
     end subroutine study_all_errors
 
-    !> Figure 6.5: RMS errors with one error source off at a time.
+    !> Figure 6.5: RMS errors with one error source off at a time, beside what theory expects.
+    function error_table(studies, knowledge) result(table)
+        type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
+        type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%columns_of('source,axis,runs,rms_mm,predicted_mm')
+        do i = 1, size(studies)
+            call add_rows(STUDY_NAMES(i), studies(i)%runs, studies(i)%rms, studies(i)%predicted)
+        end do
+        if (.not. present(knowledge)) return
+        do i = 1, size(knowledge)
+            call add_rows(SOURCES(knowledge(i)%source)%name, knowledge(i)%runs, knowledge(i)%rms, knowledge(i)%predicted)
+        end do
+
+    contains
+
+        subroutine add_rows(name, runs, rms, predicted)
+            character(*), intent(in) :: name
+            integer, intent(in) :: runs
+            real(dp), intent(in) :: rms(3), predicted(3)    ! m
+
+            integer :: axis
+
+            do axis = 1, 3
+                call table%add(name)
+                call table%add(AXES(axis))
+                call table%add(runs)
+                call table%add([rms(axis), predicted(axis)]/MILLIMETRE)
+            end do
+        end subroutine add_rows
+    end function error_table
+
+    !> The same as a CSV file.
     subroutine write_error_sources(path, command, settings, studies, error, knowledge)
         character(*), intent(in) :: path, command, settings
-        !! The file; the command that computed it, and its settings, for the comments
+        !! The file; the command that computed it, and its settings, for what tells of it
         type(error_study_t), intent(in) :: studies(:)       !! In the order of STUDY_NAMES
         type(error_t), allocatable, intent(out) :: error
         type(knowledge_study_t), intent(in), optional :: knowledge(:)   !! Rows that follow
 
-        type(csv_writer_t) :: file
+        type(data_table_t) :: table
         character(200), allocatable :: comments(:)
-        integer :: i, axis
+        integer :: i
 
         comments = file_comments(command, settings)
         if (present(knowledge)) comments = [character(200) :: comments, [(size_text(knowledge(i)), i=1, size(knowledge))]]
-        call file%open(path, 'source,axis,runs,rms_mm', comments, error)
-        if (allocated(error)) return
-        do i = 1, size(studies)
-            do axis = 1, 3
-                call file%row([real(studies(i)%runs, dp), studies(i)%rms(axis)/MILLIMETRE], &
-                              [character(12) :: STUDY_NAMES(i), AXES(axis)])
-            end do
-        end do
-        if (present(knowledge)) then
-            do i = 1, size(knowledge)
-                do axis = 1, 3
-                    call file%row([real(knowledge(i)%runs, dp), knowledge(i)%rms(axis)/MILLIMETRE], &
-                                  [character(20) :: SOURCES(knowledge(i)%source)%name, AXES(axis)])
-                end do
-            end do
-        end if
-        call file%commit(error)
+        table = error_table(studies, knowledge)
+        call table%write(path, comments, error)
     end subroutine write_error_sources
 end module gracecg_studies_error_sources

@@ -125,8 +125,9 @@ contains
         type(csv_writer_t) :: file
         integer :: i
 
-        call file%open(path, 'time_s,central_r,central_t,central_n,others_r,others_t,others_n', &
-                       file_comments(command, settings//'; m/s^2; radial, transverse, normal'), error)
+        call file%open(path, 'time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,others_r_m_s2,'// &
+                       'others_t_m_s2,others_n_m_s2', &
+                       file_comments(command, settings//'; radial, transverse, normal'), error)
         if (allocated(error)) return
         do i = 1, size(samples)
             call file%row([samples(i)%time, samples(i)%central, samples(i)%others])

@@ -4,11 +4,11 @@
 !> The observations have no noise and stay the same; the knowledge that goes with them is drawn. So the
 !> spread of the estimates is that by the knowledge alone, however small.
 module gracecg_studies_knowledge_errors
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
-    use gracecg_base_progress, only: progress_t, tell
-    use gracecg_base_text, only: rounded_text, integer_text
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
+    use gracecg_base_text, only: rounded_text
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -21,7 +21,7 @@ module gracecg_studies_knowledge_errors
     use gracecg_planning_calibration, only: calibration_t
     implicit none
     private
-    public :: knowledge_study_t, study_knowledge, study_all_knowledge, source_sigma, size_text
+    public :: knowledge_study_t, study_knowledge, study_all_knowledge, estimates_of_all, source_sigma, size_text
     public :: SIGMA_OF_CASE, SIGMA_A_PRIORI, SIGMA_BY_DEFAULT
 
     !> Where the size of an error comes from: the case's group operator, its a-priori sigmas, or the size
@@ -73,7 +73,7 @@ contains
             case (COMMON_ROD_GAIN)
                 sigma = [a_priori%sigma_rod_gain]
             case (ACCELEROMETER_SCALE)
-                sigma = a_priori%sigma_scale_factors
+                sigma = a_priori%aged_scale_sigmas()
             case (MAGNETOMETER_BIAS)
                 sigma = a_priori%sigma_magnetometer_bias
             case (TORQUE_CHANGE)
@@ -87,14 +87,16 @@ contains
 
     !> Draws one source in `runs` runs, with the standard deviations of source_sigma, and estimates from
     !> observations without noise. Fails as the estimator does.
-    subroutine study_knowledge(simulator, algorithm, options, source, seed, runs, threads, study, error)
+    subroutine study_knowledge(simulator, algorithm, options, source, seed, runs, threads, study, error, progress)
         type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: source                   !! Its place in SOURCES
-        integer, intent(in) :: seed, runs, threads      !! First seed; how many runs; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads      !! How many runs; in parallel
         type(knowledge_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the estimates
 
         type(estimates_t) :: work
         type(operator_t) :: own, drawing
@@ -121,7 +123,7 @@ contains
         work%options%optimal%noise = NOISE_GIVEN        ! there is none to estimate
         call observe_without_noise(simulator, density_wave_t(), work%observations)
         allocate (work%offset(3, size(work%operators)))
-        call run_parallel(work, size(work%operators), threads, error)
+        call run_parallel(work, size(work%operators), threads, error, progress)
         call add_context(error, 'error of '//trim(SOURCES(source)%name))
         if (allocated(error)) return
         study%source = source
@@ -137,7 +139,8 @@ contains
     subroutine study_all_knowledge(calibration, algorithm, seed, runs, threads, studies, error, progress)
         type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
-        integer, intent(in) :: seed, runs, threads      !! First seed; runs of each source; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads      !! Runs of each source; in parallel
         type(knowledge_study_t), intent(out) :: studies(:)      !! In the order of SOURCES
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
@@ -146,12 +149,21 @@ contains
         integer :: i
 
         call new_simulator(calibration%case, simulator, error)
+        call expect_pieces(progress, estimates_of_all(runs), 'estimates')
         do i = 1, size(SOURCES)
             if (allocated(error)) return
-            call tell(progress, 'knowledge: '//trim(SOURCES(i)%name)//', '//integer_text(runs)//' runs')
-            call study_knowledge(simulator, algorithm, calibration%options, i, seed, runs, threads, studies(i), error)
+            call tell(progress, 'knowledge, '//trim(SOURCES(i)%name))
+            call study_knowledge(simulator, algorithm, calibration%options, i, seed, runs, threads, studies(i), error, &
+                                 progress)
         end do
     end subroutine study_all_knowledge
+
+    !> How many estimates study_knowledge makes for all of SOURCES together.
+    pure integer function estimates_of_all(runs) result(estimates)
+        integer, intent(in) :: runs     !! Of each source
+
+        estimates = size(SOURCES)*(1 + runs) + 2*sum(SOURCES%components)
+    end function estimates_of_all
 
     !> The size of a study's error, as a row or a comment has it: 'rod_gain: sigma 0.005 (default size)'.
     pure function size_text(study) result(text)

@@ -1,10 +1,10 @@
 !> Every estimator against the theoretical limit: RMS errors with the systematic errors off, beside the
 !> Cramer-Rao bound of the manoeuvre under the noise of the instruments.
 module gracecg_studies_limit
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text
     use gracecg_base_version, only: file_comments
@@ -17,11 +17,11 @@ module gracecg_studies_limit
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     implicit none
     private
-    public :: limit_study_t, study_limit, relative_error, at_the_bound, write_limits, MOST_SEQUENTIAL_RUNS
+    public :: limit_study_t, study_limit, relative_error, at_the_bound, detectable_excess, write_limits
 
-    integer, parameter :: MOST_SEQUENTIAL_RUNS = 15     !! One takes as long as ten of the others
     integer, parameter :: ALGORITHMS = size(ESTIMATOR_NAMES)
     real(dp), parameter :: SIGMAS = 3               !! Of the sampling error: so far the bound counts as reached
+    real(dp), parameter :: POWER_SIGMAS = 0.8416_dp !! Of a test that finds what there is in 80 % of its trials
 
     !> The limit of a case, and what the estimators reach; each array in the order of ESTIMATOR_NAMES.
     type :: limit_study_t
@@ -34,11 +34,12 @@ module gracecg_studies_limit
 
 contains
 
-    !> Bound of a case and Monte Carlo of every estimator, the systematic errors off; `sequential` does
-    !> MOST_SEQUENTIAL_RUNS at most. Fails as `bound_of_case` and `run_monte_carlo` do.
+    !> Bound of a case and Monte Carlo of every estimator, the systematic errors off. Fails as `bound_of_case`
+    !> and `run_monte_carlo` do.
     subroutine study_limit(calibration, seed, runs, threads, study, error, progress)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(in) :: seed, runs, threads      !! Of the random numbers; of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads      !! Of each Monte Carlo; in parallel
         type(limit_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
@@ -51,17 +52,17 @@ contains
         integer :: a, k
 
         study%case_name = calibration%case%name
-        study%runs = merge(min(runs, MOST_SEQUENTIAL_RUNS), runs, ESTIMATOR_NAMES == 'sequential')
+        study%runs = runs
         call switch_off(switches, 'systematic', error)
         if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
         if (.not. allocated(error)) call new_switched_simulator(calibration%case, switches, simulator, error)
         if (allocated(error)) return
         study%bound = bound%sigma
+        call expect_pieces(progress, sum(study%runs), 'runs')
         do a = 1, ALGORITHMS
-            call tell(progress, 'bound: '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a))//', '// &
-                      integer_text(study%runs(a))//' runs')
+            call tell(progress, 'limit, '//trim(study%case_name)//', '//trim(ESTIMATOR_NAMES(a)))
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), calibration%options, seed, &
-                                 [(k, k=1, study%runs(a))], threads, results, error)
+                                 [(k, k=1, study%runs(a))], threads, results, error, progress=progress)
             if (allocated(error)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             study%rms(:, a) = statistics%rms*MILLIMETRE
@@ -88,10 +89,18 @@ contains
         at_the_bound = abs(ratio - 1) <= SIGMAS*sampling_error(runs)
     end function at_the_bound
 
+    !> The relative excess over the bound that so many runs tell from chance with a probability of 80 %: an RMS
+    !> so much larger is not "at the bound" any more.
+    elemental real(dp) function detectable_excess(runs) result(excess)
+        integer, intent(in) :: runs                     !! Of the Monte Carlo
+
+        excess = (SIGMAS + POWER_SIGMAS)*sampling_error(runs)
+    end function detectable_excess
+
     !> The studies as CSV: a row a case, estimator and axis.
     subroutine write_limits(path, command, seed, studies, error)
         character(*), intent(in) :: path, command       !! The file; the command that computed it, for the comments
-        integer, intent(in) :: seed                     !! Of the random numbers
+        integer(i8), intent(in) :: seed                     !! Of the random numbers
         type(limit_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
 

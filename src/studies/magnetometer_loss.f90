@@ -4,30 +4,30 @@
 !> The true field of a simulation is that of the model, so the model's error is added to the truth:
 !> constant over the arc in body axes, normal, drawn for every run.
 module gracecg_studies_magnetometer_loss
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE, NANOTESLA, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
-    use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_studies_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, &
         run_monte_carlo, &
         error_statistics_t, statistics_of
     implicit none
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
-    public :: study_magnetometer_loss, LOSS_ALGORITHMS, LOSS_STUDIES, write_field_studies, write_field_runs
+    public :: study_magnetometer_loss, study_loss_of_cases, names_of_loss_cases, LOSS_ALGORITHMS, LOSS_STUDIES
+    public :: field_table, write_field_studies, write_field_runs
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
     integer, parameter :: STREAM_FIELD_MODEL = 6            !! Of the random numbers of one run
@@ -60,51 +60,82 @@ module gracecg_studies_magnetometer_loss
 
 contains
 
-    !> Figure 6.6: cases 2 and 3 of a satellite with each of LOSS_ALGORITHMS, with measured and with modelled
-    !> field in turns.
+    !> The cases of Figure 6.6 for a satellite, by name and commas.
+    pure function names_of_loss_cases(satellite) result(names)
+        character(*), intent(in) :: satellite       !! 'front' or 'back'
+        character(2*len_trim(satellite) + 5) :: names
+
+        names = trim(satellite)//'-'//integer_text(LOSS_CASES(1))//','//trim(satellite)//'-'//integer_text(LOSS_CASES(2))
+    end function names_of_loss_cases
+
+    !> Figure 6.6: cases 2 and 3 of a satellite, as study_loss_of_cases.
     subroutine study_magnetometer_loss(satellite, deviation, seed, runs, threads, studies, error, progress)
         character(*), intent(in) :: satellite       !! 'front' or 'back'
         real(dp), intent(in) :: deviation           !! Of the model's error, T
-        integer, intent(in) :: seed, runs, threads  !! First seed; runs of each Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed             !! Of the random numbers
+        integer, intent(in) :: runs, threads        !! Runs of each Monte Carlo; in parallel
         type(field_study_t), intent(out) :: studies(LOSS_STUDIES)   !! By case, algorithm, source of the field
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
+
+        type(calibration_t) :: calibrations(size(LOSS_CASES))
+        type(field_study_t), allocatable :: found(:)
+        integer :: i
+
+        do i = 1, size(LOSS_CASES)
+            call find_calibration(satellite//'-'//integer_text(LOSS_CASES(i)), calibrations(i), error)
+            if (allocated(error)) return
+        end do
+        call study_loss_of_cases(calibrations, deviation, seed, runs, threads, found, error, progress)
+        if (.not. allocated(error)) studies = found
+    end subroutine study_magnetometer_loss
+
+    !> Cases with each of LOSS_ALGORITHMS, with measured and with modelled field in turns.
+    subroutine study_loss_of_cases(calibrations, deviation, seed, runs, threads, studies, error, progress)
+        type(calibration_t), intent(in) :: calibrations(:)
+        real(dp), intent(in) :: deviation           !! Of the model's error, T
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads  !! Runs of each Monte Carlo; in parallel
+        type(field_study_t), allocatable, intent(out) :: studies(:)     !! By case, algorithm, source of the field
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
-        type(case_t) :: case
         type(simulator_t) :: simulator
-        character(:), allocatable :: name
         integer :: i, a, f, n
 
+        allocate (studies(size(calibrations)*size(LOSS_ALGORITHMS)*size(FIELD_SOURCES)))
+        call expect_pieces(progress, size(studies)*runs, 'runs')
         n = 0
-        do i = 1, size(LOSS_CASES)
-            name = satellite//'-'//integer_text(LOSS_CASES(i))
-            call report_case(name, case, error)
-            if (.not. allocated(error)) call new_simulator(case, simulator, error)
+        do i = 1, size(calibrations)
+            call new_simulator(calibrations(i)%case, simulator, error)
             if (allocated(error)) return
             do a = 1, size(LOSS_ALGORITHMS)
                 do f = 1, size(FIELD_SOURCES)
-                    call tell(progress, 'loss of the magnetometer: '//name//', '//LOSS_ALGORITHMS(a)//', '// &
-                              trim(FIELD_SOURCES(f))//' field, '//integer_text(runs)//' runs')
+                    call tell(progress, trim(calibrations(i)%case%name)//', '//LOSS_ALGORITHMS(a)//', '// &
+                              trim(FIELD_SOURCES(f))//' field')
                     n = n + 1
-                    call study_field(simulator, LOSS_ALGORITHMS(a), report_options(name), FIELD_SOURCES(f) == 'model', &
-                                     deviation, seed, runs, threads, studies(n), error)
+                    call study_field(simulator, LOSS_ALGORITHMS(a), calibrations(i)%options, FIELD_SOURCES(f) == 'model', &
+                                     deviation, seed, runs, threads, studies(n), error, progress)
                     if (allocated(error)) return
                 end do
             end do
         end do
-    end subroutine study_magnetometer_loss
+    end subroutine study_loss_of_cases
 
     !> Simulates and estimates `runs` calibrations with the magnetometer or with the field model in its
     !> place, and predicts their errors. Fails as `run_monte_carlo` does.
-    subroutine study_field(simulator, algorithm, options, with_model, deviation, seed, runs, threads, study, error)
+    subroutine study_field(simulator, algorithm, options, with_model, deviation, seed, runs, threads, study, error, &
+                           progress)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: with_model    !! The field model instead of the magnetometer
         real(dp), intent(in) :: deviation           !! Of the model's error, T
-        integer, intent(in) :: seed, runs, threads    !! First seed; runs of the Monte Carlo; in parallel
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: runs, threads    !! Runs of the Monte Carlo; in parallel
         type(field_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
 
         type(monte_carlo_t) :: results
         type(error_statistics_t) :: statistics
@@ -119,12 +150,13 @@ contains
             call predict_field_model(simulator, algorithm, options, deviation, study%predicted, error)
             if (allocated(error)) return
             call run_monte_carlo(simulator, algorithm, options, seed, study%run, threads, results, error, &
-                                 field_model_t(deviation))
+                                 field_model_t(deviation), progress)
         else
             call predict_errors(simulator, algorithm, options, prediction, error)
             if (allocated(error)) return
             study%predicted = prediction%rms
-            call run_monte_carlo(simulator, algorithm, options, seed, study%run, threads, results, error)
+            call run_monte_carlo(simulator, algorithm, options, seed, study%run, threads, results, error, &
+                                 progress=progress)
         end if
         if (allocated(error)) return
         statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
@@ -136,7 +168,8 @@ contains
     subroutine take_model_field(self, simulator, seed, run, observations)
         class(field_model_t), intent(in) :: self
         type(simulator_t), intent(in) :: simulator
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(observation_set_t), intent(inout) :: observations
 
         type(random_stream_t) :: stream
@@ -216,37 +249,48 @@ contains
         offset = solution%offset
     end subroutine estimate_with_field_error
 
-    !> Figure 6.6: RMS errors with measured and with modelled field.
+    !> Figure 6.6: RMS errors with measured and with modelled field, beside what theory expects.
+    function field_table(studies) result(table)
+        type(field_study_t), intent(in) :: studies(:)
+        type(data_table_t) :: table
+
+        character(64) :: labels(3)
+        integer :: i, k, axis
+
+        call table%columns_of('case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm')
+        do i = 1, size(studies)
+            labels = labels_of(studies(i))
+            do axis = 1, 3
+                do k = 1, 3
+                    call table%add(labels(k))
+                end do
+                call table%add(AXES(axis))
+                call table%add(size(studies(i)%run))
+                call table%add([studies(i)%rms(axis), studies(i)%predicted(axis)]/MILLIMETRE)
+            end do
+        end do
+    end function field_table
+
+    !> The same as a CSV file.
     subroutine write_field_studies(path, command, seed, deviation, studies, error)
         character(*), intent(in) :: path, command
-        !! The file; the command that computed it, for the comments
-        integer, intent(in) :: seed    !! Of the runs
+        !! The file; the command that computed it, for what tells of it
+        integer(i8), intent(in) :: seed    !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         type(field_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
-        character(64) :: labels(4)
-        integer :: i, axis
+        type(data_table_t) :: table
 
-        call file%open(path, 'case,algorithm,magnetometer,axis,runs,rms_mm', &
-                       field_comments(command, seed, deviation), error)
-        if (allocated(error)) return
-        do i = 1, size(studies)
-            labels(:3) = labels_of(studies(i))
-            do axis = 1, 3
-                labels(4) = AXES(axis)
-                call file%row([real(size(studies(i)%run), dp), studies(i)%rms(axis)/MILLIMETRE], labels)
-            end do
-        end do
-        call file%commit(error)
+        table = field_table(studies)
+        call table%write(path, field_comments(command, seed, deviation), error)
     end subroutine write_field_studies
 
     !> The estimates of every run with measured and with modelled field.
     subroutine write_field_runs(path, command, seed, deviation, studies, error)
         character(*), intent(in) :: path, command
         !! The file; the command that computed it, for the comments
-        integer, intent(in) :: seed    !! Of the runs
+        integer(i8), intent(in) :: seed    !! Of the runs
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         type(field_study_t), intent(in) :: studies(:)
         type(error_t), allocatable, intent(out) :: error
@@ -277,7 +321,7 @@ contains
 
     function field_comments(command, seed, deviation) result(comments)
         character(*), intent(in) :: command
-        integer, intent(in) :: seed
+        integer(i8), intent(in) :: seed
         real(dp), intent(in) :: deviation           !! T
         character(200) :: comments(2)
 

@@ -1,10 +1,11 @@
 !> Many calibrations of one case: errors of the estimated offset, and what theory predicts for them.
 module gracecg_studies_monte_carlo
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_text, only: integer_text
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -15,7 +16,8 @@ module gracecg_studies_monte_carlo
     use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise
     implicit none
     private
-    public :: monte_carlo_t, run_monte_carlo, alteration_t, error_statistics_t, statistics_of, prediction_t, predict_errors
+    public :: monte_carlo_t, run_monte_carlo, alteration_t, run_recorder_t, error_statistics_t, statistics_of
+    public :: prediction_t, predict_errors
 
     !> The estimates of all runs of one case and algorithm.
     type :: monte_carlo_t
@@ -29,9 +31,9 @@ module gracecg_studies_monte_carlo
 
     !> Statistics of the errors of the offset, mm.
     type :: error_statistics_t
-        real(dp) :: rms(3)          !! About the true offset
-        real(dp) :: mean(3)         !! Of estimate minus truth
-        real(dp) :: deviation(3)    !! About the mean, of the sample
+        real(dp) :: rms(3) = 0          !! About the true offset
+        real(dp) :: mean(3) = 0         !! Of estimate minus truth
+        real(dp) :: deviation(3) = 0    !! About the mean, of the sample
     end type error_statistics_t
 
     !> What a covariance analysis predicts for the errors, m.
@@ -52,22 +54,46 @@ module gracecg_studies_monte_carlo
     abstract interface
         !> Changes the observations of a run; called from several threads at once.
         subroutine alter_interface(self, simulator, seed, run, observations)
-            import :: alteration_t, simulator_t, observation_set_t
+            import :: i8, alteration_t, simulator_t, observation_set_t
             class(alteration_t), intent(in) :: self
             type(simulator_t), intent(in) :: simulator
-            integer, intent(in) :: seed, run
+            integer(i8), intent(in) :: seed        !! Of the random numbers
+            integer, intent(in) :: run
             type(observation_set_t), intent(inout) :: observations
         end subroutine alter_interface
+    end interface
+
+    !> Who wants every run as soon as it is done.
+    type, abstract :: run_recorder_t
+    contains
+        procedure(record_interface), deferred :: record
+        !! Takes the estimate of one run
+    end type run_recorder_t
+
+    abstract interface
+        !> Takes the estimate of one run; called by one thread at a time, in whatever order the runs end. Fails
+        !> when it cannot be kept; the Monte Carlo fails then.
+        subroutine record_interface(self, run, offset, converged, normalised, error)
+            import :: dp, error_t, run_recorder_t
+            class(run_recorder_t), intent(inout) :: self
+            integer, intent(in) :: run              !! Its number
+            real(dp), intent(in) :: offset(3)       !! Estimate of d, m
+            logical, intent(in) :: converged        !! Did it converge?
+            real(dp), intent(in) :: normalised      !! As in monte_carlo_t
+            type(error_t), allocatable, intent(out) :: error
+        end subroutine record_interface
     end interface
 
     !> The runs of a Monte Carlo as pieces of work.
     type, extends(parallel_work_t) :: runs_t
         type(simulator_t), pointer :: simulator => null()
         class(alteration_t), pointer :: alteration => null()    !! Not associated: none
+        class(run_recorder_t), pointer :: recorder => null()    !! Likewise
         character(:), allocatable :: algorithm
         type(estimation_options_t) :: options
-        integer :: seed = 1
+        integer(i8) :: seed = 1
         type(monte_carlo_t) :: results
+        logical, allocatable :: done(:)
     contains
         procedure :: do_one => do_run
     end type runs_t
@@ -77,22 +103,28 @@ contains
     !> Simulates and estimates the given runs, on `threads` threads. A run's numbers depend on nothing
     !> but seed, case and its own number.
     !>
-    !> Fails when a run fails: the error is that of the failed run with the lowest number.
-    subroutine run_monte_carlo(simulator, algorithm, options, seed, runs, threads, results, error, alteration)
+    !> Fails when a run fails: the error is that of the failed run with the lowest number; and when the listener
+    !> wants to stop. The results are those of the runs that were done.
+    subroutine run_monte_carlo(simulator, algorithm, options, seed, runs, threads, results, error, alteration, &
+                               progress, recorder)
         type(simulator_t), intent(in), target :: simulator
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options   !! The estimates are not judged, whatever they say
-        integer, intent(in) :: seed             !! Of the random numbers
+        integer(i8), intent(in) :: seed             !! Of the random numbers
         integer, intent(in) :: runs(:)          !! Numbers of the runs, increasing
         integer, intent(in) :: threads          !! How many to use
         type(monte_carlo_t), intent(out) :: results
         type(error_t), allocatable, intent(out) :: error
         class(alteration_t), intent(in), optional, target :: alteration     !! Of every observation set
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
+        class(run_recorder_t), intent(inout), optional, target :: recorder  !! Gets every run
 
         type(runs_t) :: work
+        integer :: i
 
         work%simulator => simulator
         if (present(alteration)) work%alteration => alteration
+        if (present(recorder)) work%recorder => recorder
         work%algorithm = algorithm
         work%options = options
         work%options%covariance = .false.
@@ -100,9 +132,25 @@ contains
         work%results%run = runs
         allocate (work%results%offset(3, size(runs)), work%results%converged(size(runs)), &
                   work%results%normalised(size(runs)))
-        call run_parallel(work, size(runs), threads, error)
-        results = work%results
+        allocate (work%done(size(runs)), source=.false.)
+        call run_parallel(work, size(runs), threads, error, progress)
+        if (all(work%done)) then
+            results = work%results
+        else
+            results = done_only(work%results, pack([(i, i=1, size(runs))], work%done))
+        end if
     end subroutine run_monte_carlo
+
+    function done_only(all, done) result(some)
+        type(monte_carlo_t), intent(in) :: all
+        integer, intent(in) :: done(:)      !! Places in `all`
+        type(monte_carlo_t) :: some
+
+        some%run = all%run(done)
+        some%offset = all%offset(:, done)
+        some%converged = all%converged(done)
+        some%normalised = all%normalised(done)
+    end function done_only
 
     subroutine do_run(self, i, error)
         class(runs_t), intent(inout) :: self
@@ -125,6 +173,12 @@ contains
             results%converged(i) = solution%converged
             results%normalised(i) = normalised_error(solution%offset - self%simulator%case%satellite%offset, &
                                                      solution%covariance)
+            if (associated(self%recorder)) then
+                !$omp critical (gracecg_monte_carlo_record)
+                call self%recorder%record(run, solution%offset, solution%converged, results%normalised(i), error)
+                !$omp end critical (gracecg_monte_carlo_record)
+            end if
+            self%done(i) = .not. allocated(error)
         end associate
     end subroutine do_run
 

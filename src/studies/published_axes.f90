@@ -2,10 +2,10 @@
 module gracecg_studies_published_axes
     use gracecg_base_kinds, only: dp
     use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_SATELLITE, LIMIT_PANEL, LIMIT_AXIS, LIMIT_LOW, &
-        LIMIT_HIGH
+        LIMIT_HIGH, LIMIT_STEP
     implicit none
     private
-    public :: published_axis_limits
+    public :: published_axis_limits, published_axis_step
 
 contains
 
@@ -21,8 +21,25 @@ contains
         integer :: i
 
         limits = 0
-        i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
-                    LIMIT_AXIS == axis, .true., 1)
+        i = place_of(figure, satellite, panel, axis)
         if (i > 0) limits = [LIMIT_LOW(i), LIMIT_HIGH(i)]
     end function published_axis_limits
+
+    !> Distance of the tick marks of one panel, as its limits; 0 when the report has no such panel.
+    pure real(dp) function published_axis_step(figure, satellite, panel, axis) result(step)
+        character(*), intent(in) :: figure, satellite, panel, axis  !! As of published_axis_limits
+
+        integer :: i
+
+        step = 0
+        i = place_of(figure, satellite, panel, axis)
+        if (i > 0) step = LIMIT_STEP(i)
+    end function published_axis_step
+
+    pure integer function place_of(figure, satellite, panel, axis) result(i)
+        character(*), intent(in) :: figure, satellite, panel, axis
+
+        i = findloc(LIMIT_FIGURE == figure .and. LIMIT_SATELLITE == satellite .and. LIMIT_PANEL == panel .and. &
+                    LIMIT_AXIS == axis, .true., 1)
+    end function place_of
 end module gracecg_studies_published_axes

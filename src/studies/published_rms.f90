@@ -1,6 +1,7 @@
 !> The RMS errors that CSR-TM-00-01 publishes in its Tables 6.1 and 6.2.
 module gracecg_studies_published_rms
     use gracecg_base_kinds, only: dp
+    use gracecg_simulation_report_cases, only: published_name
     use gracecg_studies_table_report_rms, only: RMS_CASE, RMS_ALGORITHM, RMS_PUBLISHED
     implicit none
     private
@@ -14,13 +15,13 @@ contains
 
     !> RMS of the offset over 15 runs, mm, the misprint mended; 0 where nothing is published.
     pure function published_rms(case, algorithm) result(rms)
-        character(*), intent(in) :: case, algorithm !! 'front-1' ... 'back-3'; one of ESTIMATOR_NAMES
+        character(*), intent(in) :: case, algorithm !! 'front-1' ... 'back-3-printed'; one of ESTIMATOR_NAMES
         real(dp) :: rms(3)
 
         integer :: row, column
 
         rms = 0
-        row = findloc(RMS_CASE == case, .true., 1)
+        row = findloc(RMS_CASE == published_name(case), .true., 1)
         column = findloc(RMS_ALGORITHM == algorithm, .true., 1)
         if (row == 0 .or. column == 0) return
         rms = RMS_PUBLISHED(row:row + 2, column)

@@ -4,23 +4,27 @@ module gracecg_studies_timing
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
-    use gracecg_estimation_report_options, only: report_options
+    use gracecg_files_data_table, only: data_table_t
+    use gracecg_environment_time, only: seconds_between
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
+    use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_scan, only: orbit_place_t, scan_orbit, x_is_weakest
     implicit none
     private
-    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, write_places
+    public :: timing_study_t, study_timing, timing_summary_t, summary_of, best_places, places_table, &
+        write_places
 
     !> One revolution of one satellite.
     type :: timing_study_t
-        type(case_t) :: case                                !! Case 1 of the satellite
+        type(case_t) :: case                                !! Where the revolution begins
         type(nominal_orbit_t) :: orbit                      !! Along which the places lie
         type(orbit_place_t), allocatable :: places(:)       !! Every `step` along the revolution
-        type(orbit_place_t), allocatable :: of_cases(:)     !! Of the report's cases
+        type(orbit_place_t), allocatable :: of_cases(:)     !! Of the report's cases, or of the case alone
+        logical :: of_report = .false.                      !! The report's cases lie on this orbit
         integer :: step = 0                                 !! Between the places, s
     end type timing_study_t
 
@@ -35,25 +39,48 @@ module gracecg_studies_timing
 contains
 
     !> Flies a satellite once round the Earth. Fails as `scan_orbit` does.
-    subroutine study_timing(satellite, step, threads, study, error)
-        character(*), intent(in) :: satellite       !! 'front' or 'back'
+    subroutine study_timing(calibration, step, threads, study, error, progress)
+        type(calibration_t), intent(in) :: calibration      !! Its orbit, satellite and options
         integer, intent(in) :: step                 !! Between the places, s
         integer, intent(in) :: threads              !! How many to use
         type(timing_study_t), intent(out) :: study
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places
 
+        integer, allocatable :: times(:)
         integer :: i
 
+        call tell(progress, 'orbit of '//trim(calibration%case%name))
         study%step = step
-        call report_case(satellite//'-1', study%case, error)
-        if (.not. allocated(error)) call new_nominal_orbit(study%case, study%orbit, error)
+        study%case = calibration%case
+        call new_nominal_orbit(study%case, study%orbit, error)
         if (allocated(error)) return
-        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, nint(TIME_OF_CASE), threads, &
-                        study%of_cases, error)
+        study%of_report = has_orbit_of_case_1(study%case)
+        times = [0]
+        if (study%of_report) times = nint(TIME_OF_CASE)
+        call scan_orbit(study%case, calibration%options, study%orbit, times, threads, study%of_cases, error)
         if (allocated(error)) return
-        call scan_orbit(study%case, report_options(satellite//'-1'), study%orbit, &
-                        [(i*step, i=0, int(study%orbit%revolution)/step)], threads, study%places, error)
+        times = [(i*step, i=0, int(study%orbit%revolution)/step)]
+        call tell(progress, 'calibrations along the orbit of '//trim(calibration%case%name))
+        call expect_pieces(progress, size(times), 'places')
+        call scan_orbit(study%case, calibration%options, study%orbit, times, threads, study%places, error, progress)
     end subroutine study_timing
+
+    !> Does a case begin where and when case 1 of its satellite does in the report? Then the report's other cases
+    !> lie on its orbit.
+    logical function has_orbit_of_case_1(case)
+        type(case_t), intent(in) :: case
+
+        type(case_t) :: first
+        type(error_t), allocatable :: failure
+
+        has_orbit_of_case_1 = .false.
+        call report_case(trim(case%satellite%name)//'-1', first, failure)
+        if (allocated(failure)) return
+        has_orbit_of_case_1 = abs(seconds_between(first%epoch, case%epoch)) <= 0 .and. &
+                              all(abs(first%position - case%position) <= 0) .and. &
+                              all(abs(first%velocity - case%velocity) <= 0)
+    end function has_orbit_of_case_1
 
     !> The extremes of a revolution.
     pure function summary_of(study) result(summary)
@@ -93,27 +120,49 @@ contains
         best = [(minloc(sigma(i, :), 1), i=1, 3), minloc(maxval(sigma, 1), 1)]
     end function best_places
 
-    !> Figures 6.1 and 6.4: the calibrations at the places of an orbit.
+    !> Figures 6.1 and 6.4: the calibrations at places of an orbit. For people: their columns.
+    function places_table(places, labels) result(table)
+        type(orbit_place_t), intent(in) :: places(:)
+        character(*), intent(in), optional :: labels(:)     !! Of the places, in a column before the others
+        type(data_table_t) :: table
+
+        integer :: i
+
+        if (present(labels)) call table%column('place', 'a', 'place')
+        call table%column('time_s', 'i8', 'time|s')
+        call table%column('latitude_deg', 'f8.1', 'lat.|deg')
+        call table%column('longitude_deg', 'f8.1', 'long.|deg')
+        call table%column('bx_nt', 'i8', 'field, nT|x')
+        call table%column('by_nt', 'i8', '|y')
+        call table%column('bz_nt', 'i8', '|z')
+        call table%column('alpha_x_rad_s2', 'f8.2', '1e-6 rad/s^2|x', 1e6_dp)
+        call table%column('alpha_y_rad_s2', 'f8.2', '|y', 1e6_dp)
+        call table%column('alpha_z_rad_s2', 'f8.2', '|z', 1e6_dp)
+        call table%column('sigma_x_mm', 'f8.4', 'sigma, mm|x')
+        call table%column('sigma_y_mm', 'f8.4', '|y')
+        call table%column('sigma_z_mm', 'f8.4', '|z')
+        do i = 1, size(places)
+            associate (place => places(i))
+                if (present(labels)) call table%add(labels(i))
+                call table%add(place%time)
+                call table%add([place%latitude/DEGREE, place%longitude/DEGREE])
+                call table%add(place%field/NANOTESLA)
+                call table%add(place%acceleration)
+                call table%add(place%sigma/MILLIMETRE)
+            end associate
+        end do
+    end function places_table
+
+    !> The same as a CSV file.
     subroutine write_places(path, command, satellite, places, error)
         character(*), intent(in) :: path, command, satellite
-        !! The file; the command that computed it, and the satellite, for the comments
+        !! The file; the command that computed it, and the satellite, for what tells of it
         type(orbit_place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
-        integer :: i
+        type(data_table_t) :: table
 
-        call file%open(path, 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x,alpha_y,alpha_z,'// &
-                       'sigma_x_mm,sigma_y_mm,sigma_z_mm', &
-                       file_comments(command, trim(satellite)//' satellite; field in body axes; alpha in rad/s^2'), &
-                       error)
-        if (allocated(error)) return
-        do i = 1, size(places)
-            associate (place => places(i))
-                call file%row([real(place%time, dp), place%latitude/DEGREE, place%longitude/DEGREE, &
-                               place%field/NANOTESLA, place%acceleration, place%sigma/MILLIMETRE])
-            end associate
-        end do
-        call file%commit(error)
+        table = places_table(places)
+        call table%write(path, file_comments(command, trim(satellite)//' satellite; field in body axes'), error)
     end subroutine write_places
 end module gracecg_studies_timing

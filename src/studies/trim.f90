@@ -4,9 +4,10 @@
 !> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
 !> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
 module gracecg_studies_trim
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
@@ -17,18 +18,22 @@ module gracecg_studies_trim
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     implicit none
     private
-    public :: trim_settings_t, trim_round_t, trim_offset
+    public :: trim_settings_t, trim_round_t, trim_offset, trim_threshold, SIGMAS_OF_THRESHOLD
     public :: trim_statistics_t, repeat_trim
 
+    real(dp), parameter :: SIGMAS_OF_THRESHOLD = 3
+    !! Normal errors of three components stay below it together in 99 % of calibrations
     integer, parameter :: STREAM_BALANCE = 7        !! Random numbers of the mass balancing of one round
 
     !> When a trim ends, and how well the masses are moved.
     type :: trim_settings_t
         real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
+        logical :: by_sigma = .false.
+        !! The threshold of an axis is instead SIGMAS_OF_THRESHOLD times the sigma of its latest estimate
         integer :: rounds = 10                  !! At most
         real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
         real(dp) :: balance_noise = 0           !! Absolute, m
-        integer :: seed = 1                     !! Of the random numbers; the run is the round
+        integer(i8) :: seed = 1                     !! Of the random numbers; the run is the round
     end type trim_settings_t
 
     !> One calibration of the trim; body axes, m.
@@ -62,7 +67,7 @@ contains
     !> whatever the threshold, on `threads` threads.
     !>
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
-    subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error)
+    subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error, progress)
         type(case_t), intent(in), target :: case
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
@@ -70,6 +75,7 @@ contains
         integer, intent(in) :: runs, threads    !! Number of runs, and how many in parallel
         type(trim_statistics_t), intent(out) :: statistics(:)   !! (settings%rounds)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the trims
 
         type(trims_t) :: work
         integer :: i, axis
@@ -79,8 +85,9 @@ contains
         work%options = options
         work%settings = settings
         work%settings%threshold = 0
+        work%settings%by_sigma = .false.
         allocate (work%results(settings%rounds, runs))
-        call run_parallel(work, runs, threads, error)
+        call run_parallel(work, runs, threads, error, progress)
         if (allocated(error)) return
         do i = 1, settings%rounds
             do axis = 1, 3
@@ -141,16 +148,27 @@ contains
                 return
             end if
             rounds = [rounds, latest]
-            if (all(abs(latest%estimate) < settings%threshold)) return
+            if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
             current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
     end subroutine trim_offset
+
+    !> Below what the estimates of a round must be, each axis, m.
+    pure function trim_threshold(settings, latest) result(threshold)
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), intent(in) :: latest
+        real(dp) :: threshold(3)
+
+        threshold = settings%threshold
+        if (settings%by_sigma) threshold = SIGMAS_OF_THRESHOLD*latest%sigma
+    end function trim_threshold
 
     subroutine calibrate(case, algorithm, options, seed, run, latest, error)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: seed, run
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run
         type(trim_round_t), intent(out) :: latest
         type(error_t), allocatable, intent(out) :: error
 

@@ -54,7 +54,7 @@ contains
         call check(error, maxval(abs(r_two/r_one - 2)) < 1e-14_dp)
     end subroutine test_sides
 
-    !> From 1 mHz to 3 Hz at 10 Hz.
+    !> The flicker part of (3-2) from 1 mHz to 3 Hz at 10 Hz.
     subroutine test_law(error)
         type(error_type), allocatable, intent(out) :: error
         type(coloured_noise_t) :: noise

@@ -4,6 +4,7 @@ module test_parallel
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_text, only: integer_text
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -19,6 +20,17 @@ module test_parallel
         procedure :: do_one => add_up
     end type sums_t
 
+    !> Keeps what it is told, and wants to stop when so many pieces are done.
+    type, extends(progress_t) :: listener_t
+        character(160) :: latest = ''
+        integer :: told = 0
+        integer :: patience = huge(1)       !! Pieces
+        type(sums_t), pointer :: sums => null()
+    contains
+        procedure :: progress => listen
+        procedure :: stops => out_of_patience
+    end type listener_t
+
 contains
 
     subroutine collect_parallel(testsuite)
@@ -28,7 +40,9 @@ contains
                     new_unittest('every-piece-once', test_once), &
                     new_unittest('results-do-not-depend-on-threads', test_threads), &
                     new_unittest('first-failure', test_failure), &
-                    new_unittest('nothing-to-do', test_nothing)]
+                    new_unittest('nothing-to-do', test_nothing), &
+                    new_unittest('stops-when-asked', test_stop), &
+                    new_unittest('progress-line', test_line)]
     end subroutine collect_parallel
 
     subroutine add_up(self, i, error)
@@ -117,4 +131,78 @@ contains
         call run_parallel(sums, 0, 2, failure)
         call check(error, .not. allocated(failure), 'failed')
     end subroutine test_nothing
+
+    subroutine listen(self, text)
+        class(listener_t), intent(inout) :: self
+        character(*), intent(in) :: text
+
+        self%told = self%told + 1
+        self%latest = text
+    end subroutine listen
+
+    logical function out_of_patience(self)
+        class(listener_t), intent(in) :: self
+
+        out_of_patience = .false.
+        if (associated(self%sums)) out_of_patience = sum(self%sums%times_done) >= self%patience
+    end function out_of_patience
+
+    !> What was begun is ended, what was not is not, and the failure says how many are done.
+    subroutine test_stop(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t), target :: sums
+        type(listener_t) :: listener
+        type(error_t), allocatable :: failure
+        integer :: threads
+
+        do threads = 1, 3
+            sums = new_sums(500, [integer ::])
+            listener%sums => sums
+            listener%patience = 20
+            call run_parallel(sums, 500, threads, failure, listener)
+            call check(error, allocated(failure), 'did not stop')
+            if (allocated(error)) return
+            call check(error, sum(sums%times_done) >= 20 .and. sum(sums%times_done) < 20 + threads, &
+                       integer_text(sum(sums%times_done)))
+            if (allocated(error)) return
+            call check(error, failure%message, 'stopped: '//integer_text(sum(sums%times_done))//' of 500 are done')
+            if (allocated(error)) return
+        end do
+    end subroutine test_stop
+
+    !> Pieces, parts of a larger work, and percentages; many pieces are shown a few times only.
+    subroutine test_line(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(sums_t) :: sums
+        type(listener_t) :: listener
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call tell(listener, 'the orbit')
+        call check(error, trim(listener%latest), 'the orbit')
+        if (allocated(error)) return
+        call expect_pieces(listener, 8, 'runs', done=2)
+        call tell(listener, 'front-1')
+        call check(error, trim(listener%latest), '2/8 runs, 25 %: front-1')
+        if (allocated(error)) return
+        call listener%expect_parts(4, 'chapters')
+        call listener%next_part()
+        call expect_pieces(listener, 10, 'runs')
+        do i = 1, 5
+            call listener%advance()
+        end do
+        call tell(listener, 'front-1')
+        call check(error, trim(listener%latest), '2/4 chapters, 5/10 runs, 37 %: front-1')
+        if (allocated(error)) return
+        sums = new_sums(2000, [integer ::])
+        listener%told = 0
+        call expect_pieces(listener, 2000, 'sums')
+        call run_parallel(sums, 2000, 2, failure, listener)
+        call check(error, listener%told < 200, integer_text(listener%told))
+        if (allocated(error)) return
+        call tell(listener, 'sums')
+        call check(error, index(listener%latest, '2000/2000 sums, 50 %') > 0, listener%latest)
+    end subroutine test_line
 end module test_parallel

@@ -26,6 +26,7 @@ contains
                     new_unittest('cross-matrix-and-inverse', test_matrices)]
     end subroutine collect_quaternion
 
+    !> (2-29) is a rotation.
     subroutine test_orthogonal(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp) :: m(3, 3)
@@ -34,6 +35,7 @@ contains
         call check(error, maxval(abs(matmul(m, transpose(m)) - identity(3))) < 4e-16_dp)
     end subroutine test_orthogonal
 
+    !> Products of quaternions, the operator of (4-61) and (4-63), go as those of matrices.
     subroutine test_product(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp) :: a(4), b(4), difference(3, 3)
@@ -48,7 +50,8 @@ contains
                                      [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp])) < 1e-15_dp)
     end subroutine test_product
 
-    !> Turns of half a revolution about every kind of axis, where q4 = 0 or nearly so.
+    !> Turns of half a revolution about every kind of axis, where q4 = 0 or nearly so and (4-34)-(4-36) and
+    !> (4-76)-(4-78) divide by it.
     subroutine test_round_trip(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp) :: a(4), b(4), axis(3)
@@ -64,7 +67,7 @@ contains
         end do
     end subroutine test_round_trip
 
-    !> dq/dt against the exact turn by omega dt.
+    !> dq/dt, (2-20), (4-8), against the exact turn by omega dt; it is linear in q, (2-21), (4-9), (4-12).
     subroutine test_rate(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: OMEGA(3) = [0.3_dp, -0.2_dp, 0.5_dp], H = 1e-4_dp
@@ -79,16 +82,24 @@ contains
         call check(error, maxval(abs(matmul(rate_matrix(OMEGA), a)/2 - rate)) < 1e-16_dp)
     end subroutine test_rate
 
-    !> A frame turned by +90 deg about z sees the old x axis along its -y axis.
+    !> A frame turned by +90 deg about z sees the old x axis along its -y axis. (2-29) of (2-19) is Rodrigues'
+    !> formula.
     subroutine test_sense(error)
         type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: AXIS(3) = [0.48_dp, -0.6_dp, 0.64_dp], ANGLE = 1.1_dp
         real(dp) :: m(3, 3)
 
         m = rotation_matrix(quaternion_from_axis_angle([0.0_dp, 0.0_dp, 1.0_dp], PI/2))
         call check(error, maxval(abs(matmul(m, [1.0_dp, 0.0_dp, 0.0_dp]) - &
                                      [0.0_dp, -1.0_dp, 0.0_dp])) < 1e-15_dp)
+        if (allocated(error)) return
+        m = rotation_matrix(quaternion_from_axis_angle(AXIS, ANGLE))
+        m = m - (cos(ANGLE)*identity(3) - sin(ANGLE)*cross_matrix(AXIS) + &
+                 (1 - cos(ANGLE))*spread(AXIS, 2, 3)*spread(AXIS, 1, 3))
+        call check(error, maxval(abs(m)) < 1e-15_dp)
     end subroutine test_sense
 
+    !> Pi(a) b of (4-16) is a x b.
     subroutine test_matrices(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: A(3) = [1.0_dp, -2.0_dp, 0.5_dp], B(3) = [0.2_dp, 3.0_dp, -1.0_dp]

@@ -18,6 +18,7 @@ contains
                     new_unittest('first-uniform-numbers', test_first_uniform), &
                     new_unittest('same-name-same-numbers', test_reproducible), &
                     new_unittest('every-part-of-the-name-counts', test_names), &
+                    new_unittest('seeds-of-64-bits', test_long_seeds), &
                     new_unittest('streams-are-uncorrelated', test_streams), &
                     new_unittest('array-equals-single-draws', test_array), &
                     new_unittest('uniform-distribution', test_uniform), &
@@ -108,6 +109,42 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_names
+
+    !> Seeds of 32 bits mean the same in both kinds; all others are other streams, at the place that the
+    !> documentation says.
+    subroutine test_long_seeds(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer(i8), parameter :: TWO_32 = 2_i8**32, SEEDS(14) = [0_i8, 1_i8, -1_i8, 2_i8**31 - 1, 2_i8**31, &
+            TWO_32 - 1, TWO_32, TWO_32 + 1, -TWO_32, 2_i8**61, 2_i8**62, huge(1_i8) - TWO_32, huge(1_i8), -huge(1_i8)]
+        integer, parameter :: SHORT(5) = [0, 1, -1, huge(1), -huge(1)]
+        integer, parameter :: INSTRUMENTS(3) = [0, 1, 2**30 - 1]
+        type(random_stream_t) :: a, b
+        real(dp) :: first(size(SEEDS)*4*size(INSTRUMENTS))
+        integer(i8) :: block(4)
+        integer :: i, k, l, n
+
+        do i = 1, size(SHORT)
+            a = new_stream(SHORT(i), 3, 1, 4, 2)
+            b = new_stream(int(SHORT(i), i8), 3, 1, 4, 2)
+            call check(error, abs(a%uniform() - b%uniform()) <= 0)
+            if (allocated(error)) return
+        end do
+        n = 0
+        do i = 1, size(SEEDS)
+            do k = 0, 3
+                do l = 1, size(INSTRUMENTS)
+                    a = new_stream(SEEDS(i), 3, k, 4, INSTRUMENTS(l))
+                    n = n + 1
+                    first(n) = a%uniform()
+                    call check(error, .not. any(abs(first(:n - 1) - first(n)) <= 0))
+                    if (allocated(error)) return
+                end do
+            end do
+        end do
+        a = new_stream(5*TWO_32 + 7, 3, 1, 4, 2)
+        block = philox_4x32([0_i8, 3_i8, 1_i8 + 4*5, 2_i8], [7_i8, 4_i8])
+        call check(error, a%uniform(), real(block(1), dp)*2.0_dp**(-32), thr=1e-9_dp)
+    end subroutine test_long_seeds
 
     !> Streams that differ by one in one part of the name.
     subroutine test_streams(error)

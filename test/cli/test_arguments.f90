@@ -185,7 +185,7 @@ contains
         call refused('front-1 --out', [character(W) :: '--out takes 1 value: DIR', 'found 0'])
         call refused('front-1 --out --quiet', [character(W) :: '--out takes 1 value: DIR', &
                                                'found 0'])
-        call refused('front-1 --out=', [character(W) :: '--out takes 1 value: DIR'])
+        call refused('front-1 --out=', [character(W) :: 'option --out: the value DIR is empty'])
         call refused('front-1 --out run --position 1 2', &
                      [character(W) :: '--position takes 3 values: X Y Z', 'found 2'])
         call refused('front-1 --out run --position=1,2,3,4', [character(W) :: 'takes 3 values', &

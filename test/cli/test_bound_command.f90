@@ -61,7 +61,8 @@ contains
         if (allocated(error)) return
         rows = split(output, LF)
         call check(error, rows(1)%text, &
-                   'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z')
+                   'case,sigma_x_mm,sigma_y_mm,sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,'// &
+                   'consider_x_mm,consider_y_mm,consider_z_mm')
         if (allocated(error)) return
         fields = split(rows(3)%text, ',')
         call check(error, fields(1)%text, 'back-1')
@@ -112,9 +113,6 @@ contains
         character(:), allocatable :: output, messages, case_text
         integer :: status, first, last
 
-        call run('bound', status, output, messages)
-        call check(error, status, STATUS_MISUSED)
-        if (allocated(error)) return
         call run('bound front-9', status, output, messages)
         call check(error, status /= STATUS_DONE)
         if (allocated(error)) return

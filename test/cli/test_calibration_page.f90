@@ -5,7 +5,7 @@ module test_calibration_page
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: split_words, string_t
-    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, directory_exists, remove_file
+    use gracecg_files_file, only: text_file_t, read_text_file, file_exists, remove_file
     use gracecg_files_table, only: read_csv
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED
@@ -49,7 +49,8 @@ contains
                     new_unittest('advice-in-words', test_advice), &
                     new_unittest('no-convergence', test_no_convergence), &
                     new_unittest('unwritable', test_unwritable), &
-                    new_unittest('corrupted-observations', test_corrupted)]
+                    new_unittest('corrupted-observations', test_corrupted), &
+                    new_unittest('refused-fit', test_refused)]
     end subroutine collect_calibration_page
 
     subroutine run(line, status, output, messages)
@@ -192,16 +193,18 @@ contains
         call observe(error, RUN_1)
         call succeeds(error, 'estimate '//RUN_1//' --algorithm assest-rde --report '//FOLDER//'page.html', output, messages)
         if (allocated(error)) return
-        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x', 'y', 'z'], residuals, failure)
+        call read_csv(FOLDER//'page_files/residuals.csv', [character(6) :: 'time_s', 'x_m_s2', 'y_m_s2', 'z_m_s2'], &
+                      residuals, failure)
         if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/spectrum.csv', [character(12) :: 'frequency_hz', 'x', 'y', 'z', &
-                                                              'expected_x', 'expected_y', 'expected_z'], spectrum, failure)
+            call read_csv(FOLDER//'page_files/spectrum.csv', [character(23) :: 'frequency_hz', &
+                'x_m_s2_sqrt_hz', 'y_m_s2_sqrt_hz', 'z_m_s2_sqrt_hz', 'expected_x_m_s2_sqrt_hz', 'expected_y_m_s2_sqrt_hz', &
+                'expected_z_m_s2_sqrt_hz'], spectrum, failure)
         if (.not. allocated(failure)) &
             call read_csv(FOLDER//'page_files/ellipses.csv', [character(7) :: 'xy_x_mm', 'xy_y_mm', 'xz_x_mm', 'xz_z_mm', &
                                                               'yz_y_mm', 'yz_z_mm'], ellipses, failure)
         if (.not. allocated(failure)) &
-            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(6) :: 'time_s', 'mx', 'my', 'mz', 'wdx', 'wdy', &
-                                                               'wdz'], manoeuvre, failure)
+            call read_csv(FOLDER//'page_files/manoeuvre.csv', [character(10) :: 'time_s', 'mx_a_m2', 'my_a_m2', 'mz_a_m2', &
+                'wdx_rad_s2', 'wdy_rad_s2', 'wdz_rad_s2'], manoeuvre, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(residuals, 1) == 600 .and. size(manoeuvre, 1) == 600 .and. size(spectrum, 1) == 300)
@@ -307,7 +310,11 @@ contains
         call check(error, status, STATUS_FAILED, messages)
         if (.not. allocated(error)) call check(error, index(messages, 'did not converge') > 0, messages)
         call read_page(error, FOLDER//'astray.html', html)
-        call has(error, html, 'Not usable.')
+        call has(error, html, ': refused</h1>')
+        call has(error, html, 'Refused: there is no offset that may be used.')
+        call has(error, html, 'assest-fde did not converge in 20 iterations')
+        call has_not(error, html, 'Offset of the centre of gravity')
+        call has(error, html, '<figure id="residuals">')
         call has(error, html, '--options '//FOLDER//'page-astray/options.nml')
         call has(error, html, '&amp;estimation')
         call has(error, html, 'not converged in 20 iterations')
@@ -340,15 +347,20 @@ contains
                        .not. file_exists(FOLDER//'blocked.html.part1'), 'a page is there')
     end subroutine test_unwritable
 
-    !> The message of the observations' fault, and nothing written.
+    !> Observations that cannot be read: the message of their fault, and a page that says so in the place of
+    !> an older one, whose figures and numbers are gone.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
         type(text_file_t) :: samples
         type(error_t), allocatable :: failure
-        character(:), allocatable :: output, messages, without
+        character(:), allocatable :: html, output, messages
         integer :: status
 
         call observe(error, FOLDER//'page-bad')
+        if (allocated(error)) return
+        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
+                 messages)
+        call check(error, status == 0 .and. file_exists(FOLDER//'bad_files/residuals.csv'), messages)
         if (allocated(error)) return
         call read_text_file(FOLDER//'page-bad/accelerometer.csv', samples, failure)
         call check_passes(error, message_of(failure))
@@ -356,15 +368,56 @@ contains
         call make_file(error, 'page-bad/accelerometer.csv', samples%text(:samples%first(20) - 1)//'1.8,nan,0,0'// &
                        samples%text(samples%last(20) + 1:))
         if (allocated(error)) return
-        call run('estimate '//FOLDER//'page-bad --algorithm assest-fde', status, output, without)
         call run('estimate '//FOLDER//'page-bad --algorithm assest-fde --report '//FOLDER//'bad.html', status, output, &
                  messages)
-        call check(error, status == STATUS_FAILED .and. output == '' .and. messages == without .and. &
-                   index(messages, 'accelerometer.csv:20') > 0, messages)
+        call check(error, status == STATUS_FAILED .and. output == '' .and. index(messages, 'accelerometer.csv:20') > 0 &
+                   .and. index(messages, 'bad.html, the page of a refused estimate') > 0, messages)
         if (allocated(error)) return
-        call check(error, .not. file_exists(FOLDER//'bad.html') .and. .not. directory_exists(FOLDER//'bad_files'), &
-                   'something was written')
+        call read_page(error, FOLDER//'bad.html', html)
+        call has(error, html, 'Refused: there is no offset that may be used.')
+        call has(error, html, 'accelerometer.csv:20')
+        call has(error, html, 'no residuals to show')
+        call has_not(error, html, '<figure')
+        if (.not. allocated(error)) &
+            call check(error, .not. file_exists(FOLDER//'bad_files/residuals.csv'), 'numbers of the older page are left')
     end subroutine test_corrupted
+
+    !> A fit that the checks refuse, for each estimator: the reason on top, no offset, but the residuals.
+    subroutine test_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(10), parameter :: ALGORITHMS(4) = [character(10) :: 'assest-fde', 'ascfest', 'optimal', 'sequential']
+        character(*), parameter :: KEY = 'amplitude = '
+        type(text_file_t) :: setup
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, html, output, messages
+        integer :: status, place, i
+
+        call succeeds(error, 'simulate front-1 --out '//FOLDER//'page-refused', output, messages)
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'page-refused/setup.nml', setup, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        text = setup%text
+        place = index(text, KEY//'30')
+        do while (place > 0)        ! the rods fired with more than twice what the setup says
+            text = text(:place - 1)//KEY//'14'//text(place + len(KEY//'30'):)
+            place = index(text, KEY//'30')
+        end do
+        call make_file(error, 'page-refused/setup.nml', text)
+        do i = 1, size(ALGORITHMS)
+            if (allocated(error)) return
+            call run('estimate '//FOLDER//'page-refused --algorithm '//trim(ALGORITHMS(i))//' --report '//FOLDER// &
+                     'refused.html', status, output, messages)
+            call check(error, status == STATUS_FAILED .and. output == '' .and. &
+                       index(messages, 'did the rods fire') > 0, trim(ALGORITHMS(i))//': '//messages)
+            call read_page(error, FOLDER//'refused.html', html)
+            call has(error, html, 'Refused: there is no offset that may be used.')
+            call has(error, html, 'did the rods fire as the setup says?')
+            call has(error, html, '--algorithm '//trim(ALGORITHMS(i)))
+            call has(error, html, 'Residuals against the noise of the setup')
+            call has_not(error, html, 'Offset of the centre of gravity')
+        end do
+    end subroutine test_refused
 
     !> Every step has its words: how far to trim with its sign, axes by name, the commands that help.
     subroutine test_advice(error)

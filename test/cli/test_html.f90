@@ -78,7 +78,7 @@ contains
         call page%paragraph('Text')
         call page%bullet_list(['one', 'two'])
         call page%verdict(VERDICT_MISSED, 'Outside', 'why')
-        call page%preformatted('<pre>')
+        call page%preformatted('<pre>', 'lines')
         call page%details('more', 'lines')
         call rows%add(head_cell('front', rows=2)//number_cell(' 0.5 ')//text_cell('a', wraps=.true.)// &
                       verdict_cell(VERDICT_MET, 'inside'))

@@ -1,6 +1,6 @@
 !> The studies: error sources, loss of the magnetometer, trim, and campaigns on the command line.
 module test_studies
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, split_words
@@ -17,6 +17,7 @@ module test_studies
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use gracecg_studies_error_sources, only: study_switches, STUDY_NAMES
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset
     use gracecg_cli_console, only: console_t
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_MISUSED
@@ -40,6 +41,7 @@ contains
                     new_unittest('figure-6.6', test_magnetometer_loss), &
                     new_unittest('labels-of-the-back-satellite', test_back_labels), &
                     new_unittest('trim-within-sigma', test_trim), &
+                    new_unittest('trim-with-its-own-threshold', test_chosen_threshold), &
                     new_unittest('trim-without-noise', test_exact_trim), &
                     new_unittest('examples', test_examples), &
                     new_unittest('merge-on-the-command-line', test_merge), &
@@ -181,7 +183,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         do run = 1, 100
-            call model%alter(simulator, 1, run, observations)
+            call model%alter(simulator, 1_i8, run, observations)
             do i = 1, 60
                 errors(:, i) = observations%field(:, i) - simulator%arc%loads(10*i)%field
             end do
@@ -220,7 +222,7 @@ contains
         if (.not. allocated(failure)) call predict_field_model(simulator, 'assest-fde', estimation_options_t(), &
                                                                MODEL_FIELD_ERROR, rms, failure)
         if (.not. allocated(failure)) &
-            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1, first_runs(100), 2, &
+            call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 1_i8, first_runs(100), 2, &
                                                            results, failure, field_model_t())
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
@@ -256,6 +258,36 @@ contains
         if (allocated(error)) return
         call check(error, any(abs(rounds(n - 1)%estimate) >= settings%threshold), 'no round too many')
     end subroutine test_trim
+
+    !> Without --threshold-mm the command takes three times the sigma of each axis, says so, and ends at the first
+    !> round that is below on all axes.
+    subroutine test_chosen_threshold(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: case
+        type(trim_settings_t) :: settings
+        type(trim_round_t), allocatable :: rounds(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: output, messages
+        integer :: status, n
+
+        call report_case('front-3', case, failure)
+        settings%by_sigma = .true.
+        if (.not. allocated(failure)) &
+            call trim_offset(case, 'assest-fde', report_options('front-3'), settings, rounds, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        n = size(rounds)
+        call check(error, n > 1 .and. all(abs(rounds(n)%estimate) < 3*rounds(n)%sigma))
+        if (allocated(error)) return
+        call check(error, any(abs(rounds(n - 1)%estimate) >= 3*rounds(n - 1)%sigma))
+        if (allocated(error)) return
+        call run('trim front-3', status, output, messages)
+        call check(error, status, STATUS_DONE)
+        if (allocated(error)) return
+        call check(error, index(output, 'three times the sigma of each axis') > 0 .and. index(messages, 'warning') == 0, output)
+        if (allocated(error)) return
+        call check(error, index(output, 'x: converged') > 0 .and. index(output, 'z: converged') > 0, output)
+    end subroutine test_chosen_threshold
 
     !> Without noise, density wave and balancing error only what scale factors and unmodelled torques
     !> make is left: a hundredth of the offset goes over from round to round.
@@ -336,9 +368,9 @@ contains
         call read_text_file(FOLDER//'loss.csv', file, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, index(file%line(4), 'back-2,ascfest,measured,x,1,'), 1, file%line(4))
+        call check(error, index(file%line(2), 'back-2,ascfest,measured,x,1,'), 1, file%line(2))
         if (allocated(error)) return
-        call check(error, index(file%line(27), 'back-3,ascrest,model,z,1,'), 1, file%line(27))
+        call check(error, index(file%line(25), 'back-3,ascrest,model,z,1,'), 1, file%line(25))
     end subroutine test_back_labels
 
     !> The example of every help works as printed.

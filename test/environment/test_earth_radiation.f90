@@ -55,7 +55,7 @@ contains
         model%emissivity = [4.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
     end function uniform_emitter
 
-    !> A' by numerical integration over the cap and over a segment of each ring.
+    !> A' of (2-10) by numerical integration over the cap and over a segment of each ring.
     subroutine test_projected_area(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -138,7 +138,7 @@ contains
         call check(error, radiation%count, MAX_SEGMENTS)
     end subroutine test_solid_angles
 
-    !> The model's values at the equator and the poles in December (t = t0).
+    !> The values of (2-11)-(2-14) at the equator and the poles in December (t = t0).
     subroutine test_zonal_values(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -174,7 +174,7 @@ contains
         call check(error, (day%irradiance(1) - night%irradiance(1))/full, albedo, thr=1e-12_dp)
     end subroutine check_zonal
 
-    !> Half a year after t0 north and south have changed places.
+    !> Half a year after t0 north and south have changed places in (2-13), (2-14).
     subroutine test_seasons(error)
         type(error_type), allocatable, intent(out) :: error
         type(earth_radiation_t) :: model
@@ -319,7 +319,7 @@ contains
         end do
     end subroutine test_poles
 
-    !> Reflected and emitted light go with the inverse square of the Sun's distance.
+    !> Reflected and emitted light of (2-10) go with the inverse square of the Sun's distance.
     subroutine test_distance(error)
         type(error_type), allocatable, intent(out) :: error
         type(earth_radiation_t) :: model

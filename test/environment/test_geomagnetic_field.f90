@@ -5,6 +5,7 @@ module test_geomagnetic_field
     use gracecg_base_constants, only: DEGREE, EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_geomagnetic_field
+    use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_environment_shc_file, only: read_shc
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -24,6 +25,18 @@ module test_geomagnetic_field
 
 contains
 
+    !> (6.1): 42 nT at Kp = 2.5 (the report's place of use; it states 150 nT after adding other effects), e times as
+    !> much for 1.75 more, and the 4 nT of its factor at Kp = -1.6.
+    subroutine test_storm(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, storm_field_deviation(2.5_dp)*1e9_dp, 41.64_dp, thr=0.01_dp)
+        if (allocated(error)) return
+        call check(error, storm_field_deviation(4.25_dp)/storm_field_deviation(2.5_dp), exp(1.0_dp), thr=1e-14_dp)
+        if (allocated(error)) return
+        call check(error, storm_field_deviation(-1.6_dp), 4e-9_dp, thr=1e-24_dp)
+    end subroutine test_storm
+
     subroutine collect_geomagnetic_field(testsuite)
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
@@ -38,10 +51,11 @@ contains
                     new_unittest('spherical-components', test_spherical_components), &
                     new_unittest('bad-arguments-are-refused', test_bad_arguments), &
                     new_unittest('shc-file', test_shc_file), &
-                    new_unittest('corrupted-shc-files', test_corrupted_files)]
+                    new_unittest('corrupted-shc-files', test_corrupted_files), &
+                    new_unittest('storm-by-kp', test_storm)]
     end subroutine collect_geomagnetic_field
 
-    !> Values of tools/reference_harmonics.py: from the definition, with 60 digits; in nT.
+    !> Values of tools/reference_harmonics.py: from the definition (2-26), with 60 digits; in nT.
     subroutine test_definition(error)
         type(error_type), allocatable, intent(out) :: error
         type(igrf_t) :: model

@@ -61,7 +61,7 @@ contains
         end do
     end subroutine test_point_mass
 
-    !> Values of tools/reference_harmonics.py: from the definition, with 60 digits.
+    !> Values of tools/reference_harmonics.py: from the definition (2-2), with 60 digits.
     subroutine test_independent_values(error)
         type(error_type), allocatable, intent(out) :: error
 
@@ -158,6 +158,7 @@ contains
                    thr=1e-12_dp, rel=.true.)
     end subroutine test_highest_degree
 
+    !> The Cartesian sums of (2-3) are the gradient of those of (2-2).
     subroutine test_gradient(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: STEP = 4000

@@ -106,9 +106,9 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'geomagnetic field', '"igrf15"', &
                          'igrf95, igrf14, file', 'did you mean "igrf'])
         if (allocated(error)) return
-        call new_density_model('dtm78', epoch(), density_settings_t(), density, failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'density model', '"dtm78"', &
-                         'dtm77, exponential', 'did you mean "dtm77"'])
+        call new_density_model('dtm7', epoch(), density_settings_t(), density, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'density model', '"dtm7"', &
+                         'dtm77, dtm78, dtm94, exponential', 'did you mean "dtm77"'])
         if (allocated(error)) return
         call new_wind_model('hwm39', 0.0_dp, 0.0_dp, '', wind, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'wind model', '"hwm39"', &

@@ -6,7 +6,7 @@ module test_thermosphere
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         density_wave_t, new_density_wave
-    use gracecg_environment_dtm77, only: dtm77_t, new_dtm77
+    use gracecg_environment_dtm, only: dtm_t, new_dtm
     use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -35,6 +35,10 @@ contains
                     new_unittest('dtm77-below-its-lowest-height', test_below), &
                     new_unittest('dtm77-nan-stays-nan', test_nan), &
                     new_unittest('dtm77-indices-refused', test_indices), &
+                    new_unittest('dtm78-points-of-cnes', test_cnes), &
+                    new_unittest('dtm94-points', test_dtm94), &
+                    new_unittest('dtm94-base-gradient-and-equilibrium', test_dtm94_profile), &
+                    new_unittest('dtm94-kp-by-latitude', test_dtm94_kp), &
                     new_unittest('exponential', test_exponential), &
                     new_unittest('exponential-refused', test_exponential_refused), &
                     new_unittest('density-wave', test_wave)]
@@ -42,10 +46,10 @@ contains
 
     !> The model at the report's epoch.
     function epoch_model() result(model)
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(error_t), allocatable :: failure
 
-        call new_dtm77(185.7_dp, 210.6_dp, 2.7_dp, model, failure)
+        call new_dtm('dtm77', 185.7_dp, 210.6_dp, 2.7_dp, model, failure)
     end function epoch_model
 
     function state_at(model, height, latitude, local_solar_time, day_of_year) result(state)
@@ -96,7 +100,7 @@ contains
             264.0_dp, 70.0_dp, 70.0_dp, 0.0_dp, 1000.0_dp, 9.0_dp, 60.0_dp, &
             809.807610_dp, 809.807681_dp, 1.39796374e5_dp, 3.16677674e2_dp, 2.01205259e-3_dp, &
             3.24729984e-6_dp, 9.36828253e-16_dp], [14, 7])
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(error_t), allocatable :: failure
         type(atmosphere_state_t) :: state
         real(dp) :: found(7)
@@ -104,7 +108,7 @@ contains
 
         do i = 1, size(POINTS, 2)
             associate (p => POINTS(:, i))
-                call new_dtm77(p(2), p(3), p(4), model, failure)
+                call new_dtm('dtm77', p(2), p(3), p(4), model, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 state = state_at(model, p(5)*1e3_dp, p(7)*DEGREE, p(6), p(1))
@@ -116,11 +120,165 @@ contains
         end do
     end subroutine test_listing
 
+    !> The program cps_atm_dtm78 of CNES, compiled and run with stub routines of dates: day, F10.7, its mean, Kp,
+    !> height km, local time h, latitude deg, then density kg/m^3 and scale height rho/|d rho/dz| m.
+    subroutine test_cnes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: POINTS(9, 7) = reshape([ &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.66_dp, 466.0_dp, 17.25_dp, 0.0_dp, 4.52604458e-12_dp, 7.49393637e4_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.66_dp, 466.0_dp, 4.50_dp, 10.0_dp, 2.49564111e-12_dp, 6.16057513e4_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.66_dp, 470.0_dp, 0.0_dp, 89.0_dp, 3.54278433e-12_dp, 6.20575219e4_dp, &
+            172.0_dp, 150.0_dp, 150.0_dp, 2.0_dp, 300.0_dp, 15.0_dp, 45.0_dp, 3.35871544e-11_dp, 5.09070804e4_dp, &
+            355.0_dp, 92.0_dp, 92.0_dp, 2.0_dp, 600.0_dp, 3.0_dp, -30.0_dp, 2.39685106e-14_dp, 5.96353764e4_dp, &
+            80.0_dp, 200.0_dp, 150.0_dp, 4.0_dp, 120.0_dp, 12.0_dp, 20.0_dp, 2.57189119e-8_dp, 8.55273062e3_dp, &
+            264.0_dp, 70.0_dp, 70.0_dp, 0.0_dp, 1000.0_dp, 9.0_dp, 60.0_dp, 1.16028829e-15_dp, 2.68772736e5_dp], &
+            [9, 7])
+        real(dp), parameter :: STEP = 10.0_dp   ! m
+        type(dtm_t) :: model
+        type(error_t), allocatable :: failure
+        real(dp) :: rho(3)
+        integer :: i, k
+
+        do i = 1, size(POINTS, 2)
+            associate (p => POINTS(:, i))
+                call new_dtm('dtm78', p(2), p(3), p(4), model, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                rho = [(density_at(model, p(5)*1e3_dp + k*STEP, p(7)*DEGREE, p(6), p(1)), k=0, 2)]
+                call check(error, rho(1)/p(8), 1.0_dp, thr=1e-8_dp)
+                if (allocated(error)) return
+                call check(error, rho(1)*2*STEP/(3*rho(1) - 4*rho(2) + rho(3))/p(9), 1.0_dp, thr=1e-5_dp)
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine test_cnes
+
+    !> DTM-94 at the points of the listing. The numbers are a separate evaluation of the published formulae from
+    !> the same coefficients; with the constants of dtm94.m (GitHub lukasbystricky/SpaceSimulator: three-digit
+    !> coefficients, masses of CODATA, gravity of the polar radius) that evaluation gives the four densities that
+    !> this program gives at the fourth point, 3.6945E+04, 2.7182E+06, 5.9906E+08, 2.0513E+08 1/cm^3, to 3e-4.
+    !> Day, F10.7, its mean, Kp, height km, local time h, latitude deg, then T, T_inf K, H, He, O, N2 1/cm^3,
+    !> density kg/m^3.
+    subroutine test_dtm94(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: POINTS(14, 7) = reshape([ &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 17.25_dp, 0.0_dp, &
+            1.35180714780e+03_dp, 1.35979155052e+03_dp, 1.53727606763e+04_dp, 2.09415660051e+06_dp, &
+            1.04666890807e+08_dp, 7.66779061737e+06_dp, 3.16163246144e-12_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 466.0_dp, 4.5_dp, 10.0_dp, &
+            1.04569534496e+03_dp, 1.04625996031e+03_dp, 3.90688852837e+04_dp, 2.74430067469e+06_dp, &
+            6.20595138264e+07_dp, 1.34190193181e+06_dp, 1.73125819585e-12_dp, &
+            1.0_dp, 185.7_dp, 210.6_dp, 2.7_dp, 470.0_dp, 0.0_dp, 89.0_dp, &
+            1.10323099402e+03_dp, 1.10423771803e+03_dp, 3.00518328044e+04_dp, 3.32436363414e+07_dp, &
+            5.87232712571e+07_dp, 1.52236758484e+06_dp, 1.85422449388e-12_dp, &
+            172.0_dp, 150.0_dp, 150.0_dp, 2.0_dp, 300.0_dp, 15.0_dp, 45.0_dp, &
+            1.17485851180e+03_dp, 1.21630183308e+03_dp, 3.70702421483e+04_dp, 2.74279986474e+06_dp, &
+            6.12618870807e+08_dp, 2.13707574499e+08_dp, 2.68386814773e-11_dp, &
+            355.0_dp, 92.0_dp, 92.0_dp, 2.0_dp, 600.0_dp, 3.0_dp, -30.0_dp, &
+            8.12830090946e+02_dp, 8.12830250452e+02_dp, 2.04068294941e+05_dp, 1.41314194076e+06_dp, &
+            6.73966075971e+05_dp, 1.36123750852e+03_dp, 2.76917137905e-14_dp, &
+            80.0_dp, 200.0_dp, 150.0_dp, 4.0_dp, 120.0_dp, 12.0_dp, 20.0_dp, &
+            3.80000000000e+02_dp, 1.21216837487e+03_dp, 6.93003202069e+04_dp, 4.32100493357e+07_dp, &
+            1.49512751245e+11_dp, 3.93577958616e+11_dp, 2.48058113872e-08_dp, &
+            264.0_dp, 70.0_dp, 70.0_dp, 0.0_dp, 1000.0_dp, 9.0_dp, 60.0_dp, &
+            7.83636151780e+02_dp, 7.83636151780e+02_dp, 1.51848593336e+05_dp, 1.35480217368e+05_dp, &
+            2.40053051712e+02_dp, 1.10311533572e-03_dp, 1.15824245180e-15_dp], [14, 7])
+        real(dp), parameter :: OTHER_PROGRAM(4) = [3.6945e4_dp, 2.7182e6_dp, 5.9906e8_dp, 2.0513e8_dp]
+        type(dtm_t) :: model
+        type(error_t), allocatable :: failure
+        type(atmosphere_state_t) :: state
+        real(dp) :: found(7)
+        integer :: i
+
+        do i = 1, size(POINTS, 2)
+            associate (p => POINTS(:, i))
+                call new_dtm('dtm94', p(2), p(3), p(4), model, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                state = state_at(model, p(5)*1e3_dp, p(7)*DEGREE, p(6), p(1))
+                found = [state%temperature, state%exospheric_temperature, state%n_h*1e-6_dp, state%n_he*1e-6_dp, &
+                         state%n_o*1e-6_dp, state%n_n2*1e-6_dp, state%density]
+                call check(error, all(abs(found/p(8:14) - 1) < 1e-8_dp))
+                if (allocated(error)) return
+                ! its gravity alone makes 2 to 5 % of O and N2 there
+                if (i == 4) call check(error, all(abs(found(3:6)/OTHER_PROGRAM - 1) < [0.01_dp, 0.01_dp, 0.03_dp, 0.05_dp]))
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine test_dtm94
+
+    !> The temperature rises by 14.348 K/km at 120 km wherever it is, and every gas rests in its own weight.
+    subroutine test_dtm94_profile(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: MASS(5) = [1e-3_dp, 4e-3_dp, 16e-3_dp, 28e-3_dp, 32e-3_dp]    ! kg/mol
+        real(dp), parameter :: ALPHA(5) = [-0.38_dp, -0.38_dp, 0.0_dp, 0.0_dp, 0.0_dp], STEP = 20.0_dp   ! m
+        type(dtm_t) :: model
+        type(error_t), allocatable :: failure
+        type(atmosphere_state_t) :: s(3)
+        real(dp) :: height, gravity
+        integer :: i, k
+
+        call new_dtm('dtm94', 185.7_dp, 210.6_dp, 2.7_dp, model, failure)
+        do i = 1, 24
+            s(:2) = [(state_at(model, 120e3_dp + k*0.1_dp, (i - 12)*6*DEGREE, real(i, dp), 15.0_dp*i), k=0, 1)]
+            call check(error, (s(2)%temperature - s(1)%temperature)/0.1_dp, 14.348e-3_dp, thr=1e-5_dp, rel=.true.)
+            if (allocated(error)) return
+            height = 140e3_dp + 30e3_dp*i
+            s = [(state_at(model, height + k*STEP, 0.4_dp, real(i, dp), 15.0_dp*i), k=-1, 1)]
+            gravity = 9.80665_dp*(RADIUS/(RADIUS + height))**2
+            associate (below => numbers(s(1)), above => numbers(s(3)), weight => MASS*gravity/(GAS_CONSTANT*s(2)%temperature))
+                call check(error, maxval(abs(log(above/below)/(2*STEP) + (1 + ALPHA)*log(s(3)%temperature/ &
+                                                                         s(1)%temperature)/(2*STEP) + weight)/weight), &
+                           0.0_dp, thr=1e-6_dp)
+            end associate
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        pure function numbers(state) result(n)
+            type(atmosphere_state_t), intent(in) :: state
+            real(dp) :: n(5)
+
+            n = [state%n_h, state%n_he, state%n_o, state%n_n2, state%n_o2]
+        end function numbers
+    end subroutine test_dtm94_profile
+
+    !> Kp of three hours before rules at the poles, that of six hours before at the equator, and half of each at
+    !> 45 deg. The other editions know the one of three hours alone.
+    subroutine test_dtm94_kp(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(dtm_t) :: late, model(3)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call new_dtm('dtm94', 150.0_dp, 150.0_dp, 1.0_dp, late, failure, 5.0_dp)
+        do i = 1, 3
+            call new_dtm('dtm94', 150.0_dp, 150.0_dp, 2.0_dp*i - 1, model(i), failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, density_at(late, 460e3_dp, (3 - i)*PI/4, 3.0_dp, 10.0_dp)/ &
+                       density_at(model(i), 460e3_dp, (3 - i)*PI/4, 3.0_dp, 10.0_dp), 1.0_dp, thr=1e-12_dp)
+            if (allocated(error)) return
+        end do
+        call new_dtm('dtm77', 150.0_dp, 150.0_dp, 1.0_dp, late, failure, 5.0_dp)
+        call new_dtm('dtm77', 150.0_dp, 150.0_dp, 1.0_dp, model(1), failure)
+        call check(error, density_at(late, 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), &
+                   density_at(model(1), 460e3_dp, 0.0_dp, 3.0_dp, 10.0_dp), thr=0.0_dp)
+        if (allocated(error)) return
+        call new_dtm('dtm95', 150.0_dp, 150.0_dp, 1.0_dp, late, failure)
+        call check_fails(error, message_of(failure), ['dtm94'])
+    end subroutine test_dtm94_kp
+
     subroutine test_mass(error)
         type(error_type), allocatable, intent(out) :: error
 
         real(dp), parameter :: ATOMIC_MASS_UNIT = 1.6605e-27_dp     ! kg; the model's is 1.6603
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(atmosphere_state_t) :: s
         integer :: i
 
@@ -142,7 +300,7 @@ contains
         real(dp), parameter :: MASS(4) = [4e-3_dp, 16e-3_dp, 28e-3_dp, 32e-3_dp]    ! kg/mol
         real(dp), parameter :: ALPHA(4) = [-0.38_dp, 0.0_dp, 0.0_dp, 0.0_dp]
         real(dp), parameter :: STEP = 20.0_dp   ! m
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(atmosphere_state_t) :: below, here, above
         real(dp) :: height, gravity, balance(4), weight(4), dlnt
         integer :: i
@@ -168,7 +326,7 @@ contains
     subroutine test_scale_height(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         real(dp) :: scale_height, previous, density
         integer :: i
 
@@ -189,7 +347,7 @@ contains
     subroutine test_cyclic(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         integer :: i
 
         model = epoch_model()
@@ -207,7 +365,7 @@ contains
     subroutine test_year(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         integer :: i
 
         model = epoch_model()
@@ -225,7 +383,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         real(dp), parameter :: STEP = 1e-5_dp   ! rad
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         real(dp) :: at_pole, before, after, latitude, slope
         integer :: i, side
 
@@ -262,7 +420,7 @@ contains
             500e3_dp, -0.7_dp, 6.0_dp, 1.0_dp, &
             200e3_dp, 0.5_dp, 18.0_dp, 366.0_dp, &
             150e3_dp, -1.2_dp, 3.0_dp, 90.0_dp], [4, 6])
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         real(dp) :: x(4), here, left, right
         integer :: i, k
 
@@ -296,13 +454,13 @@ contains
         real(dp), parameter :: INDICES(3, 4) = reshape([ &
             60.0_dp, 60.0_dp, 0.0_dp, 60.0_dp, 60.0_dp, 9.0_dp, &
             400.0_dp, 250.0_dp, 9.0_dp, 250.0_dp, 250.0_dp, 0.0_dp], [3, 4])
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(error_t), allocatable :: failure
         type(atmosphere_state_t) :: s
         integer :: i, latitude, hour, day
 
         do i = 1, size(INDICES, 2)
-            call new_dtm77(INDICES(1, i), INDICES(2, i), INDICES(3, i), model, failure)
+            call new_dtm('dtm77', INDICES(1, i), INDICES(2, i), INDICES(3, i), model, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             do latitude = -90, 90, 15
@@ -323,7 +481,7 @@ contains
     subroutine test_below(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
 
         model = epoch_model()
         call check(error, model%lowest_height(), 120e3_dp)
@@ -336,7 +494,7 @@ contains
     subroutine test_nan(error)
         type(error_type), allocatable, intent(out) :: error
 
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         real(dp) :: nan
 
         model = epoch_model()
@@ -354,7 +512,7 @@ contains
         character(12), parameter :: WORDS(7) = [character(12) :: 'f107 = 0', 'f107 = NaN', &
             'f107_mean = ', 'f107_mean = ', 'kp = 27', 'kp = NaN', 'too far']
         real(dp) :: nan, indices(3, 7)
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
         type(error_t), allocatable :: failure
         integer :: i
 
@@ -364,7 +522,7 @@ contains
                            150.0_dp, 150.0_dp, 27.0_dp, 150.0_dp, 150.0_dp, nan, &
                            50.0_dp, 450.0_dp, 2.0_dp], [3, 7])
         do i = 1, size(WORDS)
-            call new_dtm77(indices(1, i), indices(2, i), indices(3, i), model, failure)
+            call new_dtm('dtm77', indices(1, i), indices(2, i), indices(3, i), model, failure)
             call check_fails(error, message_of(failure), WORDS(i:i))
             if (allocated(error)) return
         end do

@@ -5,7 +5,7 @@ module test_algorithms
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross_matrix, identity, unit
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix, quaternion_product, &
-        quaternion_from_axis_angle
+        quaternion_from_axis_angle, rotation_angle_between
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -33,6 +33,7 @@ contains
 
         testsuite = [ &
                     new_unittest('small-angles-and-rotation-are-inverse', test_small_angles), &
+                    new_unittest('small-turns-as-quaternions', test_small_turns), &
                     new_unittest('reduced-transition-against-differences', test_reduced_transition), &
                     new_unittest('full-combined-partials-against-differences', test_full_partials), &
                     new_unittest('reduced-combined-partials-against-differences', test_reduced_partials), &
@@ -66,6 +67,29 @@ contains
         end do
     end subroutine test_small_angles
 
+    !> The quaternion of small angles that the report prints, (4-63), (4-68), (4-69), is that of C(zeta),
+    !> (4-61), but for squares of the angles: ten times smaller angles, a hundred times smaller difference.
+    subroutine test_small_turns(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: ZETA(3) = [1e-3_dp, -2e-3_dp, 1.5e-3_dp]
+
+        call check(error, difference(ZETA) < norm2(ZETA)**2)
+        if (allocated(error)) return
+        call check(error, difference(ZETA)/difference(ZETA/10), 100.0_dp, thr=0.5_dp)
+
+    contains
+
+        !> The angle between both, rad.
+        pure real(dp) function difference(angles)
+            real(dp), intent(in) :: angles(3)
+
+            real(dp) :: printed(4)
+
+            printed = quaternion_product([angles/2, 1.0_dp]/sqrt(1 + norm2(angles)**2/4), normalised(Q_0))
+            difference = rotation_angle_between(turned(normalised(Q_0), angles), printed)
+        end function difference
+    end subroutine test_small_turns
+
     !> Passive rotation about one axis.
     pure function turn(axis, angle) result(r)
         integer, intent(in) :: axis
@@ -82,7 +106,8 @@ contains
         r(last, next) = -sin(angle)
     end function turn
 
-    !> Small turns and changes of rate at the epoch, and what became of them after a minute.
+    !> Small turns and changes of rate at the epoch, and what became of them after a minute: (4-58)-(4-61),
+    !> (4-64)-(4-67), (4-73).
     subroutine test_reduced_transition(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: STEP(6) = [1e-5_dp, 1e-5_dp, 1e-5_dp, 1e-7_dp, 1e-7_dp, 1e-7_dp]
@@ -124,7 +149,7 @@ contains
     end subroutine test_reduced_transition
 
     !> The attitude after a turn by small angles: C(zeta) R(q).
-    function turned(q, zeta) result(q_turned)
+    pure function turned(q, zeta) result(q_turned)
         real(dp), intent(in) :: q(4), zeta(3)
         real(dp) :: q_turned(4)
 
@@ -132,12 +157,14 @@ contains
         if (dot_product(q, q_turned) < 0) q_turned = -q_turned
     end function turned
 
+    !> (4-17)-(4-26), (4-46), (4-49), (4-52), (4-57), (4-83)-(4-91).
     subroutine test_full_partials(error)
         type(error_type), allocatable, intent(out) :: error
 
         call check_partials(error, .false.)
     end subroutine test_full_partials
 
+    !> (4-60), (4-69), (4-71)-(4-74), (4-92)-(4-102).
     subroutine test_reduced_partials(error)
         type(error_type), allocatable, intent(out) :: error
 

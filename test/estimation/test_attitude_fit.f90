@@ -45,7 +45,7 @@ contains
         fit = new_attitude_fit(INERTIA, interval, torque)
     end function example_fit
 
-    !> Central differences err by (60 s STEP)^2/6, 6e-12.
+    !> Phi_22 of (4-55), (4-67). Central differences err by (60 s STEP)^2/6, 6e-12.
     subroutine test_phi_22(error)
         type(error_type), allocatable, intent(out) :: error
         type(attitude_fit_t) :: fit
@@ -67,6 +67,7 @@ contains
         end do
     end subroutine test_phi_22
 
+    !> (4-50)-(4-56): the transition matrix (4-47), with A (4-48) of (4-12), (4-13), (4-15).
     subroutine test_phi_quaternion(error)
         type(error_type), allocatable, intent(out) :: error
         type(attitude_fit_t) :: fit
@@ -94,6 +95,7 @@ contains
         end do
     end subroutine test_phi_quaternion
 
+    !> Lambda of (4-11), (4-14).
     subroutine test_rate_partials(error)
         type(error_type), allocatable, intent(out) :: error
         type(attitude_fit_t) :: fit
@@ -153,6 +155,7 @@ contains
         end function final_error
     end subroutine test_order
 
+    !> The angular velocity (4-51), (4-80) does not depend on the attitude, (4-10).
     subroutine test_agreement(error)
         type(error_type), allocatable, intent(out) :: error
         type(attitude_fit_t) :: fit

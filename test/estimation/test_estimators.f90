@@ -199,7 +199,8 @@ contains
                    thr=1e-15_dp)
     end subroutine check_recovered
 
-    !> From the guess that the samples give, and from the report's initial guess.
+    !> From the guess that the samples give, and from the report's initial guess: the nominal trajectory
+    !> (4-45), then d, drift and bias from (4-80)-(4-82) or together.
     subroutine test_exact(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -221,7 +222,7 @@ contains
     end subroutine test_interpolated
 
     !> Attitude 60 deg off about any axis, angular velocity off by 5e-3 rad/s, offset from nothing
-    !> and from a decimetre.
+    !> and from a decimetre: corrections as in (4-75), (4-79), (4-103) come to the truth.
     subroutine test_guesses(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations

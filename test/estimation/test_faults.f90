@@ -19,6 +19,7 @@ module test_faults
     use gracecg_estimation_field_fallback, only: complete_field
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
@@ -216,13 +217,21 @@ contains
     subroutine test_wrong_unit(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call fault_free(observations, error)
         if (allocated(error)) return
         observations%acceleration = 1e3_dp*observations%acceleration
-        call estimate_offset('assest-rde', observations, estimation_options_t(), solution, failure)
+        call estimate_offset('assest-rde', observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call refuse_implausible(solution, options%largest_offset, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'CG offset on z would be -476.8', 'not plausible', &
+                                                      'largest_offset_mm'])
+        if (allocated(error)) return
+        call refuse_implausible(solution, 1.0_dp, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call warned(error, solution%warnings, &
                                                 [character(W) :: 'residuals of axis z', 'check the unit'])
@@ -415,7 +424,7 @@ contains
         call refused(error, bad, [character(W) :: 'orbit', '16 s', 'NaN'])
     end subroutine test_no_remedy
 
-    !> The completed series against the true field: without noise, with an attitude sample at each
+    !> The completed series (2-30) against the true field: without noise, with an attitude sample at each
     !> epoch, only the orbit is interpolated, here between positions 20 s apart: 0.1 m, 0.002 nT. The
     !> constant offset carries the magnetometer's bias over (the attitude turns by 4 deg in the arc, so
     !> a field of the same bias is a constant in body axes).

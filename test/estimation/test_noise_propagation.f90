@@ -66,7 +66,7 @@ contains
     end subroutine test_white
 
     !> G L S L^T G^T: S the block-diagonal covariance of the samples, whose blocks come from turning
-    !> each sample a little about each camera axis; L the matrix of linear interpolation.
+    !> each sample a little about each camera axis (4-68); L the matrix of linear interpolation.
     subroutine test_star(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: P = 3, SAMPLES = 4, PSEUDO = 9

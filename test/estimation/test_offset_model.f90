@@ -33,7 +33,8 @@ contains
         call check(error, maxval(abs(offset_matrix(OMEGA, OMEGA_DOT) - expected)) < 1e-15_dp)
     end subroutine test_matrix
 
-    !> With d omega/dt = Lambda omega the model is quadratic: central differences are exact.
+    !> (4-21), (4-27)-(4-32). With d omega/dt = Lambda omega the model is quadratic: central differences are
+    !> exact.
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: LAMBDA(3, 3) = reshape([0.1_dp, 0.4_dp, -0.2_dp, 0.7_dp, 0.0_dp, 0.3_dp, &

@@ -7,7 +7,7 @@ module test_preprocessing
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: normalised, quaternion_product, quaternion_from_axis_angle
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, SAMPLE_TOLERANCE
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data
     use fixture, only: check_fails, check_passes
@@ -170,6 +170,7 @@ contains
         call check(error, maxval(abs(data%acceleration - observations%acceleration)), 0.0_dp)
     end subroutine test_accelerations
 
+    !> Quaternions in body axes (4-33), of unit length (4-37).
     subroutine test_mounting(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -179,6 +180,12 @@ contains
 
         call example(observations, q, error)
         if (allocated(error)) return
+        call preprocess(observations, estimation_options_t(), data, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(data%stars%quaternion - q)), 0.0_dp, thr=1e-15_dp)
+        if (allocated(error)) return
+        observations%quaternion = (1 + 0.9_dp*SAMPLE_TOLERANCE)*observations%quaternion
         call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

@@ -117,6 +117,7 @@ contains
         end associate
     end subroutine test_free_body
 
+    !> Lambda (4-11), (4-14), and J d omega/dt + omega x J omega = T, (2-16), (4-1), (4-7).
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
         type(rigid_body_t) :: body

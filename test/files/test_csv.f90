@@ -4,7 +4,7 @@ module test_csv
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_csv, only: csv_writer_t
-    use gracecg_files_table, only: read_csv
+    use gracecg_files_table, only: read_csv, table_file_t
     use gracecg_files_file, only: file_exists, remove_file, text_file_t, read_text_file
     use gracecg_base_text, only: string_t
     use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
@@ -31,6 +31,7 @@ contains
                     new_unittest('blank-line-within-fails', test_blank_fails), &
                     new_unittest('round-trip-is-exact', test_round_trip), &
                     new_unittest('labels', test_labels), &
+                    new_unittest('quotes', test_quotes), &
                     new_unittest('writer-refuses', test_writer_refuses)]
     end subroutine collect_csv
 
@@ -182,14 +183,20 @@ contains
         if (allocated(error)) return
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
+        call check(error, file_exists(PATH//'.meta.json'))
+        if (allocated(error)) return
         call read_csv(PATH, COLUMNS, table, failure, comments)
         call read_text_file(PATH, file, failure)
-        call remove_file(PATH)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, all(abs(table - rows) <= 0) .and. comments(2)%text == 'two')
         if (allocated(error)) return
-        call check(error, index(file%text(file%first(3):), ' '), 0, 'blanks below the comments')
+        call check(error, index(file%text, ' ') == 0 .and. file%line(1) == 'time_s,ax,ay', 'the header comes first')
+        if (allocated(error)) return
+        call writer%open(PATH, 'time_s,ax,ay', [character(1) ::], failure)      ! what told of it is of the past
+        call writer%commit(failure)
+        call remove_file(PATH)
+        call check(error, .not. file_exists(PATH//'.meta.json'))
     end subroutine test_round_trip
 
     subroutine test_labels(error)
@@ -209,6 +216,33 @@ contains
         call remove_file(PATH)
         call check(error, file%text, 'case,axis,runs'//LF//'front-1,x,15'//LF)
     end subroutine test_labels
+
+    !> Fields with a comma or a quote are quoted, and read back as they were.
+    subroutine test_quotes(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(csv_writer_t) :: writer
+        type(table_file_t) :: rows
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: fields(:)
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call writer%open(PATH, 'case,said,runs', [character(1) ::], failure)
+        call writer%row([15.0_dp], labels=[character(20) :: 'a, b', 'he said "x"'])
+        call writer%fields([string_t('"'), string_t(''), string_t(',')])
+        call writer%commit(failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_csv(PATH, [character(4) :: 'case', 'said', 'runs'], rows, failure)
+        call remove_file(PATH)
+        call check(error, rows%text%line(2), '"a, b","he said ""x""",15')
+        if (allocated(error)) return
+        fields = rows%fields(1)
+        call check(error, fields(1)%text == 'a, b' .and. fields(2)%text == 'he said "x"' .and. fields(3)%text == '15')
+        if (allocated(error)) return
+        fields = rows%fields(2)
+        call check(error, fields(1)%text == '"' .and. fields(2)%text == '' .and. fields(3)%text == ',')
+    end subroutine test_quotes
 
     subroutine test_writer_refuses(error)
         type(error_type), allocatable, intent(out) :: error

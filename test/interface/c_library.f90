@@ -15,7 +15,7 @@ module c_library
     public :: gracecg_gravity_open, gracecg_gravity_free, gracecg_gravity_evaluate
     public :: gracecg_field_open, gracecg_field_free, gracecg_field_evaluate
     public :: gracecg_density_open, gracecg_density_open_indices, gracecg_density_free
-    public :: gracecg_density_evaluate
+    public :: gracecg_density_evaluate, gracecg_density_open_model, gracecg_density_open_model_indices
     public :: gracecg_wind_open, gracecg_wind_free, gracecg_wind_evaluate
     public :: gracecg_sun_position, gracecg_sun_illumination
     public :: gracecg_earth_radiation_open, gracecg_earth_radiation_free, gracecg_earth_radiation_flux
@@ -250,6 +250,28 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_density_open_indices
+
+        function gracecg_density_open_model(name, date, density, error) &
+            result(status) bind(c, name='gracecg_density_open_model')
+            import :: c_char, c_int, c_intptr_t, error_struct, utc_struct
+            character(kind=c_char), intent(in), optional :: name(*)
+            type(utc_struct), intent(in), optional :: date
+            integer(c_intptr_t), intent(inout), optional :: density
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_density_open_model
+
+        function gracecg_density_open_model_indices(name, f107, f107_mean, kp, density, error) &
+            result(status) bind(c, name='gracecg_density_open_model_indices')
+            import :: c_char, c_double, c_int, c_intptr_t, error_struct
+            character(kind=c_char), intent(in), optional :: name(*)
+            real(c_double), intent(in), value :: f107
+            real(c_double), intent(in), value :: f107_mean
+            real(c_double), intent(in), value :: kp
+            integer(c_intptr_t), intent(inout), optional :: density
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_density_open_model_indices
 
         function gracecg_density_free(density, error) &
             result(status) bind(c, name='gracecg_density_free')

@@ -4,6 +4,7 @@ module f77_entries
     implicit none
     private
     public :: gcvers, gcfree, gcutc, gcuadd, gcudif, gcgmst, gcrotz, gcgrvo, gcgrav, gcgrad
+    public :: gcdenm, gcdnmi
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
     public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
@@ -89,6 +90,18 @@ module f77_entries
             integer :: iden, istat
             double precision :: f107, f107a, xkp
         end subroutine gcdeni
+
+        subroutine gcdenm(name, mjd, sec, iden, istat, msg)
+            character(*) :: name, msg
+            integer :: mjd, iden, istat
+            double precision :: sec
+        end subroutine gcdenm
+
+        subroutine gcdnmi(name, f107, f107a, xkp, iden, istat, msg)
+            character(*) :: name, msg
+            integer :: iden, istat
+            double precision :: f107, f107a, xkp
+        end subroutine gcdnmi
 
         subroutine gcdens(iden, mjd, sec, xfix, rho, temp, xn, istat, msg)
             character(*) :: msg

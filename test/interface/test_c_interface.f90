@@ -6,7 +6,8 @@ module test_c_interface
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
     use gracecg, only: estimation_options_t, report_options, calibration_t, find_calibration, calibration_text
     use gracecg, only: dp, error_t, message_of, utc_t, parse_utc, utc_plus, seconds_between, gmst_1982, &
-        geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm77_t, new_dtm77, atmosphere_point_t, &
+        geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm_t, new_dtm, &
+        density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
         atmosphere_state_t, earth_fixed_to_geodetic, local_mean_solar_time, day_of_year, embedded_wind, &
         tabulated_wind_t, sun_position, conical_shadow, julian_centuries_tt, satellite_surface_t, &
         new_trapezoid, projected_area, drag_acceleration, solar_radiation_acceleration, &
@@ -260,7 +261,9 @@ contains
         type(error_struct) :: failure
         type(utc_struct) :: epoch
         type(utc_t) :: time
-        type(dtm77_t) :: model
+        type(dtm_t) :: model
+        class(density_model_t), allocatable :: any_model
+        integer :: i
         type(tabulated_wind_t) :: table
         type(atmosphere_point_t) :: point
         type(atmosphere_state_t) :: air
@@ -277,7 +280,7 @@ contains
         status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
         call check_ok(error, status, failure)
         if (allocated(error)) return
-        call new_dtm77(200.0_dp, 180.0_dp, 3.0_dp, model, problem)
+        call new_dtm('dtm77', 200.0_dp, 180.0_dp, 3.0_dp, model, problem)
         time = utc_plus(utc_t(epoch%mjd, epoch%seconds), SECONDS(1))
         call earth_fixed_to_geodetic(PLACE, point%latitude, longitude, point%height)
         point%local_solar_time = local_mean_solar_time(time, longitude)
@@ -294,6 +297,26 @@ contains
         status = gracecg_density_free(density)
         status = gracecg_density_open(utc_struct(50000, 0.0_dp), density, failure)
         call check_refused(error, status, FAILED, failure, 'no space weather')
+
+        do i = 1, size(DENSITY_MODELS)
+            status = gracecg_density_open_model(c_string(trim(DENSITY_MODELS(i))), epoch, density, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            status = gracecg_density_evaluate(density, epoch, ONE, SECONDS, PLACE, rho, t, numbers, failure)
+            call new_density_model(trim(DENSITY_MODELS(i)), utc_t(epoch%mjd, epoch%seconds), density_settings_t(), &
+                                   any_model, problem)
+            call any_model%evaluate(point, air)
+            call check_equal(error, [rho, t, numbers + 1], &
+                             [air%density, air%temperature, air%n_he + 1, air%n_o + 1, air%n_n2 + 1], DENSITY_MODELS(i))
+            if (allocated(error)) return
+            status = gracecg_density_free(density)
+        end do
+        status = gracecg_density_open_model_indices(c_string('dtm94'), 200.0_dp, 180.0_dp, 12.0_dp, density, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'kp')
+        if (allocated(error)) return
+        status = gracecg_density_open_model(c_string('dtm95'), epoch, density, failure)
+        call check_refused(error, status, FAILED, failure, 'dtm94')
+        if (allocated(error)) return
 
         status = gracecg_wind_open(c_string('hwm93'), wind, failure)
         call check_equal(error, [real(status, dp) + 1], [1.0_dp], 'wind, status')

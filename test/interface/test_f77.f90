@@ -91,6 +91,15 @@ contains
         call check(error, istat == 0 .and. abs(potential - rho) > 0, 'gcdeni '//msg)
         if (allocated(error)) return
         call gcfree(ih, istat, msg)
+        call gcdenm('dtm94', MJD, SEC, ih, istat, msg)
+        call gcdens(ih, MJD, SEC, PLACE, potential, temp, xn, istat, msg)
+        call check(error, istat == 0 .and. abs(potential/rho - 1) > 1d-3 .and. abs(potential/rho - 1) < 0.5d0, 'gcdenm '//msg)
+        if (allocated(error)) return
+        call gcfree(ih, istat, msg)
+        call gcdnmi('dtm95', 200d0, 180d0, 3d0, ih, istat, msg)
+        call check(error, istat /= 0 .and. index(msg, 'dtm94') > 0, 'gcdnmi '//msg)
+        if (allocated(error)) return
+        call gcfree(ih, istat, msg)
         call gcwndo('hwm93', ih, istat, msg)
         call gcwind(ih, MJD, SEC, PLACE, east, north, istat, msg)
         call check(error, istat == 0 .and. hypot(east, north) > 0 .and. hypot(east, north) < 500, 'gcwind '//msg)

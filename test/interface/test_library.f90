@@ -63,7 +63,7 @@ contains
         end do
     end subroutine test_sum
 
-    !> Each part from the models one by one, in inertial axes.
+    !> Each part from the models one by one, in inertial axes: gravity by (2-3), (2-4).
     subroutine test_parts(error)
         type(error_type), allocatable, intent(out) :: error
 

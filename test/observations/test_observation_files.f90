@@ -19,7 +19,6 @@ module test_observation_files
     public :: collect_observation_files
 
     integer, parameter :: W = 60
-    integer, parameter :: COMMENTS = 2      !! Lines before the header in the files written here
     character(*), parameter :: SET = FOLDER//'observations'
 
 contains
@@ -29,6 +28,7 @@ contains
 
         testsuite = [ &
                     new_unittest('round-trip', test_round_trip), &
+                    new_unittest('files-of-version-0.1', test_former), &
                     new_unittest('time-tags', test_time_tags), &
                     new_unittest('missing-files', test_missing), &
                     new_unittest('optional-files', test_optional), &
@@ -133,6 +133,39 @@ contains
         end subroutine same
     end subroutine test_round_trip
 
+    !> Comments above the header, and columns without units: read as the files of today.
+    subroutine test_former(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(16), parameter :: FORMER(4) = [character(16) :: 'time_s,ax,ay,az', '', 'time_s,bx,by,bz', &
+                                                 'time_s,rx,ry,rz']
+        type(observation_set_t) :: today, again
+        type(text_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: header
+        integer :: i
+
+        call write_set(error)
+        if (allocated(error)) return
+        call read_observations(SET, today, failure)
+        call check_passes(error, message_of(failure))
+        do i = 1, size(FORMER)
+            if (allocated(error)) return
+            call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), file, failure)
+            header = trim(FORMER(i))
+            if (header == '') header = file%line(1)
+            call make_file(error, 'observations/'//trim(OBSERVATION_FILES(i)), '# gracecg 0.1.0 simulate'//new_line('a')// &
+                           '# second'//new_line('a')//header//file%text(file%last(1) + 1:))
+        end do
+        if (allocated(error)) return
+        call read_observations(SET, again, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(abs(today%acceleration - again%acceleration) <= 0) .and. &
+                   all(abs(today%quaternion - again%quaternion) <= 0) .and. &
+                   all(abs(today%field - again%field) <= 0) .and. &
+                   all(abs(today%orbit_position - again%orbit_position) <= 0))
+    end subroutine test_former
+
     !> Time tags are the shortest decimals: 0.3, not 0.30000000000000004.
     subroutine test_time_tags(error)
         type(error_type), allocatable, intent(out) :: error
@@ -196,7 +229,7 @@ contains
         if (allocated(error)) return
         call read_observations(SET, observations, failure)
         call check_passes(error, message_of(failure))
-        if (.not. allocated(error)) call check(error, size(observations%magnetometer_time), 27)
+        if (.not. allocated(error)) call check(error, size(observations%magnetometer_time), 29)
         if (allocated(error)) return
         call remove_file(SET//'/orbit.csv')
         call read_observations(SET, again, failure)
@@ -267,35 +300,35 @@ contains
     subroutine test_broken_rows(error)
         type(error_type), allocatable, intent(out) :: error
 
-        call broken('accelerometer.csv', 3, 'time,ax,ay,az', &
-                    [character(W) :: 'accelerometer.csv:3', &
+        call broken('accelerometer.csv', 1, 'time,ax_m_s2,ay_m_s2,az_m_s2', &
+                    [character(W) :: 'accelerometer.csv:1', &
                     'column 1 is "time", expected "time_s"'])
-        call broken('accelerometer.csv', 10, '0.7,NaN,0,0', &
-                    [character(W) :: 'accelerometer.csv:10', 'column ax', &
+        call broken('accelerometer.csv', 8, '0.7,NaN,0,0', &
+                    [character(W) :: 'accelerometer.csv:8', 'column ax_m_s2', &
                     '"NaN" is not a finite number'])
-        call broken('accelerometer.csv', 10, '0.7,0,1e999,0', &
-                    [character(W) :: 'accelerometer.csv:10', 'column ay', 'is not a finite number'])
-        call broken('accelerometer.csv', 10, '0.7,0,0', [character(W) :: 'accelerometer.csv:10', &
+        call broken('accelerometer.csv', 8, '0.7,0,1e999,0', &
+                    [character(W) :: 'accelerometer.csv:8', 'column ay_m_s2', 'is not a finite number'])
+        call broken('accelerometer.csv', 8, '0.7,0,0', [character(W) :: 'accelerometer.csv:8', &
                     '3 columns, expected 4'])
-        call broken('accelerometer.csv', 10, '0.6,0,0,0', [character(W) :: 'accelerometer.csv:10', &
+        call broken('accelerometer.csv', 8, '0.6,0,0,0', [character(W) :: 'accelerometer.csv:8', &
                     'times must increase, but 0.6 follows 0.6'])
-        call broken('magnetometer.csv', 5, '1,0,0,0', [character(W) :: 'magnetometer.csv:5', &
+        call broken('magnetometer.csv', 3, '1,0,0,0', [character(W) :: 'magnetometer.csv:3', &
                     'times must increase'])
-        call broken('orbit.csv', 5, '0,0,0,7e6', [character(W) :: 'orbit.csv:5', &
+        call broken('orbit.csv', 3, '0,0,0,7e6', [character(W) :: 'orbit.csv:3', &
                     'times must increase'])
-        call broken('orbit.csv', 5, '1,0,0,7e3', [character(W) :: 'orbit', 'at 1 s', '7000 m', &
+        call broken('orbit.csv', 3, '1,0,0,7e3', [character(W) :: 'orbit', 'at 1 s', '7000 m', &
                     'in metres'])
-        call broken('orbit.csv', 3, 'time_s,x,y,z', [character(W) :: 'orbit.csv:3', &
-                    'column 2 is "x", expected "rx"'])
-        call broken('star_camera.csv', 8, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+        call broken('orbit.csv', 1, 'time_s,x,y,z', [character(W) :: 'orbit.csv:1', &
+                    'column 2 is "x", expected "rx_m"'])
+        call broken('star_camera.csv', 6, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
                     '3 is not the number of a camera head'])
-        call broken('star_camera.csv', 8, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+        call broken('star_camera.csv', 6, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
                     '1.5 is not the number of a camera head'])
-        call broken('star_camera.csv', 8, '1.5,1,0,0,0,1.001', &
-                    [character(W) :: 'star_camera.csv:8', 'not a unit quaternion', '1.001'])
-        call broken('star_camera.csv', 8, '1.5,1,0,0,0,0', [character(W) :: 'star_camera.csv:8', &
+        call broken('star_camera.csv', 6, '1.5,1,0,0,0,1.001', &
+                    [character(W) :: 'star_camera.csv:6', 'not a unit quaternion', '1.001'])
+        call broken('star_camera.csv', 6, '1.5,1,0,0,0,0', [character(W) :: 'star_camera.csv:6', &
                     'not a unit quaternion'])
-        call broken('star_camera.csv', 8, '0.5,1,0,0,0,1', [character(W) :: 'star_camera.csv:8', &
+        call broken('star_camera.csv', 6, '0.5,1,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
                     'times must increase, but 0.5 follows 1'])
 
     contains
@@ -342,7 +375,7 @@ contains
             call read_text_file(SET//'/'//trim(OBSERVATION_FILES(i)), good, failure)
             last = good%line_count()
             call cut(0, 'empty')
-            call cut(good%last(COMMENTS + 1) + 1, 'no row')
+            call cut(good%last(1) + 1, 'no row')
             call cut(good%last(30) - 1, '.csv:30')      ! in a number, perhaps in its exponent
             call cut(good%last(30) + 1, 'truncated')
             call cut(good%last(last - 3) + 1, 'truncated')
@@ -355,7 +388,7 @@ contains
         ! rows lost at the beginning
         call read_text_file(SET//'/accelerometer.csv', good, failure)
         call make_file(error, 'observations/accelerometer.csv', &
-                       good%text(:good%last(COMMENTS + 1) + 1)//good%text(good%first(30):))
+                       good%text(:good%last(1) + 1)//good%text(good%first(30):))
         if (.not. allocated(error)) call refused('rows are missing')
 
     contains
@@ -396,7 +429,7 @@ contains
                 'epoch', 'day 30'])
         call broken('moments_of_inertia =', '    moments_of_inertia = 1, 1, 100', &
                     [character(W) :: 'setup.nml', 'inertia'])
-        call broken('duration =', '    duration = 90', [character(W) :: 'accelerometer.csv:603', &
+        call broken('duration =', '    duration = 90', [character(W) :: 'accelerometer.csv:601', &
                     'duration of 90 s'])
 
     contains
@@ -440,7 +473,7 @@ contains
         end do
         observations%field(2, 5) = ieee_value(1.0_dp, ieee_quiet_nan)
         call write_observations(BLOCKED, observations, ['comment'], failure)
-        call check_fails(error, message_of(failure), [character(W) :: 'magnetometer.csv', 'by', &
+        call check_fails(error, message_of(failure), [character(W) :: 'magnetometer.csv', 'by_tesla', &
                                           'not a finite number'])
         if (.not. allocated(error)) call nothing_stands(BLOCKED)
 

@@ -1,6 +1,6 @@
 !> The bound against independent numbers and the estimators, and what is said of impossible cases.
 module test_bound
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: PI, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -322,7 +322,7 @@ contains
             if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
-                call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 21, [(k, k=1, RUNS)], 2, &
+                call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 21_i8, [(k, k=1, RUNS)], 2, &
                                      results, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return

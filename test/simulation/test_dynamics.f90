@@ -8,7 +8,10 @@ module test_equations_of_motion
         rotation_angle_between
     use gracecg_base_runge_kutta, only: rkf78_step
     use gracecg_environment_geopotential, only: geopotential_t, point_mass_gravity_t, egm96
+    use gracecg_environment_geomagnetic_field, only: spherical_components
     use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_exponential_density, only: exponential_density_t, new_exponential_density
+    use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_simulation_dynamics
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
@@ -46,8 +49,66 @@ contains
                                  test_quaternion_length), &
                     new_unittest('each-effect-is-switched-alone', test_switches), &
                     new_unittest('density-wave-scales-the-drag', test_density_wave), &
-                    new_unittest('rate-is-the-sum-of-the-loads', test_sum)]
+                    new_unittest('rate-is-the-sum-of-the-loads', test_sum), &
+                    new_unittest('forces-by-plates', test_plates), &
+                    new_unittest('printed-rotations', test_printed_rotations)]
     end subroutine collect_equations_of_motion
+
+    !> Forces plate by plate: they are those whose moment the torques are (a centre of mass that is moved by s
+    !> changes them by -s x F), black plates feel the pressure of (2-8) with eta = 0, and in a cold gas that sticks
+    !> to cold plates the drag is (2-6) with C_d = 2. By default nothing changes.
+    subroutine test_plates(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(satellite_dynamics_t) :: dynamics
+        type(exponential_density_t) :: cold
+        type(error_t), allocatable :: failure
+        type(loads_t) :: plates, moved, report
+        type(accelerations_t) :: alone
+        real(dp) :: state(STATE_SIZE)
+        real(dp), parameter :: S(3) = [0.3_dp, -0.2_dp, 0.5_dp]
+        integer :: i
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        state(ATTITUDE) = STATE_0(ATTITUDE)         ! no plate lies along the flow
+        call dynamics%loads(0.0_dp, state, report)
+        dynamics%forces_by_plates = .true.
+        call dynamics%loads(0.0_dp, state, plates)
+        call dynamics%accelerations(0.0_dp, state(POSITION), state(VELOCITY), state(ATTITUDE), alone)
+        call check(error, maxval(abs(matmul(plates%body_from_inertial, alone%drag) - plates%drag)) < 1e-20_dp .and. &
+                   norm2(plates%drag - report%drag) > 0.01_dp*norm2(report%drag) .and. &
+                   norm2(plates%erp - report%erp) > 0.01_dp*norm2(report%erp) .and. &
+                   all(abs(plates%torque_aero - report%torque_aero) <= 0), 'not the formulae of the report')
+        if (allocated(error)) return
+        dynamics%centre_of_mass = dynamics%centre_of_mass + S
+        call dynamics%loads(0.0_dp, state, moved)
+        call check(error, norm2(moved%torque_aero - plates%torque_aero + dynamics%mass*cross(S, plates%drag)) < &
+                   1e-12_dp*norm2(plates%torque_aero), 'air')
+        if (allocated(error)) return
+        call check(error, norm2(moved%torque_solar - plates%torque_solar + dynamics%mass*cross(S, plates%srp)) < &
+                   1e-12_dp*norm2(plates%torque_solar) .and. norm2(plates%srp) > 0, 'sunlight')
+        if (allocated(error)) return
+
+        do i = 1, dynamics%surface%count
+            dynamics%surface%plates(i)%specular = 0
+            dynamics%surface%plates(i)%diffuse = 0
+        end do
+        dynamics%reflectivity_sun = 0
+        dynamics%drag_coefficient = 2
+        dynamics%wall%temperature = 0
+        dynamics%wall%accommodation = 1
+        call new_exponential_density(4e-12_dp, 466e3_dp, 1e3_dp, cold, failure)
+        deallocate (dynamics%atmosphere)
+        allocate (dynamics%atmosphere, source=cold)
+        call dynamics%loads(0.0_dp, state, plates)
+        dynamics%forces_by_plates = .false.
+        call dynamics%loads(0.0_dp, state, report)
+        call check(error, norm2(plates%srp - report%srp) < 1e-14_dp*norm2(report%srp), 'black plates')
+        if (allocated(error)) return
+        ! thermal speed 130 m/s: pressure (130/7600)^2 of the ram pressure
+        call check(error, norm2(plates%drag - report%drag) < 1e-3_dp*norm2(report%drag) .and. &
+                   norm2(report%drag) > 0, 'cold gas')
+    end subroutine test_plates
 
     !> A point mass pulls, and nothing else acts.
     function bare_dynamics(inertia_tensor) result(dynamics)
@@ -259,7 +320,7 @@ contains
         call check(error, all(order > 7.5_dp .and. order < 9.5_dp), trim(found))
     end subroutine test_order
 
-    !> Satellite and Earth turned about the pole together: the motion is turned, too. (The Sun stays
+    !> Satellite and Earth turned about the pole, (2-4), together: the motion is turned, too. (The Sun stays
     !> where it is, so its radiation is off.)
     subroutine test_turned_world(error)
         type(error_type), allocatable, intent(out) :: error
@@ -333,7 +394,7 @@ contains
                    quaternion_product(HALF_TURN, straight(ATTITUDE))), 0.0_dp, thr=1e-13_dp)
     end subroutine test_turned_satellite
 
-    !> dX/dt against central differences of fourth order of the propagated state, all effects on.
+    !> dX/dt of (2-31) against central differences of fourth order of the propagated state, all effects on.
     subroutine test_slope(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: H = 0.2_dp
@@ -475,7 +536,7 @@ contains
                    norm2(waving%torque_solar - calm%torque_solar), 0.0_dp)
     end subroutine test_density_wave
 
-    !> The rate is put together from the loads: forces in inertial axes over mass, torques in body
+    !> The rate is put together from the loads: accelerations in inertial axes (2-1), (3-5), torques in body
     !> axes (2-16), so J domega/dt + omega x J omega is the sum of the torques.
     subroutine test_sum(error)
         type(error_type), allocatable, intent(out) :: error
@@ -500,4 +561,69 @@ contains
         if (allocated(error)) return
         call check(error, norm2(rate(POSITION) - state(VELOCITY)), 0.0_dp)
     end subroutine test_sum
+
+    !> Gravity and magnetic torque through the axes that the report prints: the gradient along radius, north
+    !> and east (2-3), turned by (2-5) and (2-4); the field up, south and east, turned by (2-27) with (2-28)
+    !> and (2-29) to body axes (2-30); the torque (2-25).
+    subroutine test_printed_rotations(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: T = 17
+        type(satellite_dynamics_t) :: dynamics
+        type(loads_t) :: acting
+        real(dp) :: state(STATE_SIZE), printed(3, 3), gradient(3), field(3), fixed(3), part(3)
+        real(dp) :: r, latitude, longitude, right_ascension, alpha_g
+
+        call full_dynamics(dynamics, state, error)
+        if (allocated(error)) return
+        state(POSITION) = [3.1e6_dp, -2.2e6_dp, 5.6e6_dp]
+        call dynamics%loads(T, state, acting)
+        r = norm2(state(POSITION))
+        latitude = asin(state(3)/r)
+        right_ascension = atan2(state(2), state(1))
+        alpha_g = dynamics%sidereal_angle + EARTH_ROTATION_RATE*T
+        longitude = right_ascension - alpha_g
+        associate (lat => latitude, lon => longitude, ra => right_ascension, ag => alpha_g)
+            printed(1, :) = [cos(lat)*cos(lon), -sin(lat)*cos(lon), -sin(lon)]
+            printed(2, :) = [cos(lat)*sin(lon), -sin(lat)*sin(lon), cos(lon)]
+            printed(3, :) = [sin(lat), cos(lat), 0.0_dp]
+            gradient = matmul(printed, [slope([1.0_dp, 0.0_dp, 0.0_dp]), slope([0.0_dp, 1.0_dp, 0.0_dp]), &
+                                        slope([0.0_dp, 0.0_dp, 1.0_dp/cos(lat)])])
+            gradient = [cos(ag)*gradient(1) - sin(ag)*gradient(2), &
+                        sin(ag)*gradient(1) + cos(ag)*gradient(2), gradient(3)]
+            call check(error, norm2(gradient - acting%gravity), 0.0_dp, 'gravity', thr=1e-9_dp)
+            if (allocated(error)) return
+
+            fixed = r*[cos(lat)*cos(lon), cos(lat)*sin(lon), sin(lat)]
+            call dynamics%field%evaluate(fixed, field)
+            call spherical_components(fixed, field, part(1), part(2), part(3))
+            printed(1, :) = [cos(lat)*cos(ra), sin(lat)*cos(ra), -sin(ra)]
+            printed(2, :) = [cos(lat)*sin(ra), sin(lat)*sin(ra), cos(ra)]
+            printed(3, :) = [sin(lat), -cos(lat), 0.0_dp]
+        end associate
+        field = matmul(rotation_matrix(state(ATTITUDE)/norm2(state(ATTITUDE))), matmul(printed, part))
+        call check(error, norm2(field - acting%field), 0.0_dp, 'field', thr=1e-13_dp*norm2(field))
+        if (allocated(error)) return
+        part = cross(dipole_moment(dynamics%rods, T), field)
+        call check(error, norm2(part - acting%torque_magnetic), 0.0_dp, 'torque', thr=1e-13_dp*norm2(part))
+        if (allocated(error)) return
+        call check(error, norm2(part) > 1e-5_dp, 'the rods act')
+
+    contains
+
+        !> The derivative of the potential by metres along radius, north and east (in longitude), by
+        !> differences of fourth order.
+        real(dp) function slope(direction)
+            real(dp), intent(in) :: direction(3)
+            real(dp), parameter :: STEP = 4000
+            real(dp) :: u(-2:2), at(3)
+            integer :: k
+
+            do k = -2, 2
+                at = [r, latitude, longitude] + k*STEP*direction*[1.0_dp, 1/r, 1/r]
+                at = at(1)*[cos(at(2))*cos(at(3)), cos(at(2))*sin(at(3)), sin(at(2))]
+                call dynamics%gravity%potential(at, u(k))
+            end do
+            slope = (u(-2) - 8*u(-1) + 8*u(1) - u(2))/(12*STEP)
+        end function slope
+    end subroutine test_printed_rotations
 end module test_equations_of_motion

@@ -1,6 +1,6 @@
 !> An operator who errs: what is told changes, the truth does not; draws, files, and what right knowledge mends.
 module test_operator
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: integer_text, real_text
@@ -26,7 +26,7 @@ module test_operator
     private
     public :: collect_operator
 
-    integer, parameter :: SEED = 3
+    integer(i8), parameter :: SEED = 3
 
 contains
 

@@ -13,7 +13,9 @@ module test_report_cases
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_case, only: case_t, read_case, case_text
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
-    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES, published_name
+    use gracecg_simulation_case_library, only: find_case, is_built_in, expanded_cases
+    use gracecg_base_text, only: string_t
     use gracecg_files_file, only: remove_file
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -34,7 +36,8 @@ contains
                     new_unittest('sidereal-angles', test_sidereal_angles), &
                     new_unittest('pair', test_pair), &
                     new_unittest('cases-lie-on-one-orbit', test_one_orbit), &
-                    new_unittest('written-and-read', test_round_trip)]
+                    new_unittest('written-and-read', test_round_trip), &
+                    new_unittest('cards-as-printed', test_printed)]
     end subroutine collect_report_cases
 
     subroutine get(name, case, error)
@@ -64,6 +67,50 @@ contains
         call report_case('front-4', case, failure)
         call check_fails(error, message_of(failure), ['front-4'])
     end subroutine test_names
+
+    !> The cards RADPR, EM and the models' own density and wind, from the pages of section 5.2; the rest, above
+    !> all state and manoeuvre, is that of the case of the same number.
+    subroutine test_printed(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(case_t) :: printed, case
+        type(string_t), allocatable :: names(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, other
+        integer :: i
+
+        do i = 1, 6
+            call find_case(PRINTED_CASE_NAMES(i), printed, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, printed%satellite%reflectivity_sun == 0.45_dp .and. printed%density_scale == 1 .and. &
+                       printed%wind_model == 'hwm93' .and. printed%earth_radiation_constants == 'report' .and. &
+                       printed%satellite%drag_coefficient == 2 .and. printed%satellite%reflectivity_earth == 0.5_dp, &
+                       PRINTED_CASE_NAMES(i))
+            if (allocated(error)) return
+            call check(error, is_built_in(PRINTED_CASE_NAMES(i)) .and. &
+                       published_name(PRINTED_CASE_NAMES(i)) == REPORT_CASE_NAMES(i))
+            if (allocated(error)) return
+            call get(REPORT_CASE_NAMES(i), case, error)
+            if (allocated(error)) return
+            case%name = printed%name
+            case%satellite%reflectivity_sun = 0.45_dp
+            case%density_scale = 1
+            case%wind_model = 'hwm93'
+            case%wind_east = 0
+            case%earth_radiation_constants = 'report'
+            call case_text(case, other, failure)
+            if (.not. allocated(failure)) call case_text(printed, text, failure)
+            call check_passes(error, message_of(failure))
+            if (.not. allocated(error)) call check(error, text == other, 'nothing else differs')
+            if (allocated(error)) return
+        end do
+        call expanded_cases([string_t('back-1'), string_t('printed'), string_t('x.nml')], names)
+        call check(error, size(names) == 8 .and. names(2)%text == 'front-1-printed' .and. &
+                   names(7)%text == 'back-3-printed' .and. names(8)%text == 'x.nml')
+        if (allocated(error)) return
+        call find_case('front-1-print', printed, failure)
+        call check_fails(error, message_of(failure), ['front-1-printed'])
+    end subroutine test_printed
 
     subroutine test_quaternions(error)
         type(error_type), allocatable, intent(out) :: error
@@ -112,7 +159,7 @@ contains
         end do
     end subroutine test_rods
 
-    !> Of the front satellite: 101 W 0 N, 107 W 89 N, 67 E 10 N, printed in whole degrees.
+    !> Of the front satellite: 101 W 0 N, 107 W 89 N, 67 E 10 N, printed in whole degrees; (2-4), (2-28).
     subroutine test_places(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: LONGITUDE(3) = [-101.0_dp, -107.0_dp, 67.0_dp]

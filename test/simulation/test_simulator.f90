@@ -1,6 +1,6 @@
 !> Simulated observations: their epochs, their noise, and that they are the same again.
 module test_simulation
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: cross
@@ -8,7 +8,8 @@ module test_simulation
     use statistics, only: chi_square_limits, Z_999
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: OMEGA, POSITION, ATTITUDE
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations
+    use gracecg_observations_knowledge, only: a_priori_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
@@ -19,7 +20,7 @@ module test_simulation
     private
     public :: collect_simulation
 
-    integer, parameter :: SEED = 1
+    integer(i8), parameter :: SEED = 1
     integer, parameter :: RUNS = 20     !! For statistics
 
 contains
@@ -40,7 +41,9 @@ contains
                     new_unittest('drawn-wave', test_drawn_wave), &
                     new_unittest('wave-in-the-dynamics', test_wave_in_dynamics), &
                     new_unittest('the-truth-stays-behind', test_no_truth), &
-                    new_unittest('intervals-are-refused', test_intervals)]
+                    new_unittest('intervals-are-refused', test_intervals), &
+                    new_unittest('saturation-is-refused', test_saturation), &
+                    new_unittest('scale-factors-age', test_aged)]
     end subroutine collect_simulation
 
     subroutine prepare(simulator, error)
@@ -54,6 +57,54 @@ contains
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         call check_passes(error, message_of(failure))
     end subroutine prepare
+
+    !> An accelerometer whose full scale lies below its bias delivers samples at the full scale, and no estimator
+    !> takes them; with the report's full scale nothing is refused. The same for the magnetometer.
+    subroutine test_saturation(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(error_t), allocatable :: failure
+        character(24), parameter :: PARTS(3) = [character(24) :: 'full scale', '600 of 600', '0.1 s']
+
+        call prepare(simulator, error)
+        if (allocated(error)) return
+        simulator%case%satellite%accelerometer%limited = .true.
+        simulator%case%satellite%magnetometer%limited = .true.
+        call observe(simulator, SEED, 1, observations, failure)
+        if (.not. allocated(failure)) call check_observations(observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        simulator%case%satellite%accelerometer%range = 2e-5_dp      ! bias y -2.28e-5 m/s^2
+        call observe(simulator, SEED, 1, observations, failure)
+        call check(error, abs(maxval(abs(observations%acceleration)) - 2e-5_dp) <= 0)
+        if (allocated(error)) return
+        call check_observations(observations, failure)
+        call check_fails(error, message_of(failure), PARTS)
+        if (allocated(error)) return
+        observations%knowledge%accelerometer_range = 0              ! an operator who does not know it
+        call check_observations(observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        simulator%case%satellite%accelerometer%range = 5e-5_dp
+        simulator%case%satellite%magnetometer%range = 2e-5_dp       ! the field has 2.4e-5 T along x
+        call observe(simulator, SEED, 1, observations, failure)
+        call check_observations(observations, failure)
+        call check_fails(error, message_of(failure), [character(24) :: 'magnetometer', 'full scale'])
+    end subroutine test_saturation
+
+    !> The scale factors three years after their calibration: section 3.2.1 lets y change by 1 % a year, x by 0.01
+    !> and z by 0.2.
+    subroutine test_aged(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(a_priori_t) :: a_priori
+
+        call check(error, all(abs(a_priori%aged_scale_sigmas() - a_priori%sigma_scale_factors) <= 0))
+        if (allocated(error)) return
+        a_priori%sigma_scale_factors = [4e-4_dp, 0.04_dp, 8e-3_dp]
+        a_priori%years_since_calibration = 3
+        call check(error, maxval(abs(a_priori%aged_scale_sigmas() - [5e-4_dp, 0.05_dp, 0.01_dp])) < 1e-15_dp)
+    end subroutine test_aged
 
     subroutine test_epochs(error)
         type(error_type), allocatable, intent(out) :: error

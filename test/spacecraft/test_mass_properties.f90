@@ -5,7 +5,7 @@ module test_mass_properties
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, message_of
     use gracecg_spacecraft_mass_properties
-    use gracecg_base_vectors, only: identity, unit
+    use gracecg_base_vectors, only: identity, unit, inverse_3x3
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -33,6 +33,7 @@ contains
         testsuite = [ &
                     new_unittest('parallel-axes', test_parallel_axes), &
                     new_unittest('parallel-axes-of-report', test_report_inertia), &
+                    new_unittest('inverse-inertia-of-the-fit', test_inverse_inertia), &
                     new_unittest('centre-of-gravity-of-report', test_report_gravity), &
                     new_unittest('centre-of-gravity-of-points', test_point_gravity), &
                     new_unittest('accepts-report', test_accepts), &
@@ -62,7 +63,7 @@ contains
         centre = matmul(POINT, POINT_MASS)/sum(POINT_MASS)
     end function centre_of_points
 
-    !> Inertia by direct sums about the proof mass and about the centre of mass.
+    !> Inertia by direct sums (2-17) about the proof mass and about the centre of mass.
     subroutine test_parallel_axes(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: OFFSET(3) = [0.3_dp, -0.2_dp, 0.5_dp]
@@ -90,7 +91,29 @@ contains
                                      (REPORT_INERTIA - MASS*printed))) < 1e-13_dp)
     end subroutine test_report_inertia
 
-    !> CSR-TM-00-01 section 2.5, alpha_3 = pi: 9.68e-8 m, towards the Earth's far side (minus z).
+    !> J = J_p + dJ, (4-2), (4-3), and the inverse that the estimators use, (4-4)-(4-6): what J_p^-1 lacks is
+    !> 2 to 3 parts in a million, and the series with one more term lacks the square of that.
+    subroutine test_inverse_inertia(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: D(3) = [3e-4_dp, 4e-4_dp, -5e-4_dp]
+        real(dp) :: change(3, 3), inverse(3, 3), inverse_p(3, 3), first(3, 3)
+
+        inverse_p = inverse_3x3(REPORT_INERTIA)
+        inverse = inverse_3x3(inertia_about_com(mass_properties_t(420.0_dp, REPORT_INERTIA, D)))
+        change = -420.0_dp*(dot_product(D, D)*identity(3) - spread(D, 2, 3)*spread(D, 1, 3))
+        first = matmul(inverse_p, change)
+        call check(error, norm2(first) > 2e-6_dp .and. norm2(first) < 3e-6_dp, 'size of dJ')
+        if (allocated(error)) return
+        call check(error, maxval(abs(inverse_3x3(matmul(inverse_3x3(identity(3) + first), inverse_p)) - &
+                                     (REPORT_INERTIA + change))) < 1e-11_dp, '(4-4)')
+        if (allocated(error)) return
+        call check(error, norm2(inverse - inverse_p) < 3e-6_dp*norm2(inverse_p), '(4-6)')
+        if (allocated(error)) return
+        inverse = inverse - inverse_p + matmul(first, inverse_p)
+        call check(error, norm2(inverse) < 1e-11_dp*norm2(inverse_p), '(4-5)')
+    end subroutine test_inverse_inertia
+
+    !> CSR-TM-00-01 eqs. (2-33)-(2-35), alpha_3 = pi: 9.68e-8 m, towards the Earth's far side (minus z).
     subroutine test_report_gravity(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp) :: inertia(3, 3), offset(3)
@@ -103,7 +126,8 @@ contains
         call check(error, maxval(abs(offset - [0.0_dp, 0.0_dp, -9.68e-8_dp])) < 5e-11_dp)
     end subroutine test_report_gravity
 
-    !> The place where the whole mass would be attracted as the point masses are, from their
+    !> (2-33), (2-34): the place, from the centre of mass (2-32), where the whole mass would be attracted as
+    !> the point masses are, from their
     !> summed attraction; near a small planet, so that the sums keep enough digits. The rest falls
     !> off as the next power of size over radius.
     subroutine test_point_gravity(error)

@@ -39,7 +39,7 @@ contains
                            failure)
     end function grace
 
-    !> A pressure equal on all sides moves nothing and turns nothing.
+    !> A pressure equal on all sides of (2-7) moves nothing and turns nothing.
     subroutine test_closed(error)
         type(error_type), allocatable, intent(out) :: error
         type(satellite_surface_t) :: surface
@@ -91,7 +91,7 @@ contains
         call check(error, surface%plates(1)%centre(3), moment/area, thr=1e-9_dp)
     end subroutine test_volume
 
-    !> The plane of each side holds the edges of bottom and top.
+    !> The plane of each side of (2-7) holds the edges of bottom and top.
     subroutine test_edges(error)
         type(error_type), allocatable, intent(out) :: error
         type(satellite_surface_t) :: surface
@@ -110,6 +110,7 @@ contains
         end do
     end subroutine test_edges
 
+    !> Cross-sections (2-7), (2-9), (2-15) along the axes.
     subroutine test_axes(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp) :: expected(3), direction(3)

@@ -65,7 +65,7 @@ contains
                  sqrt(1 - z**2)*sin(PI*(3 - sqrt(5.0_dp))*i), z]
     end function sphere_point
 
-    !> CSR-TM-00-01 eq. (2-6) along x, where A_d = (1.942 + 0.693)/2 0.720 m^2.
+    !> CSR-TM-00-01 eqs. (2-6), (2-7) along x, where A_d = (1.942 + 0.693)/2 0.720 m^2.
     subroutine test_drag(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: SPEED = 7600.0_dp, AREA = 0.9486_dp
@@ -80,7 +80,7 @@ contains
                    dot_product(a, oblique) < 0)
     end subroutine test_drag
 
-    !> CSR-TM-00-01 eq. (2-8): at 1 au on the bottom; twice as far a quarter; in shadow nothing.
+    !> CSR-TM-00-01 eqs. (2-8), (2-9): at 1 au on the bottom; twice as far a quarter; in shadow nothing.
     subroutine test_sunlight(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: ETA = 0.45_dp, PRESSURE = 4.5606e-6_dp, AREA = 1.942_dp*3.122_dp
@@ -100,7 +100,7 @@ contains
         call check(error, norm2(a), 0.0_dp)
     end subroutine test_sunlight
 
-    !> CSR-TM-00-01 eq. (2-10) with two segments, on bottom and front, seen from a turned body.
+    !> CSR-TM-00-01 eqs. (2-10), (2-15) with two segments, on bottom and front, seen from a turned body.
     subroutine test_earthlight(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: ETA = 0.5_dp
@@ -147,7 +147,7 @@ contains
         end do
     end subroutine test_black
 
-    !> One mirror: 2 P A cos^2(theta) against its normal, and the arm times that.
+    !> One mirror: 2 P A cos^2(theta) against its normal, and the arm times that (2-24).
     subroutine test_mirror(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: NORMAL(3) = [0.6_dp, 0.0_dp, 0.8_dp], AREA = 2.5_dp
@@ -276,7 +276,7 @@ contains
         call check(error, norm2(load%torque) < 1e-14_dp*pressure)
     end subroutine test_rest
 
-    !> Another centre of mass: the same force, and the torque changed by its arm; none when head
+    !> Another centre of mass: the same force, and the torque (2-24) changed by its arm; none when head
     !> wind and centre of pressure are in line.
     subroutine test_moved_centre(error)
         type(error_type), allocatable, intent(out) :: error

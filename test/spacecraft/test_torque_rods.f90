@@ -87,6 +87,8 @@ contains
                 b(ORDERS(2, k)) = 200*(1 - 2*ibits(signs, 1, 1))
                 b(ORDERS(3, k)) = 100*(1 - 2*ibits(signs, 2, 1))
                 m = weakest_components_pattern(b)
+                call check(error, all(rod_pattern('general', b) == m) .and. all(rod_pattern('y-z', b) == report_pattern(b)))
+                if (allocated(error)) return
                 call check(error, m(ORDERS(1, k)), 0)
                 if (allocated(error)) return
                 call check(error, m(ORDERS(3, k)), 1)

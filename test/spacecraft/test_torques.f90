@@ -90,7 +90,7 @@ contains
         end do
     end subroutine test_principal_axes
 
-    !> The sum of r x F over three pairs of masses, each pair opposite about the centre of mass.
+    !> (2-22), the sum of r x F, over three pairs of masses, each pair opposite about the centre of mass.
     !> What the formula leaves out is smaller by (r/R)^2: a fourth of it remains at twice the
     !> distance.
     subroutine test_point_masses(error)

@@ -1,11 +1,14 @@
 !> Campaigns in shards: the files of the shards, and what merging makes of them.
 module test_campaign
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, remove_file
+    use gracecg_files_table, only: table_file_t, read_csv
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_simulation_simulator, only: simulator_t, new_simulator
-    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, run_entry, shard_runs
-    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs
+    use gracecg_studies_campaign, only: campaign_t, new_campaign, add_case, predict_entry, run_entry, shard_runs
+    use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: merge_campaigns
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: FOLDER, make_folder, make_file, check_fails, check_passes
@@ -28,7 +31,10 @@ contains
                     new_unittest('missing-and-repeated-runs', test_missing), &
                     new_unittest('what-does-not-fit-together', test_misfits), &
                     new_unittest('names-that-cannot-be-written', test_names), &
-                    new_unittest('broken-files', test_broken)]
+                    new_unittest('a-journal-gone-on-with', test_journal), &
+                    new_unittest('broken-journals', test_broken_journal), &
+                    new_unittest('broken-files', test_broken), &
+                    new_unittest('what-stands-beside-a-file', test_side_file)]
     end subroutine collect_campaign
 
     subroutine test_shards(error)
@@ -38,7 +44,7 @@ contains
 
         count_of = 0
         do k = 1, 7
-            shard = new_campaign(ALGORITHMS, 1, 1, 20, k, 7)
+            shard = new_campaign(ALGORITHMS, 1, 1_i8, 20, k, 7)
             count_of(shard_runs(shard)) = count_of(shard_runs(shard)) + 1
             call check(error, all(mod(shard_runs(shard) - 1, 7) == k - 1))
             if (allocated(error)) return
@@ -52,7 +58,7 @@ contains
         character(*), intent(in) :: name            !! Of its files, below FOLDER
         integer, intent(in) :: shard, shards, threads
         type(campaign_t), intent(out) :: campaign
-        integer, intent(in), optional :: seed
+        integer(i8), intent(in), optional :: seed
 
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
@@ -61,7 +67,7 @@ contains
 
         call make_folder(error)
         if (allocated(error)) return
-        campaign = new_campaign(ALGORITHMS, 2, 4, RUNS, shard, shards)
+        campaign = new_campaign(ALGORITHMS, 2, 4_i8, RUNS, shard, shards)
         if (present(seed)) campaign%seed = seed
         do i = 1, 2
             if (i == 1) call find_calibration('front-3', calibration, failure)
@@ -153,7 +159,7 @@ contains
         integer :: missing
 
         call run_campaign(error, 'shard1', 1, 3, 2, campaign)
-        if (.not. allocated(error)) call run_campaign(error, 'seed7', 2, 3, 2, changed, seed=7)
+        if (.not. allocated(error)) call run_campaign(error, 'seed7', 2, 3, 2, changed, seed=7_i8)
         if (allocated(error)) return
         call merge([character(6) :: 'shard1', 'seed7'], whole, missing, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'shard1', 'seed7', &
@@ -197,7 +203,7 @@ contains
         type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
-        campaign = new_campaign(ALGORITHMS, 2, 1, 5, 1, 1)
+        campaign = new_campaign(ALGORITHMS, 2, 1_i8, 5, 1, 1)
         call find_calibration('front-1', calibration, failure)
         call add_case(campaign, 1, calibration, failure)
         call check_passes(error, message_of(failure))
@@ -210,7 +216,108 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'no comma', 'a, b'])
     end subroutine test_names
 
-    !> A file of runs with one line changed.
+    !> One entry with runs 1, 4 and 5 of 5 in a journal.
+    subroutine make_journal(error, campaign, simulator, options, journal)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t), intent(out) :: campaign
+        type(simulator_t), intent(out) :: simulator
+        type(estimation_options_t), intent(out) :: options
+        type(text_file_t), intent(out) :: journal
+
+        type(calibration_t) :: calibration
+        type(journal_t) :: file
+        type(campaign_t) :: some
+        type(error_t), allocatable :: failure
+
+        call make_folder(error)
+        if (allocated(error)) return
+        call find_calibration('front-3', calibration, failure)
+        options = calibration%options
+        campaign = new_campaign(['optimal'], 1, 4_i8, RUNS, 1, 1)
+        if (.not. allocated(failure)) call add_case(campaign, 1, calibration, failure)
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call predict_entry(campaign, 1, 1, simulator, options, failure)
+        ! runs 4 and 5 first, then 1: the order is that in which they end
+        some = campaign
+        some%shard = 4
+        some%shards = 5
+        if (.not. allocated(failure)) call file%begin(FOLDER//'j.csv.part', campaign, 'test', failure)
+        call file%begin_entry(campaign, 1, 1)
+        if (.not. allocated(failure)) call run_entry(some, 1, 1, simulator, options, 1, failure, recorder=file)
+        some%shard = 5
+        if (.not. allocated(failure)) call run_entry(some, 1, 1, simulator, options, 1, failure, recorder=file)
+        some%shard = 1
+        if (.not. allocated(failure)) call run_entry(some, 1, 1, simulator, options, 1, failure, recorder=file)
+        if (.not. allocated(failure)) call read_text_file(FOLDER//'j.csv.part', journal, failure)
+        call check_passes(error, message_of(failure))
+    end subroutine make_journal
+
+    !> A journal has every run at once; gone on with, the campaign is that of one never stopped, to the last bit,
+    !> whatever is missing of its last line.
+    subroutine test_journal(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, whole, kept
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(text_file_t) :: journal
+        type(error_t), allocatable :: failure
+        integer :: last, cut
+
+        call check(error, journal_path('a/b.csv '), 'a/b.csv.part')
+        if (.not. allocated(error)) call make_journal(error, campaign, simulator, options, journal)
+        if (allocated(error)) return
+        whole = campaign
+        call run_entry(whole, 1, 1, simulator, options, 2, failure)
+        if (.not. allocated(failure)) call write_runs(FOLDER//'whole.csv', whole, 'test', failure)
+        last = journal%first(journal%line_count())
+        do cut = last - 1, len(journal%text), 7
+            if (allocated(error)) return
+            call make_file(error, 'torn.csv.part', journal%text(:cut))
+            if (allocated(error)) return
+            kept = campaign
+            call read_runs(FOLDER//'torn.csv.part', kept, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            if (cut < len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [4, 5]))
+            if (cut == len(journal%text)) call check(error, all(kept%entries(1, 1)%run == [1, 4, 5]))
+            if (allocated(error)) return
+            if (.not. allocated(failure)) call run_entry(kept, 1, 1, simulator, options, 2, failure)
+            if (.not. allocated(failure)) call write_runs(FOLDER//'kept.csv', kept, 'test', failure)
+            call check_passes(error, message_of(failure))
+            if (.not. allocated(error)) call same_file(error, 'whole.csv', 'kept.csv')
+            if (.not. allocated(error)) call check(error, abs(kept%entries(1, 1)%normalised - &
+                                                              whole%entries(1, 1)%normalised) <= 0)
+        end do
+    end subroutine test_journal
+
+    subroutine test_broken_journal(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, read_back
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(text_file_t) :: journal
+        type(error_t), allocatable :: failure
+
+        call make_journal(error, campaign, simulator, options, journal)
+        call refused(journal%line(journal%line_count())//LF, [character(W) :: 'stands above already'])
+        call refused('front-3,optimal,2,1,2,3,1'//LF, [character(W) :: '7 columns, expected 8'])
+        call refused('front-3,optimal,2,1,2,3,1,x'//LF, [character(W) :: 'column normalised'])
+        call refused('front-3,optimal,6,1,2,3,1,0'//LF, [character(W) :: 'from 1 to 5'])
+
+    contains
+
+        !> The journal with one line more.
+        subroutine refused(line, parts)
+            character(*), intent(in) :: line, parts(:)
+
+            if (.not. allocated(error)) call make_file(error, 'broken.csv.part', journal%text//line)
+            if (allocated(error)) return
+            call read_runs(FOLDER//'broken.csv.part', read_back, failure)
+            call check_fails(error, message_of(failure), parts)
+        end subroutine refused
+    end subroutine test_broken_journal
+
+    !> A file of runs with one line changed, as version 0.1 wrote it: comments above the rows.
     subroutine test_broken(error)
         type(error_type), allocatable, intent(out) :: error
         character(*), parameter :: ROW = 'front-3,assest-fde,1,'
@@ -219,24 +326,23 @@ contains
         type(error_t), allocatable :: failure
 
         call run_campaign(error, 'sound', 1, 2, 2, campaign)
+        if (.not. allocated(error)) call read_as_former(error, 'sound_runs.csv', sound)
         if (allocated(error)) return
-        call read_text_file(FOLDER//'sound_runs.csv', sound, failure)
-        call check_passes(error, message_of(failure))
         call broken('# gracecg', '# gracecg 0.0.0 montecarlo', [character(W) :: 'broken.csv:1', 'make it anew'])
-        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', '# seed S, runs 1 to N'])
+        call broken('# seed', '# seed 1', [character(W) :: 'broken.csv:2', 'seed S, runs 1 to N'])
         call broken('# seed', '# seed x, runs 1 to 5', [character(W) :: 'broken.csv:2'])
         call broken('# seed', '# seed 4, runs 1 to 0', [character(W) :: 'broken.csv:2'])
         call broken('# case front-3', '# case front-3 offset_mm 1 2 3', [character(W) :: 'broken.csv:4'])
         call broken('# case front-3', '# case front-3 checksum 1 offset_mm 1 2 x', &
                     [character(W) :: 'broken.csv:4'])
         call broken('# predicted front-3 ascrest', '# predicted front-3 1 2 3', &
-                    [character(W) :: 'broken.csv:6', '# predicted NAME'])
+                    [character(W) :: 'broken.csv:6', 'predicted NAME'])
         call broken('# predicted my own case ascrest', '', [character(W) :: 'prediction of each algorithm'])
         call broken('# predicted my own case ascrest', '# predicted my own case ascfest 1 2 3', &
                     [character(W) :: 'expected the prediction of my own case, ascrest'])
         call broken('case,algorithm', 'case,algorithm,run', [character(W) :: '3 columns, expected 7', 'the columns must be case,'])
         call broken(ROW, ROW//'1,2,3', [character(W) :: '6 columns, expected 7'])
-        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'no comment line tells'])
+        call broken(ROW, 'front-2,assest-fde,1,1,2,3,1', [character(W) :: 'nothing tells of this case'])
         call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
         call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
         call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
@@ -271,4 +377,73 @@ contains
             call check_fails(error, message_of(failure), parts)
         end subroutine broken
     end subroutine test_broken
+
+    !> A file of runs as version 0.1 wrote it: the comments above, and 1 or 0 for converged.
+    subroutine read_as_former(error, name, former)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name
+        type(text_file_t), intent(out) :: former
+
+        type(table_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text, line
+        integer :: i
+
+        call read_csv(FOLDER//name, [character(9) :: 'case', 'algorithm', 'run', 'dx_mm', 'dy_mm', 'dz_mm', &
+                                     'converged'], file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(file%comments) > 2 .and. index(file%text%text, '#') == 0, 'comments beside the file')
+        text = ''
+        do i = 1, size(file%comments)
+            text = text//'# '//file%comments(i)%text//LF
+        end do
+        do i = 1, file%text%line_count()
+            line = file%text%line(i)
+            if (index(line, ',true') > 0) line = line(:index(line, ',true'))//'1'
+            text = text//line//LF
+        end do
+        former = text_file_of(text, name)
+    end subroutine read_as_former
+
+    !> Files of version 0.1 are read as those of today; a file without what stands beside it is refused.
+    subroutine test_side_file(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign, today, former
+        type(text_file_t) :: old, side
+        type(error_t), allocatable :: failure
+        integer :: i, a
+
+        call run_campaign(error, 'beside', 1, 2, 2, campaign)
+        if (.not. allocated(error)) call read_as_former(error, 'beside_runs.csv', old)
+        if (.not. allocated(error)) call make_file(error, 'former.csv', old%text)
+        if (allocated(error)) return
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call read_runs(FOLDER//'former.csv', former, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, today%seed == former%seed .and. today%runs == former%runs .and. &
+                   all(today%cases%checksum == former%cases%checksum))
+        do i = 1, size(today%cases)
+            do a = 1, size(today%algorithms)
+                if (allocated(error)) return
+                call check(error, all(today%entries(a, i)%run == former%entries(a, i)%run) .and. &
+                           all(abs(today%entries(a, i)%offset - former%entries(a, i)%offset) <= 0) .and. &
+                           all(today%entries(a, i)%converged .eqv. former%entries(a, i)%converged))
+            end do
+        end do
+        if (allocated(error)) return
+        call read_text_file(FOLDER//'beside_runs.csv.meta.json', side, failure)
+        call remove_file(FOLDER//'beside_runs.csv.meta.json')
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'is missing'])
+        if (allocated(error)) return
+        i = index(side%text, 'seed 4')
+        call make_file(error, 'beside_runs.csv.meta.json', side%text(:i - 1)//'seed x'//side%text(i + 6:))
+        if (allocated(error)) return
+        call read_runs(FOLDER//'beside_runs.csv', today, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'beside_runs.csv.meta.json', 'seed S, runs'])
+    end subroutine test_side_file
 end module test_campaign

@@ -1,7 +1,7 @@
 !> Errors in the operator's knowledge, each alone: the bound's consider covariance, differences of estimates and
 !> draws agree.
 module test_knowledge_errors
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use statistics, only: Z_999
     use gracecg_estimation_report_options, only: report_options
@@ -44,7 +44,7 @@ contains
 
         call report_case('front-1', case, failure)
         do i = 1, size(CHECKED)
-            call check_consider(case, report_options('front-1'), CHECKED(i), 1, RUNS, 2, result, failure)
+            call check_consider(case, report_options('front-1'), CHECKED(i), 1_i8, RUNS, 2, result, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             associate (small => result%considered < 1e-4_dp*result%noise)
@@ -98,7 +98,7 @@ contains
         do k = 1, size(ALGORITHMS)
             do i = 1, size(SOURCES)
                 if (allocated(error)) return
-                call study_knowledge(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, 1, 1, 2, study, failure)
+                call study_knowledge(simulator, trim(ALGORITHMS(k)), report_options('back-1'), i, 1_i8, 1, 2, study, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
                 if (i == COMMON_ROD_GAIN) call check(error, any(study%predicted > 1e-7_dp), ALGORITHMS(k))

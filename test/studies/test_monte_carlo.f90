@@ -1,6 +1,6 @@
 !> Monte Carlo of the report's cases against prediction, independent analysis and published tables.
 module test_monte_carlo
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_estimation_options, only: estimation_options_t
@@ -69,7 +69,7 @@ contains
             if (allocated(error)) return
             call predict_errors(simulator, 'assest-fde', estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11, first_runs(RUNS), 2, &
+                call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 11_i8, first_runs(RUNS), 2, &
                                      results, failure)
             end if
             call check(error,.not. allocated(failure))
@@ -158,7 +158,7 @@ contains
         do a = 1, size(REPORT_ESTIMATORS)
             call predict_errors(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), prediction, failure)
             if (.not. allocated(failure)) then
-                call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), 12, &
+                call run_monte_carlo(simulator, trim(REPORT_ESTIMATORS(a)), estimation_options_t(), 12_i8, &
                                      first_runs(100), 2, results, &
                                      failure)
             end if
@@ -180,11 +180,11 @@ contains
 
         call prepare(4, simulator, error)
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5, first_runs(8), 1, one_thread, &
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, first_runs(8), 1, one_thread, &
                              failure)
         call check(error,.not. allocated(failure))
         if (allocated(error)) return
-        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5, [2, 3, 7], 2, two_threads, failure)
+        call run_monte_carlo(simulator, 'assest-fde', estimation_options_t(), 5_i8, [2, 3, 7], 2, two_threads, failure)
         call check(error, maxval(abs(one_thread%offset(:, [2, 3, 7]) - two_threads%offset)), 0.0_dp)
         if (allocated(error)) return
         call check(error, norm2(one_thread%offset(:, 1) - one_thread%offset(:, 2)) > 1e-7_dp, 'runs differ')

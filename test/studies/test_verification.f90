@@ -1,10 +1,22 @@
 !> Section 5.3 of the report: the curves of Figures 5.2-5.8 against the printed axis windows.
 module test_verification
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_report_cases, only: report_case
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
+    use gracecg_base_constants, only: AXES, MILLIMETRE
+    use gracecg_base_text, only: string_t
+    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text, calibration_from_text
+    use gracecg_studies_axis_ticks
+    use gracecg_studies_campaign, only: campaign_t, new_campaign
     use gracecg_studies_curves
+    use gracecg_studies_estimate_windows
+    use gracecg_studies_published_axes, only: published_axis_limits
+    use gracecg_studies_published_case
+    use gracecg_studies_table_axis_limits, only: LIMIT_FIGURE, LIMIT_LOW, LIMIT_HIGH, LIMIT_STEP
+    use gracecg_studies_table_figure_windows, only: WINDOW_LOW, WINDOW_HIGH, WINDOW_STEP
+    use gracecg_studies_window_sensitivity
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
     implicit none
     private
@@ -18,6 +30,12 @@ contains
         testsuite = [ &
                     new_unittest('windows', test_windows), &
                     new_unittest('curves-add-up', test_sums), &
+                    new_unittest('tick-marks', test_ticks), &
+                    new_unittest('windows-of-the-report-end-at-ticks', test_printed_ticks), &
+                    new_unittest('small-curves-miss-the-ticks', test_small), &
+                    new_unittest('points-of-figures-6.2-and-6.3', test_estimates), &
+                    new_unittest('what-the-windows-see', test_sensitivity), &
+                    new_unittest('a-case-by-its-settings', test_built_in), &
                     new_unittest('a-shifted-curve-misses-its-window', test_shifted)]
     end subroutine collect_verification
 
@@ -34,7 +52,8 @@ contains
         if (allocated(failure)) call test_failed(error, failure%message)
     end subroutine verify
 
-    !> All 48 windows that depend on the attitude dynamics alone; of the 36 that need the
+    !> All 54 windows that depend on the attitude dynamics alone, and nearly all of them reached at both ends; of
+    !> the 36 that need the
     !> environment and surface models at least 22, and the mean of at least 30 near the window's
     !> centre.
     subroutine test_windows(error)
@@ -51,12 +70,17 @@ contains
         checks = [checks, check_windows('back', verification)]
         attitude_only = checks%attitude_only
         inside = checks%inside
-        call check(error, size(checks), 84)
+        call check(error, size(checks), 90)
         if (allocated(error)) return
-        call check(error, count(attitude_only), 48)
+        call check(error, count(attitude_only), 54)
         if (allocated(error)) return
-        call check(error, count(attitude_only .and. inside), 48, &
+        call check(error, count(attitude_only .and. inside), 54, &
                    'attitude windows met; missed:'//missed(attitude_only))
+        if (allocated(error)) return
+        call check(error, count(attitude_only .and. checks%on_ticks) >= 50, 'too few end intervals reached')
+        if (allocated(error)) return
+        call check(error, all(checks%fill >= 0 .and. checks%fill <= 1) .and. &
+                   minval(checks%fill, attitude_only) > 0.35_dp, 'fill')
         if (allocated(error)) return
         call check(error, count(.not. attitude_only .and. inside) >= 22, &
                    'too few environment windows met; missed:'//missed(.not. attitude_only))
@@ -144,4 +168,194 @@ contains
         if (allocated(error)) return
         call check(error, checks(place)%excess, 0.10_dp, thr=1e-10_dp)
     end subroutine test_shifted
+
+    !> Limits by hand; and for many curves: the next finer step needs more intervals, the limits enclose the curve,
+    !> and nothing changes when everything is ten times as large.
+    subroutine test_ticks(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: FINER(3) = [0.5_dp, 0.5_dp, 0.4_dp]    !! Of a step of 1, 2, 5
+        real(dp) :: limits(2), step, least, greatest
+        integer :: i, kind
+
+        call check(error, same_limits(limits_on_ticks(-1.97_dp, 1.88_dp, 1.0_dp), [-2.0_dp, 2.0_dp], 1.0_dp))
+        if (.not. allocated(error)) call check(error, same_limits(limits_on_ticks(0.0_dp, 4.0_dp, 2.0_dp), &
+                                                                  [0.0_dp, 4.0_dp], 2.0_dp), 'ends on marks')
+        if (.not. allocated(error)) call check(error, same_limits(automatic_limits(-3.0813e-9_dp, 4.1019e-9_dp), &
+                                                                  [-5e-9_dp, 5e-9_dp], 5e-9_dp))
+        if (.not. allocated(error)) call check(error, .not. automatic_step(1.0_dp, 1.0_dp) > 0, 'no extent')
+        if (.not. allocated(error)) call check(error, share_covered(1.0_dp, 2.0_dp, 0.0_dp, 4.0_dp), 0.25_dp, &
+                                               thr=1e-15_dp)
+        if (.not. allocated(error)) call check(error, abs(share_covered(5.0_dp, 6.0_dp, 0.0_dp, 4.0_dp)) <= 0)
+        do i = 1, 200
+            if (allocated(error)) return
+            least = sin(real(i, dp))*3
+            greatest = least + 10.0_dp**(mod(i, 5) - 2)*(1.5_dp + cos(1.7_dp*i))
+            step = automatic_step(least, greatest)
+            limits = automatic_limits(least, greatest)
+            kind = nint(step/10.0_dp**floor(log10(step) + 1e-9_dp))
+            call check(error, any(kind == [1, 2, 5]), 'a step of 1, 2 or 5')
+            if (allocated(error)) return
+            call check(error, limits(1) <= least + 1e-9_dp*step .and. limits(2) >= greatest - 1e-9_dp*step .and. &
+                       limits(2) - limits(1) < (MOST_INTERVALS + 0.5_dp)*step)
+            if (allocated(error)) return
+            step = step*FINER(findloc([1, 2, 5], kind, 1))
+            limits = limits_on_ticks(least, greatest, step)
+            call check(error, limits(2) - limits(1) > (MOST_INTERVALS + 0.5_dp)*step, 'a finer step needs more')
+            if (allocated(error)) return
+            call check(error, same_limits(automatic_limits(10*least, 10*greatest), 10*automatic_limits(least, greatest), &
+                                          automatic_step(10*least, 10*greatest)), 'ten times')
+        end do
+    end subroutine test_ticks
+
+    !> The printed limits of all figures are marks of the printed step, 2 to 4 intervals apart.
+    subroutine test_printed_ticks(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer :: i
+
+        call check(error, size(WINDOW_STEP), 90)
+        do i = 1, size(WINDOW_STEP)
+            if (allocated(error)) return
+            call check_axis(WINDOW_LOW(i), WINDOW_HIGH(i), WINDOW_STEP(i))
+        end do
+        do i = 1, size(LIMIT_STEP)
+            if (allocated(error)) return
+            if (any(LIMIT_FIGURE(i) == ['6.2', '6.3', '6.6'])) call check_axis(LIMIT_LOW(i), LIMIT_HIGH(i), LIMIT_STEP(i))
+        end do
+
+    contains
+
+        subroutine check_axis(low, high, step)
+            real(dp), intent(in) :: low, high, step
+
+            call check(error, same_limits(limits_on_ticks(low, high, step), [low, high], step), 'ends on marks')
+            if (allocated(error)) return
+            call check(error, any(nint((high - low)/step) == [2, 3, 4]), 'intervals')
+        end subroutine check_axis
+    end subroutine test_printed_ticks
+
+    !> A tenth of the printed curve stays inside, but reaches the ends of few windows.
+    subroutine test_small(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(verification_t) :: verification
+        type(window_check_t), allocatable :: checks(:)
+        integer :: curve
+
+        call verify('back-1', verification, error)
+        if (allocated(error)) return
+        curve = findloc(CURVE_NAMES == 'torque_magnetic', .true., 1)
+        verification%curve(:, curve, :) = verification%curve(:, curve, :)/10
+        checks = check_windows('back', verification)
+        checks = pack(checks, checks%quantity == 'torque_magnetic')
+        call check(error, size(checks), 3)
+        if (.not. allocated(error)) call check(error, all(checks%inside) .and. .not. any(checks%on_ticks))
+    end subroutine test_small
+
+    !> Points made up: on the middle of each window, and of the first run at its ends.
+    subroutine test_estimates(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(campaign_t) :: campaign
+        type(estimate_window_t) :: windows(12)
+        type(estimate_counts_t) :: counts
+        real(dp) :: limits(2)
+        integer :: a, i, axis, k
+
+        campaign = new_campaign(REPORT_ESTIMATORS, 6, 1_i8, 20, 1, 1)
+        do i = 1, 6
+            do a = 1, 4
+                campaign%entries(a, i)%run = [(k, k=1, 20)]
+                campaign%entries(a, i)%offset = reshape([(0.0_dp, k=1, 60)], [3, 20])
+                do axis = 1, 3
+                    limits = published_axis_limits(merge('6.2', '6.3', i <= 3), merge('front', 'back ', i <= 3), &
+                                                   REPORT_ESTIMATORS(a), AXES(axis))/MILLIMETRE
+                    campaign%entries(a, i)%offset(axis, :) = sum(limits)/2
+                    campaign%entries(a, i)%offset(axis, :2) = limits*0.999_dp + sum(limits)/2*0.001_dp
+                end do
+            end do
+        end do
+        windows = campaign_windows(campaign, 2)
+        counts = count_estimate_windows(windows)
+        call check(error, counts%panels == 12 .and. counts%points == 12*60 .and. counts%inside == 12*60 .and. counts%met)
+        if (.not. allocated(error)) call check(error, counts%on_ticks, 12)
+        if (.not. allocated(error)) call check(error, counts%fill, 0.999_dp, thr=1e-9_dp)
+        if (allocated(error)) return
+        ! three of 60 points beyond one window; they are no points of the figure but for the first
+        campaign%entries(3, 5)%offset(1, [1, 16, 17]) = 1000
+        windows = campaign_windows(campaign, 2)
+        call check(error, windows(7)%inside == 57 .and. .not. windows(7)%on_ticks .and. windows(8)%inside == 60)
+        if (allocated(error)) return
+        do a = 1, 4
+            campaign%entries(a, 4)%offset(:, :10) = 1000
+        end do
+        counts = count_estimate_windows(campaign_windows(campaign, 2))
+        call check(error, .not. counts%met, 'too many outside')
+    end subroutine test_estimates
+
+    !> Weak rods stay inside all windows, and are told by the ticks; the case as it is agrees with `verify`.
+    subroutine test_sensitivity(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(variation_t) :: variation(VARIATIONS)
+        type(error_t), allocatable :: failure
+        integer :: weak
+
+        call study_window_sensitivity(2, variation, failure)
+        if (allocated(failure)) then
+            call test_failed(error, failure%message)
+            return
+        end if
+        call check(error, all(variation%counts%attitude == 54))
+        if (allocated(error)) return
+        call check(error, all(variation%counts%attitude_on_ticks <= variation%counts%attitude_inside))
+        if (allocated(error)) return
+        weak = findloc(variation%name == 'rods of 1 A m^2', .true., 1)
+        call check(error, variation(weak)%counts%attitude_inside, 54)
+        if (allocated(error)) return
+        call check(error, variation(weak)%counts%attitude_on_ticks < 20 .and. variation(1)%counts%attitude_on_ticks >= 50)
+    end subroutine test_sensitivity
+
+    !> A case is the report's by its settings: a name does not matter, any setting does.
+    subroutine test_built_in(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(calibration_t) :: calibration, back
+        type(error_t), allocatable :: failure
+        type(string_t), allocatable :: lines(:)
+        character(:), allocatable :: text
+        character(16) :: name
+        integer :: i, checksum
+
+        do i = 1, size(REPORT_CASE_NAMES)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, failure)
+            if (.not. allocated(failure)) then
+                calibration%case%name = 'another name'
+                call calibration_text(calibration, text, failure)
+            end if
+            if (.not. allocated(failure)) call calibration_from_text(text, 'text', back, failure)
+            if (.not. allocated(failure)) call settings_checksum(back, checksum, failure)
+            if (allocated(failure)) then
+                call test_failed(error, failure%message)
+                return
+            end if
+            call built_in_case(back%case, name)
+            call check(error, trim(name), REPORT_CASE_NAMES(i), 'through a file')
+            if (allocated(error)) return
+            call built_in_calibration('another name', checksum, name)
+            call check(error, trim(name), REPORT_CASE_NAMES(i), 'by checksum')
+            if (allocated(error)) return
+        end do
+        back%case%name = 'back-3'
+        back%options%accelerometer_weight(1) = 11
+        call settings_checksum(back, checksum, failure)
+        call built_in_calibration('back-3', checksum, name)
+        call check(error, trim(name), '', 'other weights')
+        if (allocated(error)) return
+        call built_in_case(back%case, name)
+        call check(error, trim(name), 'back-3', 'weights are not of the case')
+        if (allocated(error)) return
+        back%case%satellite%mass = 421
+        call built_in_case(back%case, name)
+        call check(error, trim(name), '', 'another mass')
+        if (allocated(error)) return
+        call changed_settings(back%case, 'back-3', lines, failure)
+        call check(error, size(lines), 1)
+        if (.not. allocated(error)) call check(error, lines(1)%text, 'mass = 421')
+    end subroutine test_built_in
 end module test_verification

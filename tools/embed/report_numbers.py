@@ -25,6 +25,8 @@ def generate(data):
         + text_array("WINDOW_AXIS", [w["axis"] for w in windows], "Body axis")
         + table.parameter_array("WINDOW_LOW", [table.real(w["low"]) for w in windows], comment="Lower limit, SI")
         + table.parameter_array("WINDOW_HIGH", [table.real(w["high"]) for w in windows], comment="Upper limit, SI")
+        + table.parameter_array("WINDOW_STEP", [table.real(w["step"]) for w in windows],
+                                comment="Distance of the tick marks, SI")
     )
     name = "gracecg_studies_table_figure_windows"
     title = "Axis windows of CSR-TM-00-01 Figures 5.2-5.8."
@@ -53,6 +55,8 @@ def generate(data):
         + text_array("LIMIT_AXIS", [r["axis"] for r in limits], "Body axis, or all")
         + table.parameter_array("LIMIT_LOW", [table.real(r["low"]) for r in limits], comment="Lower limit")
         + table.parameter_array("LIMIT_HIGH", [table.real(r["high"]) for r in limits], comment="Upper limit")
+        + table.parameter_array("LIMIT_STEP", [table.real(r["step"]) for r in limits],
+                                comment="Distance of the tick marks")
     )
     name = "gracecg_studies_table_axis_limits"
     title = "Limits of the axes of CSR-TM-00-01 Figures 6.1-6.6: nT, rad/s^2, m."

@@ -20,12 +20,12 @@ module gracecg_cli_calibration_figures
     private
     public :: add_manoeuvre_figure, add_ellipses_figure, add_residuals_figure, add_spectrum_figure
 
-    integer, parameter :: WIDTH = 640           !! Of all figures; a letter is 17 high
+    integer, parameter :: WIDTH = 560           !! Of all figures: on a phone of 390 pixels letters have 11
     integer, parameter :: ELLIPSE_POINTS = 181
     character(1), parameter :: LF = achar(10)
     character(*), parameter :: OMEGA = '\317\211', ROOT = '\342\210\232'
     !! Letter omega and root sign as gnuplot's escapes of UTF-8
-    character(*), parameter :: PANEL_MARGINS = 'margins screen 0.135, screen 0.975, screen '
+    character(*), parameter :: PANEL_MARGINS = 'margins screen 0.15, screen 0.975, screen '
 
 contains
 
@@ -40,8 +40,8 @@ contains
         real(dp) :: t
         integer :: i
 
-        call open_table(file, book, 'manoeuvre', 'time_s,mx,my,mz,wdx,wdy,wdz', knowledge, &
-                        'dipole moment of the rods (A m^2), angular acceleration (rad/s^2), body axes', error)
+        call open_table(file, book, 'manoeuvre', 'time_s,mx_a_m2,my_a_m2,mz_a_m2,wdx_rad_s2,wdy_rad_s2,wdz_rad_s2', &
+                        knowledge, 'dipole moment of the rods, angular acceleration, body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
             t = time_tag(record%epoch(i), record%interval)
@@ -90,7 +90,7 @@ contains
         end do
         call file%commit(error)
         if (allocated(error)) return
-        script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 640)// &
+        script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 560)// &
             'set multiplot layout 2,2 margins screen 0.155, screen 0.97, screen 0.115, screen 0.98 '// &
             'spacing screen 0.18, screen 0.14'//LF//'set grid xtics ytics'//LF//'unset key'//LF// &
             'set xtics autofreq'//LF//'k95 = '//real_text(ELLIPSE_95)//LF
@@ -170,15 +170,15 @@ contains
         character(:), allocatable :: script
         integer :: i, axis
 
-        call open_table(file, book, 'residuals', 'time_s,x,y,z', knowledge, &
-                        'residuals of the accelerometer, observed minus fitted (m/s^2), body axes', error)
+        call open_table(file, book, 'residuals', 'time_s,x_m_s2,y_m_s2,z_m_s2', knowledge, &
+                        'residuals of the accelerometer, observed minus fitted, body axes', error)
         if (allocated(error)) return
         do i = 1, size(record%epoch)
             call file%row([time_tag(record%epoch(i), record%interval), record%residual(:, i)])
         end do
         call file%commit(error)
         if (allocated(error)) return
-        script = script_head('residuals', 'Residuals of the accelerometer', WIDTH, 720)// &
+        script = script_head('residuals', 'Residuals of the accelerometer', WIDTH, 700)// &
             'set multiplot layout 3,1 '//PANEL_MARGINS//'0.08, screen 0.985 spacing screen 0.035'//LF// &
             time_axis(knowledge)//'unset key'//LF//'set format x ""'//LF
         do axis = 1, 3
@@ -217,17 +217,17 @@ contains
         integer :: k, axis, i
 
         associate (d => diagnostics)
-            call open_table(file, book, 'spectrum', 'frequency_hz,x,y,z,expected_x,expected_y,expected_z', &
-                knowledge, &
-                            'amplitude spectrum of the residuals and of the noise of the setup, one-sided '// &
-                            '(m/s^2/sqrt(Hz))', error)
+            call open_table(file, book, 'spectrum', 'frequency_hz,x_m_s2_sqrt_hz,y_m_s2_sqrt_hz,z_m_s2_sqrt_hz,'// &
+                            'expected_x_m_s2_sqrt_hz,expected_y_m_s2_sqrt_hz,expected_z_m_s2_sqrt_hz', knowledge, &
+                            'amplitude spectrum of the residuals and of the noise of the setup, one-sided', error)
             if (allocated(error)) return
             do k = 2, size(d%frequency)         ! 0 has no place on a logarithmic axis
                 call file%row([d%frequency(k), one_sided(d%density(:, k)), one_sided(d%expected_density(:, k))])
             end do
             call file%commit(error)
             if (allocated(error)) return
-            call open_table(file, book, 'spectrum_bands', 'frequency_hz,x,y,z', knowledge, &
+            call open_table(file, book, 'spectrum_bands', &
+                            'frequency_hz,x_m_s2_sqrt_hz,y_m_s2_sqrt_hz,z_m_s2_sqrt_hz', knowledge, &
                             'the same, means of the power over thirds of octaves', error)
             if (allocated(error)) return
             do k = 1, size(d%band_frequency)

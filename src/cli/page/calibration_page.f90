@@ -1,13 +1,15 @@
 !> The page of one calibration: what was observed, the result with its errors, where they come from, the
-!> residuals, and a verdict. Made from the observation set and the fit, never from the truth.
+!> residuals, and a verdict. Made from the observation set and the fit, never from the truth. A refused estimate
+!> has a page, too: it begins with the reason and shows what there is, the residuals before all.
 module gracecg_cli_calibration_page
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: integer_text, rounded_text, padded
-    use gracecg_files_file, only: make_directory, text_file_t, read_text_file
-    use gracecg_environment_time, only: utc_text
+    use gracecg_files_file, only: make_directory, remove_file, file_exists, text_file_t, read_text_file
+    use gracecg_environment_time, only: utc_t, utc_text, utc_plus
+    use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_estimation_solution, only: solution_t
@@ -16,7 +18,7 @@ module gracecg_cli_calibration_page
     use gracecg_estimation_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, WANTED_ACCURACY
     use gracecg_cli_console, only: console_t
     use gracecg_cli_number_text, only: fixed_text, scientific_text, pick_text
-    use gracecg_cli_html, only: html_page_t, table_rows_t, head_cell, number_cell, number_cells, verdict_cell, &
+    use gracecg_cli_html, only: html_page_t, table_rows_t, head_cell, number_cell, number_cells, text_cell, verdict_cell, &
         VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_book, only: book_t, open_book
     use gracecg_cli_calibration_advice, only: advice_of
@@ -49,48 +51,138 @@ contains
     !> gnuplot the page has its tables only, and the console a warning. The page itself comes last: it
     !> is whole, or it is not there.
     !>
+    !> With a refusal the page begins with the reason, shows no offset, and has what could be read and fitted;
+    !> an older page of that name is gone in any case.
+    !>
     !> Fails when a file cannot be written.
-    subroutine write_calibration_page(path, source, options_file, observations, solution, record, console, error)
+    subroutine write_calibration_page(path, source, options_file, algorithm, observations, solution, record, console, &
+                                      error, refusal)
         character(*), intent(in) :: path                !! Of the page
         character(*), intent(in) :: source              !! Folder of the observation set
         character(*), intent(in) :: options_file        !! Of --options; empty: none
-        type(observation_set_t), intent(in) :: observations
+        character(*), intent(in) :: algorithm           !! That was asked for
+        type(observation_set_t), intent(in) :: observations     !! Without samples where they could not be read
         type(solution_t), intent(in) :: solution
-        type(fit_record_t), intent(in) :: record        !! Of the same estimate
+        type(fit_record_t), intent(in) :: record        !! Of the same estimate, as far as it came
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: refusal   !! Why there is no offset to be used
 
         type(fit_diagnostics_t) :: diagnostics
         type(verdict_t) :: verdict
         type(book_t) :: book
+        logical :: fitted
         integer :: i
 
-        call diagnose(observations%knowledge, solution, record, diagnostics, error)
-        if (.not. allocated(error)) call make_directory(page_folder(path), error)
+        fitted = .not. present(refusal) .or. has_fit(record)
+        if (fitted) call diagnose(observations%knowledge, solution, record, diagnostics, error)
+        if (present(refusal) .and. allocated(error)) then
+            fitted = .false.
+            deallocate (error)
+        end if
+        if (fitted .and. .not. allocated(error)) call make_directory(page_folder(path), error)
         if (allocated(error)) return
+        if (.not. fitted) call remove_files(page_folder(path))
         call open_book(book, page_folder(path))
-        verdict = judge(observations%knowledge, solution, record, diagnostics)
+        if (fitted) verdict = judge(observations%knowledge, solution, record, diagnostics, refusal)
         associate (knowledge => observations%knowledge, page => book%page)
-            call page%begin('CG offset of '//trim(knowledge%name), &
-                            'Calibration of '//utc_text(knowledge%epoch)//' UTC, '//rounded_text(knowledge%duration, 6)// &
-                            ' s long, estimated with `'//solution%algorithm//'` from the observations alone. The '// &
-                            'offset d points from the centre of mass to the proof-mass centre of the '// &
-                            'accelerometer, in body axes: x along the satellite, y across, z to the Earth.')
-            call write_result(knowledge%mass, solution, diagnostics, verdict, page)
-            call write_observed(observations, solution, page)
-            call write_manoeuvre(observations, record, book, error)
-            if (.not. allocated(error)) call write_errors(observations, solution, diagnostics, book, error)
-            if (.not. allocated(error)) call write_dependence(solution, record, diagnostics, page)
-            if (.not. allocated(error)) call write_residuals(observations, record, diagnostics, book, error)
-            if (.not. allocated(error)) call write_findings(verdict, page)
-            if (.not. allocated(error)) call write_provenance(path, source, options_file, solution, page, error)
+            call begin(source, algorithm, observations, present(refusal), page)
+            if (present(refusal)) then
+                call write_refusal(refusal, fitted, page)
+            else
+                call write_result(knowledge%mass, solution, diagnostics, verdict, page)
+            end if
+            if (fitted .and. present(refusal)) call write_residuals(observations, record, diagnostics, book, error)
+            if (.not. allocated(error) .and. allocated(observations%accelerometer_time)) then
+                call write_observed(observations, solution, page)
+                call write_manoeuvre(observations, fitted, record, book, error)
+            end if
+            if (.not. present(refusal)) then
+                if (.not. allocated(error)) call write_errors(observations, solution, diagnostics, book, error)
+                if (.not. allocated(error)) call write_dependence(solution, record, diagnostics, page)
+                if (.not. allocated(error)) call write_residuals(observations, record, diagnostics, book, error)
+            end if
+            if (.not. allocated(error) .and. fitted) call write_findings(verdict, page)
+            if (.not. allocated(error)) &
+                call write_provenance(path, source, options_file, algorithm, fitted, present(refusal), page, error)
             if (.not. allocated(error)) call page%write(path, error)
         end associate
         if (allocated(error)) return
         do i = 1, size(book%reasons)
-            call console%message('warning: the page lacks a figure: '//book%reasons(i)%text)
+            call console%warn('the page lacks a figure: '//book%reasons(i)%text)
         end do
     end subroutine write_calibration_page
+
+    !> Whether the fit came so far that its residuals can be judged.
+    pure logical function has_fit(record)
+        type(fit_record_t), intent(in) :: record
+
+        integer, parameter :: LEAST_SAMPLES = 40
+
+        has_fit = allocated(record%residual) .and. allocated(record%covariance)
+        if (has_fit) has_fit = size(record%epoch) >= LEAST_SAMPLES
+    end function has_fit
+
+    !> Files of an older page, which would be taken for those of this one.
+    subroutine remove_files(folder)
+        character(*), intent(in) :: folder
+
+        character(14), parameter :: NAMES(5) = [character(14) :: 'manoeuvre', 'ellipses', 'residuals', 'spectrum', &
+                                                'spectrum_bands']
+        character(4), parameter :: ENDS(3) = [character(4) :: '.csv', '.gp', '.svg']
+        character(:), allocatable :: path
+        integer :: i, k
+
+        do i = 1, size(NAMES)
+            do k = 1, size(ENDS)
+                path = folder//'/'//trim(NAMES(i))//trim(ENDS(k))
+                if (file_exists(path)) call remove_file(path)
+            end do
+        end do
+    end subroutine remove_files
+
+    !> Title and first paragraph.
+    subroutine begin(source, algorithm, observations, refused, page)
+        character(*), intent(in) :: source, algorithm
+        type(observation_set_t), intent(in) :: observations
+        logical, intent(in) :: refused
+        type(html_page_t), intent(inout) :: page
+
+        character(:), allocatable :: name, lead
+
+        name = source
+        lead = 'Observations of `'//source//'`, to be estimated with `'//algorithm//'`.'
+        if (allocated(observations%accelerometer_time)) then
+            associate (knowledge => observations%knowledge)
+                name = trim(knowledge%name)
+                lead = 'Calibration of '//utc_text(knowledge%epoch)//' UTC, '//rounded_text(knowledge%duration, 6)// &
+                       ' s long, estimated with `'//algorithm//'` from the observations alone.'
+            end associate
+        end if
+        call page%begin('CG offset of '//name//pick_text(refused, ': refused', ''), lead)
+    end subroutine begin
+
+    !> Why there is no offset.
+    subroutine write_refusal(refusal, fitted, page)
+        character(*), intent(in) :: refusal
+        logical, intent(in) :: fitted
+        type(html_page_t), intent(inout) :: page
+
+        call page%chapter('result', 'Result')
+        call page%verdict(VERDICT_MISSED, 'Refused: there is no offset that may be used.', refusal)
+        call page%heading('What to do next')
+        if (fitted) then
+            call page%bullet_list([character(200) :: &
+                'Look at the residuals below: where they leave the noise tells which samples, which axis or which '// &
+                'force is at fault.', &
+                'Mend what is marked with a cross in the verdict, or leave the faulty samples out, and estimate again; '// &
+                'if that is not possible, repeat the calibration.'])
+        else
+            call page%bullet_list([character(120) :: 'Mend what the message names, and estimate again.'])
+            call page%paragraph('The estimate ended before there was a fit, so there are no residuals to show. An older '// &
+                                'page of this name is gone, and so are its figures and numbers.')
+        end if
+    end subroutine write_refusal
 
     subroutine write_result(mass, solution, diagnostics, verdict, page)
         real(dp), intent(in) :: mass        !! Of the satellite, kg
@@ -120,18 +212,22 @@ contains
             end associate
         end do
         call page%table('Offset of the centre of gravity', [character(24) :: 'axis', 'd, mm', 'sigma, mm', &
-                        '95 % interval, mm', 'wanted: '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm'], rows)
-        call page%paragraph('Sigma is what the noise of accelerometer and star camera makes of the offset, by '// &
-                            'the spectra that the setup gives (or, with `optimal`, the data where it gives none). It '// &
-                            'holds neither scale factors nor the bias of the magnetometer nor forces that are not '// &
-                            'a straight line in time, save what the fit estimates of them. The 95 % intervals '// &
-                            'stand on it.')
+                        '95 % interval, mm', 'wanted: '//rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)//' mm'], rows, &
+                        fits=.true.)
         call page%heading('What to do next')
         if (size(verdict%next_steps) == 0) then
             call page%paragraph('Nothing: the offset is within its errors of zero.')
         else
             call page%bullet_list(padded(advice_of(verdict, mass, solution)))
         end if
+        call page%heading('What the numbers are')
+        call page%paragraph('The offset d points from the centre of mass to the proof-mass centre of the '// &
+                            'accelerometer, in body axes: x along the satellite, y across, z to the Earth.')
+        call page%paragraph('Sigma is what the noise of accelerometer and star camera makes of the offset, by '// &
+                            'the spectra that the setup gives (or, with `optimal`, the data where it gives none). It '// &
+                            'holds neither scale factors nor the bias of the magnetometer nor forces that are not '// &
+                            'a straight line in time, save what the fit estimates of them. The 95 % intervals '// &
+                            'stand on it.')
     end subroutine write_result
 
     !> What each instrument delivered, and what was bridged.
@@ -152,15 +248,15 @@ contains
             end do
             call row('magnetometer', knowledge%magnetometer_interval, o%magnetometer_time)
             if (has_orbit(o)) call row('orbit', 0.0_dp, o%orbit_time)
-            call page%table('Samples', [character(15) :: 'instrument', 'interval, s', 'samples', 'full', 'first, s', &
-                            'last, s', 'longest step, s'], rows)
-            call page%paragraph('Satellite: '//rounded_text(knowledge%mass, &
-                6)//' kg, moments of inertia about the '// &
+            call page%table('Samples', [character(15) :: 'instrument', 'interval, s', 'samples', 'full', &
+                            'longest step, s', 'first, s', 'last, s', 'first, UTC', 'last, UTC'], rows)
+            call page%paragraph('Satellite: '//rounded_text(knowledge%mass, 6)//' kg, moments of inertia about the '// &
                                 'proof-mass centre '//rounded_text(knowledge%inertia(1, 1), 6)//', '// &
-                                rounded_text(knowledge%inertia(2, 2), &
-                                    6)//', '//rounded_text(knowledge%inertia(3, 3), 6)// &
-                                ' kg m^{2}.')
+                                rounded_text(knowledge%inertia(2, 2), 6)//', '// &
+                                rounded_text(knowledge%inertia(3, 3), 6)//' kg m^{2}. Seconds count from the epoch, '// &
+                                utc_text(knowledge%epoch)//' UTC.')
         end associate
+        if (.not. allocated(solution%warnings)) return
         if (size(solution%warnings) == 0) then
             call page%paragraph('The observations gave no reason for a warning.')
         else
@@ -177,26 +273,49 @@ contains
             real(dp), intent(in) :: interval    !! s; 0: free
             real(dp), intent(in) :: times(:)    !! s
 
-            character(:), allocatable :: full, first, last, longest
+            character(:), allocatable :: ends
             integer :: n
 
             n = size(times)
-            full = '-'
-            first = '-'
-            last = '-'
-            longest = '-'
-            if (interval > 0) full = integer_text(nint(observations%knowledge%duration/interval))
-            if (n > 0) first = rounded_text(times(1), 8)
-            if (n > 0) last = rounded_text(times(n), 8)
-            if (n > 1) longest = rounded_text(maxval(times(2:) - times(:n - 1)), 4)
-            call rows%add(head_cell(name)//number_cell(pick_text(interval > 0, rounded_text(interval, 6), '-'))// &
-                          number_cell(integer_text(n))//number_cell(full)//number_cell(first)//number_cell(last)// &
-                          number_cell(longest))
+            ends = repeat(number_cell('-'), 4)
+            if (n > 0) ends = number_cell(rounded_text(times(1), 8))//number_cell(rounded_text(times(n), 8))// &
+                              number_cell(clock_text(observations%knowledge%epoch, times(1)))// &
+                              number_cell(clock_text(observations%knowledge%epoch, times(n)))
+            call rows%add(head_cell(name)//number_or_dash(interval > 0, interval)//number_cell(integer_text(n))// &
+                          number_or_dash(interval > 0, anint(observations%knowledge%duration/max(interval, 1e-9_dp)))// &
+                          number_or_dash(n > 1, longest_step(times))//ends)
         end subroutine row
     end subroutine write_observed
 
-    subroutine write_manoeuvre(observations, record, book, error)
+    !> s; 0 for less than two samples.
+    pure real(dp) function longest_step(times) result(step)
+        real(dp), intent(in) :: times(:)
+
+        step = 0
+        if (size(times) > 1) step = maxval(times(2:) - times(:size(times) - 1))
+    end function longest_step
+
+    function number_or_dash(known, value) result(cell)
+        logical, intent(in) :: known
+        real(dp), intent(in) :: value
+        character(:), allocatable :: cell
+
+        cell = number_cell(pick_text(known, rounded_text(value, 6), '-'))
+    end function number_or_dash
+
+    !> The time of the day, hh:mm:ss with decimals as needed.
+    function clock_text(epoch, seconds) result(text)
+        type(utc_t), intent(in) :: epoch
+        real(dp), intent(in) :: seconds         !! Since then
+        character(:), allocatable :: text
+
+        text = utc_text(utc_plus(epoch, seconds))
+        text = text(index(text, 'T') + 1:)
+    end function clock_text
+
+    subroutine write_manoeuvre(observations, fitted, record, book, error)
         type(observation_set_t), intent(in) :: observations
+        logical, intent(in) :: fitted           !! There is a fit, whose angular acceleration can be drawn
         type(fit_record_t), intent(in) :: record
         type(book_t), intent(inout) :: book
         type(error_t), allocatable, intent(out) :: error
@@ -205,20 +324,23 @@ contains
         integer :: i
 
         call book%page%chapter('manoeuvre', 'The manoeuvre')
-        associate (rods => observations%knowledge%rods)
+        associate (rods => observations%knowledge%rods, epoch => observations%knowledge%epoch)
             do i = 1, rods%count
                 associate (rod => rods%activations(i))
-                    call rows%add(head_cell(AXES(rod%axis))//number_cell(rounded_text(rod%amplitude, 6))// &
+                    call rows%add(head_cell(AXES(rod%axis))//text_cell(trim(WAVEFORM_NAMES(rod%waveform)))// &
+                                  number_cell(rounded_text(rod%amplitude, 6))// &
                                   number_cell(rounded_text(rod%frequency, 6))// &
                                   number_cell(rounded_text(rod%phase/DEGREE, 6))// &
-                                  number_cell(rounded_text(rod%start, 6))//number_cell(rounded_text(rod%stop, 6)))
+                                  number_cell(rounded_text(rod%start, 6))//number_cell(rounded_text(rod%stop, 6))// &
+                                  number_cell(clock_text(epoch, rod%start))//number_cell(clock_text(epoch, rod%stop)))
                 end associate
             end do
         end associate
-        call book%page%table('Activations of the torque rods: amplitude sin(2 pi frequency (t - start) + phase)', &
-                             [character(19) :: 'rod', 'amplitude, A m^{2}', 'frequency, Hz', 'phase, deg', 'start, s', &
-                              'stop, s'], rows)
-        call add_manoeuvre_figure(book, observations%knowledge, record, error)
+        call book%page%table('Activations of the torque rods: amplitude times the waveform at the angle '// &
+                             '2 pi frequency (t - start) + phase', &
+                             [character(19) :: 'rod', 'waveform', 'amplitude, A m^{2}', 'frequency, Hz', 'phase, deg', &
+                              'start, s', 'stop, s', 'start, UTC', 'stop, UTC'], rows)
+        if (fitted) call add_manoeuvre_figure(book, observations%knowledge, record, error)
     end subroutine write_manoeuvre
 
     subroutine write_errors(observations, solution, diagnostics, book, error)
@@ -310,11 +432,12 @@ contains
                     against_noise = number_cell(scientific_text(r%expected_rms))// &
                                     number_cells([r%ratio, r%autocorrelation(1)], 3)//number_cells([r%probability], 4)
                 call rows%add(head_cell(AXES(axis))//number_cell(scientific_text(r%rms))//against_noise// &
-                              number_cell(scientific_text(r%worst))//number_cell(rounded_text(r%worst_time, 6)))
+                              number_cell(scientific_text(r%worst))//number_cell(rounded_text(r%worst_time, 6))// &
+                              number_cell(clock_text(observations%knowledge%epoch, r%worst_time)))
             end associate
         end do
         call book%page%table('Residuals against the noise of the setup', [character(17) :: 'axis', 'RMS, m/s^{2}', &
-                             'expected', 'whitened RMS', 'lag-1 correlation', 'P(white)', 'largest', 'at, s'], rows)
+                             'expected', 'whitened RMS', 'lag-1 correlation', 'P(white)', 'largest', 'at, s', 'at, UTC'], rows)
         call book%page%paragraph('Expected is the RMS of the setup''s noise at the frequencies of the record. For the '// &
                             'next columns the residuals were whitened with that noise: noise as the setup has it '// &
                             'gives an RMS of 1 and no correlation; P(white) is the '// &
@@ -340,31 +463,40 @@ contains
         end do
     end subroutine write_findings
 
-    !> What the page was made of and how to make it again.
-    subroutine write_provenance(path, source, options_file, solution, page, error)
-        character(*), intent(in) :: path, source, options_file
-        type(solution_t), intent(in) :: solution
+    !> What the page was made of and how to make it again. What cannot be read is left out of a refused one.
+    subroutine write_provenance(path, source, options_file, algorithm, fitted, refused, page, error)
+        character(*), intent(in) :: path, source, options_file, algorithm
+        logical, intent(in) :: fitted, refused
         type(html_page_t), intent(inout) :: page
         type(error_t), allocatable, intent(out) :: error
 
-        type(text_file_t) :: setup, options
         character(:), allocatable :: command
 
-        call read_text_file(source//'/setup.nml', setup, error)
-        if (.not. allocated(error) .and. options_file /= '') call read_text_file(options_file, options, error)
-        if (allocated(error)) return
-        command = 'gracecg estimate '//source//' --algorithm '//solution%algorithm//' --report '//path
+        command = 'gracecg estimate '//source//' --algorithm '//algorithm//' --report '//path
         if (options_file /= '') command = command//' --options '//options_file
         call page%chapter('provenance', 'How this page was made')
         call page%paragraph('By gracecg '//VERSION//':')
-        call page%preformatted(command)
-        call page%paragraph('The numbers of the figures (CSV) and their gnuplot scripts are in `'// &
-                            page_folder(path)//'`; `gnuplot NAME.gp` there draws a figure again. The setup of the '// &
-                            'observation set:')
-        call page%preformatted(setup%text)
-        if (options_file == '') return
-        call page%paragraph('How it was estimated:')
-        call page%preformatted(options%text)
+        call page%preformatted(command, 'Command')
+        if (fitted) call page%paragraph('The numbers of the figures (CSV) and their gnuplot scripts are in `'// &
+                                        page_folder(path)//'`; `gnuplot NAME.gp` there draws a figure again.')
+        call fold('The setup of the observation set, setup.nml', source//'/setup.nml')
+        if (.not. allocated(error) .and. options_file /= '') call fold('How it was estimated: the options', options_file)
+
+    contains
+
+        subroutine fold(summary, name)
+            character(*), intent(in) :: summary, name
+
+            type(text_file_t) :: file
+
+            if (refused .and. .not. file_exists(name)) return
+            call read_text_file(name, file, error)
+            if (.not. allocated(error)) then
+                call page%details(summary, file%text)
+            else if (refused) then
+                deallocate (error)
+            end if
+        end subroutine fold
     end subroutine write_provenance
 
     pure integer function kind_of(grade) result(kind)

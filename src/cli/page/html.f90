@@ -138,12 +138,14 @@ contains
                          rest//'</p>')
     end subroutine verdict_note
 
-    !> Lines as they are, in a typewriter's face.
-    subroutine preformatted(self, text)
+    !> Lines as they are, in a typewriter's face. Long ones scroll within their box.
+    subroutine preformatted(self, text, name)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: text    !! Plain text
+        character(*), intent(in) :: name    !! What they are, for readers who do not see the box
 
-        call self%markup('<pre tabindex="0"><code>'//html_escaped(text)//'</code></pre>')
+        call self%markup('<pre class="scroll" role="group" tabindex="0" aria-label="'//html_escaped(plain(name))// &
+                         '"><code>'//html_escaped(text)//'</code></pre>')
     end subroutine preformatted
 
     !> Lines that are shown when the reader asks for them.
@@ -152,7 +154,7 @@ contains
         character(*), intent(in) :: summary, text    !! The line always seen, and what it unfolds
 
         call self%markup('<details><summary>'//html_typeset(summary)//'</summary>')
-        call self%preformatted(text)
+        call self%preformatted(text, summary)
         call self%markup('</details>')
     end subroutine details
 
@@ -175,9 +177,9 @@ contains
         call append_text(self, html//LF)
     end subroutine markup
 
-    !> A table. A wide one scrolls within its box. An empty head lets the one before it reach over its
-    !> column, too; a head over numbers is set to the right, as they are.
-    subroutine add_table(self, caption, heads, rows, id, stacks)
+    !> A table. A wide one scrolls within its box, its first column staying. An empty head lets the one before
+    !> it reach over its column, too; a head over numbers is set to the right, as they are.
+    subroutine add_table(self, caption, heads, rows, id, stacks, fits)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: caption             !! Above the table
         character(*), intent(in) :: heads(:)            !! Of the columns
@@ -185,6 +187,8 @@ contains
         character(*), intent(in), optional :: id        !! For links to it, and as its name
         logical, intent(in), optional :: stacks
         !! On a phone the cells of a row stand below each other: for tables of words
+        logical, intent(in), optional :: fits
+        !! On a phone the cells are broken into lines, so that the table is seen whole
 
         character(:), allocatable :: name, attributes, head_row
         logical :: numeric(size(heads))
@@ -194,6 +198,9 @@ contains
         if (present(id)) name = ' id="'//id//'"'
         if (present(stacks)) then
             if (stacks) name = name//' class="stacks"'
+        end if
+        if (present(fits)) then
+            if (fits) name = name//' class="fits"'
         end if
         numeric = numeric_columns(rows%first, size(heads))
         head_row = '<tr>'
@@ -266,6 +273,7 @@ contains
         if (present(rows)) then
             if (rows > 1) attributes = ' scope="rowgroup" rowspan="'//integer_text(rows)//'"'
         end if
+        if (index(text, '-') > 0 .and. index(text, ' ') == 0) attributes = attributes//' class="one"'     ! front-1
         content = html_typeset(text)
         if (present(anchor)) content = '<a href="#'//anchor//'">'//content//'</a>'
         cell = '<th'//attributes//'>'//content//'</th>'
@@ -322,18 +330,26 @@ contains
         character(*), intent(in) :: words               !! The verdict
         character(:), allocatable :: cell
 
-        cell = '<td class="'//trim(VERDICT_CLASS(kind))//'">'//marked(kind, words)//'</td>'
+        cell = '<td class="words '//trim(VERDICT_CLASS(kind))//'">'//marked(kind, words)//'</td>'
     end function verdict_cell
 
     !> A figure of SVG text. Title and description are for those who cannot see it.
-    subroutine figure(self, id, svg, caption, title, description)
+    subroutine figure(self, id, svg, caption, title, description, by_classes)
         class(html_page_t), intent(inout) :: self
         character(*), intent(in) :: id          !! Letters, digits, underscores; once a page
         character(*), intent(in) :: svg         !! A whole SVG document, as gnuplot writes it
         character(*), intent(in) :: caption     !! Below the figure
         character(*), intent(in) :: title, description    !! For readers who do not see the figure
+        logical, intent(in), optional :: by_classes
+        !! Coloured by the classes of the style sheet, as tools/drawings.py does; else as gnuplot does
 
-        call self%markup('<figure id="'//id//'">')
+        character(:), allocatable :: drawn
+
+        drawn = ''
+        if (present(by_classes)) then
+            if (by_classes) drawn = ' class="drawing"'
+        end if
+        call self%markup('<figure id="'//id//'"'//drawn//'>')
         call self%markup(inline_svg(svg, id, title, description))
         call self%markup('<figcaption>'//html_typeset(caption)//'</figcaption>'//LF//'</figure>')
     end subroutine figure
@@ -348,7 +364,8 @@ contains
                          '</p>'//LF//'<figcaption>'//html_typeset(caption)//'</figcaption>'//LF//'</figure>')
     end subroutine missing_figure
 
-    !> The whole page as text.
+    !> The whole page as text. The contents stand at its end, so that on narrow screens the result comes first; the
+    !> bar that leads to them stays in sight. On wide screens they stay beside the chapters.
     function document(self) result(html)
         class(html_page_t), intent(in) :: self
         character(:), allocatable :: html
@@ -362,12 +379,15 @@ contains
                '<meta name="color-scheme" content="light dark">'//LF// &
                '<title>'//html_escaped(plain(self%title))//'</title>'//LF// &
                '<link rel="icon" href="data:,">'//LF//'<style>'//LF//style_sheet()//LF//'</style>'//LF// &
-               '</head>'//LF//'<body>'//LF//'<header>'//LF//'<h1>'//html_typeset(self%title)//'</h1>'//LF// &
+               '</head>'//LF//'<body>'//LF//'<header id="top">'//LF//'<h1>'//html_typeset(self%title)//'</h1>'//LF// &
                '<p>'//html_typeset(self%lead)//'</p>'//LF//'</header>'//LF
-        if (self%contents /= '') then
-            html = html//'<nav aria-label="Contents">'//LF//'<ol>'//LF//self%contents//'</ol>'//LF//'</nav>'//LF
-        end if
-        html = html//'<main>'//LF//self%buffer(:self%used)//ending//'</main>'//LF//'</body>'//LF//'</html>'
+        if (self%contents /= '') html = html//'<nav class="bar" aria-label="On this page"><a href="#top">Top</a>'// &
+                                        '<a href="#contents">Contents</a></nav>'//LF
+        html = html//'<main>'//LF//self%buffer(:self%used)//ending//'</main>'//LF
+        if (self%contents /= '') html = html//'<nav id="contents" aria-labelledby="contents-head">'//LF// &
+                                        '<h2 id="contents-head">Contents</h2>'//LF//'<ol>'//LF//self%contents// &
+                                        '</ol>'//LF//'</nav>'//LF
+        html = html//'</body>'//LF//'</html>'
     end function document
 
     !> Writes the page. Fails when the file cannot be written; then there is none, or still the older one.

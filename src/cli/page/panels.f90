@@ -36,7 +36,8 @@ module gracecg_cli_panels
     !> The figure as a whole.
     type :: grid_t
         integer :: columns = 1    !! Panels side by side
-        integer :: width = 600, panel_height = 130      !! Units of the drawing
+        integer :: width = 560, panel_height = 130
+        !! Units of the drawing; so wide, letters have 11 pixels on a phone of 390
         character(40) :: x_label = ''    !! Of the abscissa
         real(dp) :: x_low = 0, x_high = 1    !! Ends of the abscissa, the same for all panels
         character(300) :: settings = ''                 !! Of all panels: tics of x

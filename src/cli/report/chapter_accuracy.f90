@@ -4,24 +4,28 @@ module gracecg_cli_chapter_accuracy
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: sampling_error
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text, real_text, join
     use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
     use gracecg_studies_campaign, only: campaign_t, first_runs, campaign_agreement_t, agreement_of
     use gracecg_studies_campaign_files, only: write_table, write_runs
     use gracecg_studies_published_rms, only: allowed_by_fifteen_runs, is_misprint
     use gracecg_studies_published_axes, only: published_axis_limits
+    use gracecg_studies_estimate_windows, only: estimate_counts_t, campaign_windows, count_estimate_windows
+    use gracecg_cli_verify, only: estimate_counts_words
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cells, judged_cell, VERDICT_MET, VERDICT_PARTLY, &
-        VERDICT_MISSED
+    use gracecg_cli_html, only: table_rows_t, head_cell, number_cells, text_cell, judged_cell, VERDICT_MET, &
+        VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
     use gracecg_cli_book, only: book_file, add_figure
     use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
+    use gracecg_cli_report_drawings, only: add_drawing
     use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
     public :: add_accuracy_chapter
 
     integer, parameter :: CASES = 3                 !! Of each satellite
+    integer, parameter :: DECIMALS = 5              !! Of the report's tables
     character(*), parameter :: RUNS_FILE = 'montecarlo_runs.csv'
     integer, parameter :: LEAST_ALLOWED = 66        !! Of 72: as many or more are in 93 of 100 cases
     integer, parameter :: POINT_TYPES(CASES) = [3, 12, 4]       !! Star, diamond, square, as in the report
@@ -55,6 +59,8 @@ contains
                                 'torques and the short-period density wave. All algorithms here work on '// &
                                 'the same observations and, with the report''s weights, agree to five '// &
                                 'digits; in the report each had its own random numbers.')
+            call add_drawing(page, '4.1', 'batch_processor', 'The batch processor, on which the four algorithms stand. '// &
+                             'ASSEST runs it twice, for the attitude and then for the offset; ASCFEST and ASCREST once.')
             call add_verdict(book, campaign)
             do i = 1, size(SATELLITES)
                 call add_table(book, i, campaign, fifteen)
@@ -70,9 +76,33 @@ contains
                                'scatters by millimetres; in y and z it is the best.', &
                                error)
                 if (allocated(error)) return
+                call add_windows_verdict(book, i, campaign)
             end do
         end associate
     end subroutine add_accuracy_chapter
+
+    !> The points of Figure 6.2 or 6.3 against its printed axes.
+    subroutine add_windows_verdict(book, satellite, campaign)
+        type(report_book_t), intent(inout) :: book
+        integer, intent(in) :: satellite
+        type(campaign_t), intent(in) :: campaign
+
+        type(estimate_counts_t) :: counts
+        character(:), allocatable :: figure
+        integer :: kind
+
+        counts = count_estimate_windows(campaign_windows(campaign, satellite))
+        figure = 'Figure 6.'//integer_text(satellite + 1)
+        kind = merge(VERDICT_MET, VERDICT_MISSED, counts%met)
+        call book%page%verdict(kind, figure//', printed axes: '//estimate_counts_words(counts)//'.', 'Of '// &
+                               integer_text(book%runs)//' runs. The report''s own points are inside by the choice of its '// &
+                               'axes; a further point of the same distribution need not be. The first 15 runs cover at '// &
+                               'least '//percent_text(counts%fill)//' of an axis; that their end intervals are reached '// &
+                               'is a matter of chance for so few points, and not judged.')
+        call add_claim(book, figure, 'figure_6_'//integer_text(satellite + 1), 'estimates lie within the printed axes', &
+                       percent_text(real(counts%inside, dp)/counts%points)//' of '//integer_text(counts%points)// &
+                       ' estimates inside', kind, pick_text(counts%met, 'agrees', 'differs'))
+    end subroutine add_windows_verdict
 
     subroutine add_verdict(book, campaign)
         type(report_book_t), intent(inout) :: book
@@ -104,50 +134,90 @@ contains
                                                             ' estimates did not converge.')
     end subroutine add_verdict
 
-    !> A table of the report: for each case and axis a row as printed, two of ours, one of theory.
+    !> A table of the report: for each case and axis what is found here, theory, and what is printed. Where the
+    !> algorithms agree here to the digits shown, they have one column.
     subroutine add_table(book, satellite, campaign, fifteen)
         type(report_book_t), intent(inout) :: book
         integer, intent(in) :: satellite
         type(campaign_t), intent(in) :: campaign, fifteen
 
         type(table_rows_t) :: rows
+        character(24), allocatable :: heads(:)
         character(:), allocatable :: cells
-        logical :: misprint, inside
-        integer :: a, i, axis, k, n
+        logical :: misprint, inside, agree
+        integer :: a, i, axis, k, columns
 
         misprint = .false.
-        n = merge(4, 3, book%runs > REPORT_RUNS)
+        agree = all([((algorithms_agree(campaign, k, axis) .and. algorithms_agree(fifteen, k, axis), axis=1, 3), &
+                      k=(satellite - 1)*CASES + 1, satellite*CASES)])
+        columns = merge(1, size(campaign%algorithms), agree)
         call book%page%heading('The '//trim(SATELLITES(satellite))//' satellite')
         do i = 1, CASES
             k = (satellite - 1)*CASES + i
             associate (ours => campaign%entries(:, k), short => fifteen%entries(:, k))
                 do axis = 1, 3
-                    cells = head_cell(trim(campaign%cases(k)%name), rows=n)//head_cell(AXES(axis), rows=n)// &
-                            head_cell('report, '//integer_text(REPORT_RUNS)//' runs')
+                    cells = pick_text(axis == 1, head_cell(trim(campaign%cases(k)%name), rows=3), '')// &
+                            text_cell(AXES(axis))// &
+                            number_cells([(ours(a)%statistics%rms(axis), a=1, columns)], DECIMALS)
+                    if (book%runs > REPORT_RUNS) &
+                        cells = cells//number_cells([(short(a)%statistics%rms(axis), a=1, columns)], DECIMALS)
+                    cells = cells//number_cells([(ours(a)%predicted(axis), a=1, columns)], DECIMALS)
                     do a = 1, size(ours)
                         inside = allowed_by_fifteen_runs(ours(a)%published(axis), ours(a)%predicted(axis))
                         misprint = misprint .or. is_misprint(ours(a)%published(axis))
                         cells = cells//judged_cell(merge(VERDICT_MET, VERDICT_MISSED, inside), &
                                                    pick_text(inside, 'inside', 'outside'), &
-                                                   fixed_text(ours(a)%published(axis), 5))
+                                                   fixed_text(ours(a)%published(axis), DECIMALS))
                     end do
                     call rows%add(cells)
-                    if (book%runs > REPORT_RUNS) &
-                        call rows%add(head_cell('here, the first '//integer_text(REPORT_RUNS)//' runs')// &
-                                      number_cells([(short(a)%statistics%rms(axis), a=1, size(short))], 5))
-                    call rows%add(head_cell('here, '//integer_text(book%runs)//' runs')// &
-                                  number_cells([(ours(a)%statistics%rms(axis), a=1, size(ours))], 5))
-                    call rows%add(head_cell('theory')// &
-                                  number_cells([(ours(a)%predicted(axis), a=1, size(ours))], 5))
                 end do
             end associate
         end do
+        heads = [character(24) :: 'case', 'axis', over('here, '//integer_text(book%runs)//' runs')]
+        if (book%runs > REPORT_RUNS) heads = [heads, over('the first '//integer_text(REPORT_RUNS)//' of them')]
+        heads = [heads, over('theory')]
+        do a = 1, size(campaign%algorithms)
+            heads = [character(24) :: heads, 'report: '//campaign%algorithms(a)]
+        end do
         call book%page%table('Table 6.'//integer_text(satellite)//'. RMS of the CG offset error of the '// &
-                             trim(SATELLITES(satellite))//' satellite, mm', [character(16) :: 'case', 'axis', 'RMS', &
-                             campaign%algorithms], rows, 'table_6_'//integer_text(satellite))
+                             trim(SATELLITES(satellite))//' satellite, mm', heads, rows, 'table_6_'//integer_text(satellite))
+        if (agree) then
+            call book%page%paragraph('The four algorithms agree here to all digits shown, in every line, and so does '// &
+                                     'theory: one column stands for them. The report''s are runs of their own.')
+        else
+            call book%page%paragraph('Under each head the columns are '//join(campaign%algorithms, ', ')//', in this order.')
+        end if
         if (misprint) call book%page%paragraph('front-1, ascrest, z is printed 0.01112; the other algorithms and its '// &
                                                'own x and y say that 0.1112 is meant, which stands here.')
+
+    contains
+
+        !> A head over the columns of the algorithms.
+        function over(title) result(titles)
+            character(*), intent(in) :: title
+            character(24) :: titles(columns)
+
+            titles = ''
+            titles(1) = title
+        end function over
     end subroutine add_table
+
+    !> Whether all algorithms show the same digits, RMS and theory.
+    logical function algorithms_agree(campaign, k, axis) result(agree)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: k, axis              !! Case, component
+
+        integer :: a
+
+        agree = .true.
+        associate (entries => campaign%entries(:, k))
+            do a = 2, size(entries)
+                agree = agree .and. fixed_text(entries(a)%statistics%rms(axis), DECIMALS) == &
+                        fixed_text(entries(1)%statistics%rms(axis), DECIMALS) .and. &
+                        fixed_text(entries(a)%predicted(axis), DECIMALS) == fixed_text(entries(1)%predicted(axis), DECIMALS)
+            end do
+        end associate
+    end function algorithms_agree
 
     !> Figure 6.2 or 6.3: two algorithms side by side, x, y and z below each other.
     function script_of(satellite, campaign) result(script)

@@ -4,14 +4,16 @@ module gracecg_cli_chapter_curves
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text
     use gracecg_studies_curves, only: verification_t, window_check_t, check_windows, window_counts_t, count_windows, &
-        write_curves, curves_file_name
+        write_curves, curves_file_name, curve_column
+    use gracecg_studies_window_sensitivity, only: variation_t, write_variations
     use gracecg_cli_verify, only: window_verdict
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, verdict_cell, &
         VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_cli_book, only: book_file, add_figure
     use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
-    use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text, pick_text
+    use gracecg_cli_number_text, only: scaled_text, decimal_exponent, share_text, pick_text, percent_text, &
+        fixed_text
     implicit none
     private
     public :: add_curves_chapter
@@ -46,9 +48,10 @@ module gracecg_cli_chapter_curves
 contains
 
     !> Adds the chapter with the curves of case 1 of each satellite.
-    subroutine add_curves_chapter(book, verifications, error)
+    subroutine add_curves_chapter(book, verifications, variations, error)
         type(report_book_t), intent(inout) :: book
         type(verification_t), intent(in) :: verifications(2)    !! Front, back
+        type(variation_t), intent(in) :: variations(:)          !! What the comparison can see
         type(error_t), allocatable, intent(out) :: error
 
         type(window_check_t), allocatable :: checks(:)
@@ -68,13 +71,17 @@ contains
         call book%page%chapter('curves', 'The assumptions behind the estimators: Figures 5.2 to 5.8')
         call book%page%paragraph('Case 1 of each satellite over its 60 s, without noise, body axes. '// &
                                  'Blue: this program. Grey: the range of the printed axis, all that is '// &
-                                 'left of the report''s curves; an axis chosen by a plot program fits '// &
-                                 'its curve closely. A curve is inside when it leaves that range by at '// &
-                                 'most 5 % of its width. Curves that depend on the attitude dynamics '// &
-                                 'alone follow from the report''s numbers; for drag, radiation and '// &
+                                 'left of the report''s curves. A curve is inside when it leaves that range by at '// &
+                                 'most 5 % of its width. A plotting program that chooses an axis ends it at '// &
+                                 'the tick marks next outside the curve: so the curve must also reach into '// &
+                                 'the first and the last interval between the printed marks (on the ticks). '// &
+                                 'Fill is the share of the axis that the curve covers. Curves that depend '// &
+                                 'on the attitude dynamics alone follow from the report''s numbers; for drag, radiation and '// &
                                  'surface torques several inputs of the report cannot be had, so for '// &
                                  'them the mean is judged too (within 15 % of the middle of the axis).')
         call add_verdict(book, checks)
+        call add_sensitivity(book, variations, error)
+        if (allocated(error)) return
         do i = 1, size(FIGURES)
             associate (these => checks%figure == FIGURES(i)%number)
                 call add_curves_figure(book, FIGURES(i), pack(checks, these), SATELLITES(pack(satellite, these)), error)
@@ -93,14 +100,20 @@ contains
         integer :: kind
 
         counts = count_windows(checks)
-        inside = share_text(counts%attitude_inside, counts%attitude)//' inside'
+        inside = share_text(counts%attitude_inside, counts%attitude)//' inside, '// &
+                 share_text(counts%attitude_on_ticks, counts%attitude)//' on the ticks'
         surface = share_text(counts%surface_inside, counts%surface)//' inside, '// &
                   share_text(counts%surface_near, counts%surface)//' with the mean within 15 %'
-        kind = merge(VERDICT_MET, VERDICT_MISSED, counts%attitude_inside == counts%attitude)
-        call book%page%verdict(kind, 'Attitude dynamics: '//inside//'.', 'Accelerations by the offset, gravity and '// &
-                               'magnetic torque, angular velocity and acceleration.')
+        kind = VERDICT_MET
+        if (counts%attitude_on_ticks < counts%attitude) kind = VERDICT_PARTLY
+        if (counts%attitude_inside < counts%attitude) kind = VERDICT_MISSED
+        call book%page%verdict(kind, 'Attitude dynamics: '//inside//'.', 'Accelerations by the offset, gravity, '// &
+                               'magnetic and total torque, angular velocity and acceleration. The curve that covers '// &
+                               'least covers '//percent_text(counts%attitude_fill)//' of its axis; the finest step of '// &
+                               '1, 2, 5 that needs at most 4 intervals, the rule of most printed axes, gives the '// &
+                               'printed limits for '//integer_text(counts%attitude_automatic)//'.')
         call add_claim(book, 'Figures 5.4 to 5.8', 'figure_5_4', 'curves of the attitude dynamics lie within their '// &
-                       'printed axes', inside, kind, verdict_words(kind))
+                       'printed axes, and reach to their end intervals', inside, kind, verdict_words(kind))
         kind = VERDICT_MET
         if (counts%surface_inside < counts%surface) &
             kind = merge(VERDICT_PARTLY, VERDICT_MISSED, counts%surface_near >= 0.8*counts%surface)
@@ -109,6 +122,38 @@ contains
         call add_claim(book, 'Figures 5.2, 5.3, 5.6, 5.7', 'figure_5_2', 'drag, radiation pressure and surface '// &
                        'torques lie within their printed axes', surface, kind, verdict_words(kind))
     end subroutine add_verdict
+
+    !> What the comparison can see, and what it cannot.
+    subroutine add_sensitivity(book, variations, error)
+        type(report_book_t), intent(inout) :: book
+        type(variation_t), intent(in) :: variations(:)  !! The first is the case as it is
+        type(error_t), allocatable, intent(out) :: error
+
+        type(table_rows_t) :: rows
+        integer :: i, seen_inside, seen_on_ticks
+
+        call write_variations(book_file(book, 'window_sensitivity.csv'), COMMAND, variations, error)
+        if (allocated(error)) return
+        do i = 1, size(variations)
+            associate (c => variations(i)%counts)
+                call rows%add(head_cell(trim(variations(i)%name))//number_cell(share_text(c%attitude_inside, c%attitude))// &
+                              number_cell(share_text(c%attitude_on_ticks, c%attitude))// &
+                              number_cell(share_text(c%attitude_automatic, c%attitude))// &
+                              number_cell(percent_text(c%attitude_fill)))
+            end associate
+        end do
+        associate (counts => variations%counts)
+            seen_inside = count(counts%attitude_inside < counts(1)%attitude_inside)
+            seen_on_ticks = count(counts%attitude_on_ticks < counts(1)%attitude_on_ticks)
+        end associate
+        call book%page%heading('What this comparison can see')
+        call book%page%paragraph('The same windows with one setting changed at a time, both satellites. Of '// &
+                                 integer_text(size(variations) - 1)//' changes, being inside alone tells '// &
+                                 integer_text(seen_inside)//' from the report''s settings, the ticks tell '// &
+                                 integer_text(seen_on_ticks)//': a curve that is too small stays inside.')
+        call book%page%table('Windows of the attitude dynamics that are met', [character(16) :: 'change', 'inside', &
+                             'on the ticks', 'by the rule', 'least fill'], rows, 'window_sensitivity')
+    end subroutine add_sensitivity
 
     pure function verdict_words(kind) result(words)
         integer, intent(in) :: kind
@@ -132,8 +177,8 @@ contains
         character(5), intent(in) :: satellite(:)
         type(error_t), allocatable, intent(out) :: error
 
-        character(13), parameter :: HEADS(9) = [character(13) :: 'quantity', 'axis', 'unit', 'printed from', 'to', &
-                                                'least', 'greatest', 'mean', 'verdict']
+        character(13), parameter :: HEADS(10) = [character(13) :: 'quantity', 'axis', 'unit', 'printed from', 'to', &
+                                                 'least', 'greatest', 'mean', 'fill', 'verdict']
         type(table_rows_t) :: rows
         character(:), allocatable :: name, caption, cells
         logical :: both
@@ -157,7 +202,7 @@ contains
                 cells = cells//number_cell(scaled_text(c%low, exponent, 4))//number_cell(scaled_text(c%high, exponent, 4))
                 cells = cells//number_cell(scaled_text(c%least, exponent, 4))// &
                         number_cell(scaled_text(c%greatest, exponent, 4))//number_cell(scaled_text(c%mean, exponent, 4))
-                call rows%add(cells//verdict_cell(kind_of(c), window_verdict(c)))
+                call rows%add(cells//number_cell(fixed_text(100*c%fill, 0)//' %')//verdict_cell(kind_of(c), window_verdict(c)))
             end associate
         end do
         caption = 'Figure '//trim(figure%number)//': curves and printed axes'
@@ -172,7 +217,7 @@ contains
         type(window_check_t), intent(in) :: check
 
         kind = VERDICT_MISSED
-        if (check%inside .and. (check%attitude_only .or. check%near_centre)) then
+        if (check%inside .and. merge(check%on_ticks, check%near_centre, check%attitude_only)) then
             kind = VERDICT_MET
         else if (check%inside .or. (.not. check%attitude_only .and. check%near_centre)) then
             kind = VERDICT_PARTLY
@@ -198,6 +243,7 @@ contains
         do i = 1, size(checks)
             ! quantity q = 2 row block, column; axis a: row
             place = 6*((i - 1)/6) + 2*mod(i - 1, 3) + 1 + mod((i - 1)/3, 2)
+            if (i > 6*(size(checks)/6)) place = i       ! a quantity that is left over: as it comes
             panels(place) = panel_of(checks(i), satellite(i), any(satellite /= satellite(1)))
         end do
         legend(1) = legend_item_t('gracecg', 1)
@@ -221,7 +267,7 @@ contains
         if (both) panel%title = trim(satellite)//' '//symbol(check%quantity, check%axis)//', 10^{'// &
                                 integer_text(exponent)//'}'//NO_BREAK_SPACE//plot_unit(check%quantity)
         panel%plot = '"'//curves_file_name(trim(satellite)//'-1')//'" every 2 using "time_s":(column("'// &
-                     trim(check%quantity)//'_'//check%axis//'")*'//factor//') with lines linetype 1'
+                     trim(curve_column(check%quantity, check%axis))//'")*'//factor//') with lines linetype 1'
         panel%has_limits = .true.
         panel%low = check%low*10.0_dp**(-exponent)
         panel%high = check%high*10.0_dp**(-exponent)

@@ -4,6 +4,7 @@ module gracecg_cli_chapter_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE, MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
+    use gracecg_base_statistics, only: sampling_error
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_files_file, only: output_file_t
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
@@ -17,7 +18,7 @@ module gracecg_cli_chapter_design
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_cli_book, only: book_file, add_figure
     use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND, SATELLITES
-    use gracecg_cli_number_text, only: pick_text, fixed_text, share_text
+    use gracecg_cli_number_text, only: pick_text, fixed_text, percent_text, share_text
     implicit none
     private
     public :: add_design_chapter
@@ -201,7 +202,8 @@ contains
                 fixed_text(maxval(worst)/MILLIMETRE, 4)//' mm), '//share_text(good_trimmed, size(reached))// &
                 ' after one trim ('//fixed_text(maxval(worst_trimmed)/MILLIMETRE, 4)//' mm)'
         call book%page%verdict(kind, '0.01 mm in every axis: '//found//'.', 'RMS of '//integer_text(reached(1)%runs)//' runs '// &
-                               'and, after the trim, of '//integer_text(reached(1)%trim_runs)//', which scatters by 18 %'// &
+                               'and, after the trim, of '//integer_text(reached(1)%trim_runs)//', which scatters by '// &
+                               percent_text(sampling_error(reached(1)%trim_runs))// &
                                pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', '')//'.')
         call add_claim(book, 'beyond: design', 'designed_reached', '0.01 mm in every axis of all six cases with one '// &
                        'designed manoeuvre per satellite (the report reaches about 0.1 mm)', found, kind, &

@@ -104,7 +104,7 @@ contains
         plot = ''
         do i = 1, 3
             if (i > 1) plot = plot//', '
-            plot = plot//'"'//FILE//'" using "time_s":(column("'//name//'_'//DIRECTIONS(i)//'")*'//factor// &
+            plot = plot//'"'//FILE//'" using "time_s":(column("'//name//'_'//DIRECTIONS(i)//'_m_s2")*'//factor// &
                    ') with lines linetype '//achar(48 + i)
         end do
     end function curves

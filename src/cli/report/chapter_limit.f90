@@ -7,7 +7,8 @@ module gracecg_cli_chapter_limit
     use gracecg_base_text, only: integer_text, real_text
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES, REPORT_ESTIMATORS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
-    use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, write_limits, MOST_SEQUENTIAL_RUNS
+    use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, detectable_excess, &
+        write_limits
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_MISSED, &
         VERDICT_NONE
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
@@ -20,6 +21,7 @@ module gracecg_cli_chapter_limit
 
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), ALGORITHMS = size(ESTIMATOR_NAMES)
     character(*), parameter :: BOUND_FILE = 'bound.csv'
+    real(dp), parameter :: TELLING = 0.25_dp        !! Excess that runs must show for "at the bound" to be said
     character(1), parameter :: LF = achar(10)
     integer, parameter :: STYLES = 6    !! Of the estimators, in turn; a seventh takes the first again
     character(32), parameter :: COLOURS(STYLES) = [character(32) :: 'linetype 1', 'linetype 2', &
@@ -50,44 +52,63 @@ contains
                                  'on them one after the other.')
         call book%page%paragraph('The RMS of '//integer_text(runs)//' runs scatters by '// &
                                  percent_text(sampling_error(runs))//' (one sigma): a ratio below 1 by that '// &
-                                 'much is chance. All estimators see the same observations; `sequential`, which takes '// &
-                                 'longest, those of the first '//integer_text(min(runs, MOST_SEQUENTIAL_RUNS))// &
-                                 ' runs ('//percent_text(sampling_error(min(runs, MOST_SEQUENTIAL_RUNS)))//').')
+                                 'much is chance. All estimators see the same observations. "At the bound" is an RMS '// &
+                                 'within three sigma of it; so many runs would tell an excess of '// &
+                                 percent_text(detectable_excess(runs))//' with a probability of 80 %, a smaller one less '// &
+                                 'often.')
         call add_figure(book, 'figure_bound', script_of(runs, studies), 'RMS error of the CG offset divided by the '// &
                        'Cramer-Rao bound, '//integer_text(runs)//' runs, systematic errors off (logarithmic). '// &
                        'Vertical lines: one sigma of the sampling error.', &
                        'RMS error of every estimator relative to the bound', &
-                       'Three panels, x, y and z, of six groups of six bars, a group a case, a bar an '// &
+                       'Three panels, x, y and z, of six groups of six points, a group a case, a point an '// &
                        'estimator, beside a line at 1, the bound. The table below has the numbers.', error)
         if (allocated(error)) return
         call add_table(book, runs, studies)
         call add_verdicts(book, studies)
     end subroutine add_limit_chapter
 
+    !> Where the report's algorithms agree to the digits shown, they have one column.
     subroutine add_table(book, runs, studies)
         type(report_book_t), intent(inout) :: book
         integer, intent(in) :: runs
         type(limit_study_t), intent(in) :: studies(:)
 
         type(table_rows_t) :: rows
+        character(16), allocatable :: heads(:)
         character(:), allocatable :: cells
+        logical :: agree, shown(ALGORITHMS)
         integer :: i, a, axis
 
+        agree = all([(((rms_text(studies(i), a, axis) == rms_text(studies(i), 1, axis), axis=1, 3), i=1, size(studies)), &
+                      a=2, size(REPORT_ESTIMATORS))])
+        shown = [(a == 1 .or. a > size(REPORT_ESTIMATORS) .or. .not. agree, a=1, ALGORITHMS)]
         do i = 1, size(studies)
             do axis = 1, 3
                 cells = pick_text(axis == 1, head_cell(trim(studies(i)%case_name), rows=3), '')//text_cell(AXES(axis))// &
                         number_cell(fixed_text(studies(i)%bound(axis)/MILLIMETRE, 5))
                 do a = 1, ALGORITHMS
-                    cells = cells//number_cell(fixed_text(studies(i)%rms(axis, a)/MILLIMETRE, 5)//' ('// &
-                                               fixed_text(relative_error(studies(i), a, axis), 2)//')')
+                    if (shown(a)) cells = cells//number_cell(rms_text(studies(i), a, axis))
                 end do
                 call rows%add(cells)
             end do
         end do
+        heads = ESTIMATOR_NAMES
+        if (agree) heads(1) = 'the report''s'
         call book%page%table('Cramer-Rao bound and RMS error of '//integer_text(runs)//' runs, mm; in brackets their '// &
                              'ratio, to +- '//percent_text(sampling_error(runs)), [character(16) :: 'case', 'axis', &
-                             'bound', ESTIMATOR_NAMES], rows, 'bound_table')
+                             'bound', pack(heads, shown)], rows, 'bound_table')
+        if (agree) call book%page%paragraph('The report''s four algorithms agree to all digits shown, in every line: one '// &
+                                            'column stands for them.')
     end subroutine add_table
+
+    !> RMS error in mm, and its ratio to the bound.
+    function rms_text(study, a, axis) result(text)
+        type(limit_study_t), intent(in) :: study
+        integer, intent(in) :: a, axis              !! Algorithm, component
+        character(16) :: text
+
+        text = fixed_text(study%rms(axis, a)/MILLIMETRE, 5)//' ('//fixed_text(relative_error(study, a, axis), 2)//')'
+    end function rms_text
 
     !> Each estimator: reached where all ratios are 1 but for the sampling error. That is the aim of
     !> `optimal` and `sequential`; for the others it is only told.
@@ -107,24 +128,28 @@ contains
             range = fixed_text(minval(ratios), 2)//' to '//fixed_text(maxval(ratios), 2)
             kind = merge(VERDICT_MET, VERDICT_MISSED, reached == size(ratios) .and. missing == 0)
             if (any(REPORT_ESTIMATORS == ESTIMATOR_NAMES(a))) kind = VERDICT_NONE
-            call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))//' at the bound.', &
+            call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))// &
+                                   pick_text(detectable_excess(studies(1)%runs(a)) <= TELLING, ' at the bound.', &
+                                             ' not told apart from the bound by so few runs.'), &
                                    'Ratios '//range//'; median '//fixed_text(median_of(ratios), 2)// &
                                    pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', &
                                              '')//'.')
             if (kind == VERDICT_NONE) cycle
             call add_claim(book, 'beyond: limit', 'bound_table', name//' reaches the Cramer-Rao bound (the report has '// &
                            'none)', share_text(reached, size(ratios))//' RMS errors within three sigma of '// &
-                           'the bound; ratios '//range, kind, pick_text(kind == VERDICT_MET, 'reached', 'missed'))
+                           'the bound, which would show an excess of '// &
+                           percent_text(detectable_excess(studies(1)%runs(a)))//'; ratios '//range, kind, &
+                           pick_text(kind == VERDICT_MET, 'reached', 'missed'))
         end do
     end subroutine add_verdicts
 
-    !> Groups of bars from the file: a group a case, a bar an estimator.
+    !> Groups of points from the file: a group a case, a point an estimator.
     function script_of(runs, studies) result(script)
         integer, intent(in) :: runs
         type(limit_study_t), intent(in) :: studies(:)
         character(:), allocatable :: script
 
-        real(dp), parameter :: BAR = 0.135_dp           !! Of the width of a group
+        real(dp), parameter :: STEP = 0.135_dp          !! Between the points of a group
         type(panel_t) :: panels(3)
         type(legend_item_t) :: legend(ALGORITHMS + 1)
         type(grid_t) :: grid
@@ -135,8 +160,7 @@ contains
         grid%panel_height = 170
         grid%x_low = 0.45_dp
         grid%x_high = CASES + 0.55_dp
-        grid%settings = 'set boxwidth '//real_text(0.9_dp*BAR)//LF//'set style fill solid 1 noborder'//LF// &
-                        'set logscale y 2'
+        grid%settings = 'set logscale y 2'
         highest = 0
         do i = 1, CASES
             highest = max(highest, maxval(studies(i)%rms/spread(studies(i)%bound, 2, ALGORITHMS)))
@@ -153,12 +177,12 @@ contains
                                                   ']'//LF//'set xtics ("" 1, "" 2, "" 3, "" 4, "" 5, "" 6)'
             do a = 1, ALGORITHMS
                 panels(axis)%plot = trim(panels(axis)%plot)//pick_text(a > 1, ',', '')//' '// &
-                                    bars_of(axis, a, real_text((a - 0.5_dp*(ALGORITHMS + 1))*BAR))
+                                    points_of(axis, a, real_text((a - 0.5_dp*(ALGORITHMS + 1))*STEP))
             end do
             panels(axis)%plot = trim(panels(axis)%plot)//', 1 with lines linetype 5'
         end do
         do a = 1, ALGORITHMS
-            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), LEGEND_TYPES(1 + modulo(a - 1, STYLES)), 5)
+            legend(a) = legend_item_t(trim(ESTIMATOR_NAMES(a)), LEGEND_TYPES(1 + modulo(a - 1, STYLES)), 7)
         end do
         legend(ALGORITHMS + 1) = legend_item_t('bound', 5)
         script = panel_grid('figure_bound', 'RMS error of the CG offset relative to its bound, '// &
@@ -178,14 +202,15 @@ contains
         script = script//'NaN'//LF
     end function case_numbers
 
-    !> The bars of one estimator.
-    function bars_of(axis, a, shift) result(plot)
+    !> The points of one estimator.
+    function points_of(axis, a, shift) result(plot)
         integer, intent(in) :: axis, a
         character(*), intent(in) :: shift
         character(:), allocatable :: plot
 
         plot = '"'//BOUND_FILE//'" using (strcol("axis") eq "'//AXES(axis)//'" && strcol("algorithm") eq "'// &
             trim(ESTIMATOR_NAMES(a))//'" ? place(strcol("case")) + ('//shift//') : NaN):"ratio":'// &
-            '"sampling_error" with boxerrorbars '//trim(COLOURS(1 + modulo(a - 1, STYLES)))//' linewidth 1'
-    end function bars_of
+            '"sampling_error" with yerrorbars '//trim(COLOURS(1 + modulo(a - 1, STYLES)))// &
+            ' linewidth 1 pointtype 7 pointsize 0.5'
+    end function points_of
 end module gracecg_cli_chapter_limit

@@ -7,8 +7,10 @@ module gracecg_cli_chapter_loss
     use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_STUDIES, MODEL_FIELD_ERROR, FIELD_SOURCES, &
         ALGORITHMS => LOSS_ALGORITHMS, write_field_studies, write_field_runs
     use gracecg_studies_published_axes, only: published_axis_limits
+    use gracecg_studies_estimate_windows, only: estimate_counts_t, loss_windows, count_estimate_windows
+    use gracecg_cli_verify, only: estimate_counts_words
     use gracecg_cli_campaign_tables, only: REPORT_RUNS
-    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY
+    use gracecg_cli_html, only: table_rows_t, head_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, VERDICT_MISSED
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid, LINE_WIDTH_OF_POINTS
     use gracecg_cli_book, only: book_file, add_figure
     use gracecg_cli_report_book, only: report_book_t, add_claim, add_rms_table, rms_cells, COMMAND
@@ -52,7 +54,25 @@ contains
         if (allocated(error)) return
         call add_table(book, study)
         call add_verdict(book, study)
+        call add_windows_verdict(book, study)
     end subroutine add_loss_chapter
+
+    !> The points against the printed axes.
+    subroutine add_windows_verdict(book, study)
+        type(report_book_t), intent(inout) :: book
+        type(field_study_t), intent(in) :: study(LOSS_STUDIES)
+
+        type(estimate_counts_t) :: counts
+        integer :: kind
+
+        counts = count_estimate_windows(loss_windows(study))
+        kind = merge(VERDICT_MET, VERDICT_MISSED, counts%met)
+        call book%page%verdict(kind, 'Figure 6.6, printed axes: '//estimate_counts_words(counts)//'.', 'The first 15 '// &
+                               'runs cover at least '//percent_text(counts%fill)//' of an axis.')
+        call add_claim(book, 'Figure 6.6', 'figure_6_6', 'estimates lie within the printed axes', &
+                       percent_text(real(counts%inside, dp)/counts%points)//' of '//integer_text(counts%points)// &
+                       ' estimates inside', kind, pick_text(counts%met, 'agrees', 'differs'))
+    end subroutine add_windows_verdict
 
     subroutine add_table(book, study)
         type(report_book_t), intent(inout) :: book
@@ -66,7 +86,7 @@ contains
                           text_cell(trim(FIELD_SOURCES(merge(2, 1, study(i)%with_model))))// &
                           rms_cells(study(i)%rms, study(i)%predicted))
         end do
-        call add_rms_table(book, 'magnetometer_loss', [character(16) :: 'case', 'algorithm', 'field'], rows)
+        call add_rms_table(book, 'Figure 6.6', 'magnetometer_loss', [character(16) :: 'case', 'algorithm', 'field'], rows)
     end subroutine add_table
 
     !> "The impact on the estimation accuracy is very small": by theory, at most a tenth in every component,

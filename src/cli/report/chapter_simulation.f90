@@ -9,6 +9,7 @@ module gracecg_cli_chapter_simulation
     use gracecg_cli_cases, only: case_place, rods_text
     use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, number_cells, text_cell
     use gracecg_cli_report_book, only: report_book_t
+    use gracecg_cli_report_drawings, only: add_drawing, add_sources_table
     use gracecg_cli_number_text, only: fixed_text
     implicit none
     private
@@ -55,6 +56,15 @@ contains
                             'at 2 Hz, attitude by QUEST from catalogued stars; magnetometer at 1 Hz '// &
                             'with noise and bias. The estimators see the samples and what an '// &
                             'operator knows, never the truth.')
+        call add_drawing(book%page, '2.1', 'frames', 'The frames. The pitch of 1 degree is half the angle between the '// &
+                         'satellites at the Earth''s centre, so that each looks along the line of sight.')
+        call add_drawing(book%page, '2.2', 'radial_vector', 'The unit vector c in body axes, drawn far from the '// &
+                         'vertical that it is in flight, and the offset d.')
+        call add_drawing(book%page, '5.1', 'simulation', 'From a case to the errors of its estimates. The true arc is '// &
+                         'propagated once; each run draws noise, and the phase of the density wave, anew.')
+        call add_sources_table(book%page, calibrations)
+        call add_drawing(book%page, '3.2', 'star_camera', 'Simulation of the star camera. The stars of all frames are '// &
+                         'found once for an arc; a run only adds noise and solves.')
         call book%page%table('The six cases', [character(26) :: 'case', 'epoch (UTC)', 'orbit, s', 'latitude', &
                              'longitude', 'height, km', 'rods x, y, z, A m^{2}', 'true offset x, y, z, mm', '', ''], &
                              rows, 'cases')

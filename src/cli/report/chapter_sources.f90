@@ -66,7 +66,7 @@ contains
             call rows%add(head_cell(trim(STUDY_NAMES(i)))//text_cell(trim(MEANING(i)), wraps=.true.)// &
                           rms_cells(studies(i)%rms, studies(i)%predicted))
         end do
-        call add_rms_table(book, 'error_sources', [character(16) :: 'simulation', 'what is off'], rows)
+        call add_rms_table(book, 'Figure 6.5', 'error_sources', [character(16) :: 'simulation', 'what is off'], rows)
     end subroutine add_table
 
     !> The report's statement, and its axes.

@@ -185,7 +185,8 @@ contains
         script = orbit_script('figure_6_4', 'Amplitude of the angular acceleration over one '// &
                               'revolution', studies, &
                               'angular acceleration, '// &
-                              '10^{-5}\302\240rad/s^2', [character(8) :: 'alpha_x', 'alpha_y', 'alpha_z'], &
+                              '10^{-5}\302\240rad/s^2', [character(14) :: 'alpha_x_rad_s2', 'alpha_y_rad_s2', &
+                                                      'alpha_z_rad_s2'], &
                               '1e5', [character(6) :: 'x', 'y', 'z'], &
                               'set yrange ['//real_text(limits(1)*1e5_dp)//':'//real_text(limits(2)*1e5_dp)//']'//LF// &
                               'set ytics 0.5')

@@ -1,6 +1,6 @@
 !> What the chapters of the report share: the book, the size of the campaign, and the summary as it grows.
 module gracecg_cli_report_book
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
     use gracecg_base_text, only: integer_text
     use gracecg_cli_html, only: table_rows_t, number_cells
@@ -26,7 +26,7 @@ module gracecg_cli_report_book
     !> The report as it grows.
     type, extends(book_t) :: report_book_t
         integer :: runs = 0                         !! Of every Monte Carlo
-        integer :: seed = 1                         !! First seed of all Monte Carlos
+        integer(i8) :: seed = 1                         !! First seed of all Monte Carlos
         type(claim_t), allocatable :: claims(:)     !! In the order of the page
     end type report_book_t
 
@@ -48,8 +48,9 @@ contains
     end subroutine add_claim
 
     !> A table of RMS errors beside theory.
-    subroutine add_rms_table(book, anchor, columns, rows)
+    subroutine add_rms_table(book, of_what, anchor, columns, rows)
         type(report_book_t), intent(inout) :: book
+        character(*), intent(in) :: of_what         !! 'Figure 6.5'
         character(*), intent(in) :: anchor          !! Id of the table on the page
         character(*), intent(in) :: columns(:)      !! Heads of the columns before the errors
         type(table_rows_t), intent(in) :: rows      !! Each ends with rms_cells
@@ -62,7 +63,7 @@ contains
             heads(size(columns) + 2*i - 1) = AXES(i)//' here'
             heads(size(columns) + 2*i) = AXES(i)//' theory'
         end do
-        call book%page%table('RMS errors of the CG offset, mm: '//integer_text(book%runs)//' runs and theory', heads, &
+        call book%page%table(of_what//': RMS errors of the CG offset, mm, '//integer_text(book%runs)//' runs and theory', heads, &
                              rows, anchor)
     end subroutine add_rms_table
 

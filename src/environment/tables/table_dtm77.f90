@@ -8,7 +8,7 @@ module gracecg_environment_table_dtm77
     implicit none
     private
 
-    !> A(1..36) of the exospheric temperature; A(1) in K
+    !> A(1..36) of the exospheric temperature; the first in K
     real(dp), parameter, public :: DTM77_TEMPERATURE(36) = [ &
         9.99800e2_dp, -3.63570e-3_dp, 2.45930e-2_dp, 1.32590e-3_dp, -5.62340e-6_dp, &
         2.53610e-3_dp, 1.76560e-2_dp, 3.36770e-2_dp, -3.76430e-3_dp, 1.74520e-2_dp, &
@@ -19,7 +19,7 @@ module gracecg_environment_table_dtm77
         -4.48940e-3_dp, 2.36460e-3_dp, 5.05690e-3_dp, 1.07920e-3_dp, -7.16100e-4_dp, &
         9.63850e-4_dp]
 
-    !> A(1..36) of helium; A(1) in 1/cm^3 at 120 km
+    !> A(1..36) of helium; the first in 1/cm^3 at 120 km
     real(dp), parameter, public :: DTM77_HELIUM(36) = [ &
         3.00000e7_dp, 1.69260e-1_dp, -6.26240e-2_dp, 2.37990e-3_dp, -3.10080e-5_dp, &
         5.69800e-3_dp, 1.71030e-2_dp, -1.79970e-1_dp, -1.32510e-1_dp, -6.42390e-2_dp, &
@@ -29,7 +29,7 @@ module gracecg_environment_table_dtm77
         -6.18160e-2_dp, -1.50260e-2_dp, 1.05740e-1_dp, -9.74460e-2_dp, 2.26060e-2_dp, &
         1.21250e-2_dp, -2.23910e-2_dp, -2.46480e-3_dp, 3.24320e-3_dp, -5.77660e-3_dp]
 
-    !> A(1..36) of atomic oxygen; A(1) in 1/cm^3 at 120 km
+    !> A(1..36) of atomic oxygen; the first in 1/cm^3 at 120 km
     real(dp), parameter, public :: DTM77_OXYGEN(36) = [ &
         1.03200e11_dp, -1.65980e-3_dp, -9.90950e-2_dp, 7.84530e-4_dp, -2.37330e-5_dp, &
         8.00010e-3_dp, -1.05070e-2_dp, -1.63110e-1_dp, 1.45970e-1_dp, 1.05170e-1_dp, 3.73570_dp, &
@@ -39,7 +39,7 @@ module gracecg_environment_table_dtm77
         -1.63850e-2_dp, -1.01130e-1_dp, 6.55310e-2_dp, 5.36550e-2_dp, -2.37220e-3_dp, &
         1.89100e-2_dp, -2.65220e-3_dp, 8.30500e-3_dp, -3.88600e-3_dp]
 
-    !> A(1..36) of molecular nitrogen; A(1) in 1/cm^3 at 120 km
+    !> A(1..36) of molecular nitrogen; the first in 1/cm^3 at 120 km
     real(dp), parameter, public :: DTM77_NITROGEN(36) = [ &
         3.84200e11_dp, 2.80760e-2_dp, 4.84620e-2_dp, -8.10170e-4_dp, 2.09830e-5_dp, &
         2.99980e-3_dp, 1.85450e-2_dp, 3.45140e-2_dp, 5.37090e-2_dp, -1.37320e-1_dp, 8.64340e1_dp, &

@@ -125,7 +125,7 @@ contains
         model%stars = stars
     end subroutine new_model_field
 
-    !> The model's field in body axes. Fails where the orbit or the attitude does not reach.
+    !> The model's field in body axes (2-30). Fails where the orbit or the attitude does not reach.
     subroutine evaluate(self, t, b, error)
         class(model_field_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s

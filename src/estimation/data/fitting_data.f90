@@ -153,7 +153,7 @@ contains
         data%acceleration = observations%acceleration
     end subroutine take_accelerations
 
-    !> The interpolation (4-38)-(4-44) of the quaternions.
+    !> The interpolation (4-38), (4-40), (4-42), (4-44) of the quaternions.
     subroutine take_attitude(star_camera_interval, data, error)
         real(dp), intent(in) :: star_camera_interval    !! s
         type(fitting_data_t), intent(inout) :: data
@@ -179,7 +179,7 @@ contains
         if (used < 3) call fail(error, 'star camera: too few samples for an attitude')
     end subroutine take_attitude
 
-    !> The magnetic torque m x B of the manoeuvre at every half step, with the interpolated field
+    !> The magnetic torque m x B (2-25) of the manoeuvre at every half step, with the interpolated field
     !> (4-39), (4-41), (4-43), and the known change of the other torques over the arc, which is 0 in its middle.
     subroutine take_torque(observations, data, error)
         type(observation_set_t), intent(in) :: observations

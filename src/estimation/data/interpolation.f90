@@ -22,9 +22,9 @@ module gracecg_estimation_interpolation
 
 contains
 
-    !> Linear interpolation between the neighbours of t; before the first sample it extrapolates
-    !> backwards (4-38), (4-39), after the last one it keeps the last value (4-42), (4-43). Fewer
-    !> than two samples support nothing.
+    !> Linear interpolation between the neighbours of t, (4-40), (4-41); before the first sample it
+    !> extrapolates backwards (4-38), (4-39), after the last one it keeps the last value (4-42), (4-43).
+    !> Fewer than two samples support nothing.
     pure function interpolation_at(times, t, interval, bridged) result(source)
         real(dp), intent(in) :: times(:)            !! Increasing, s
         real(dp), intent(in) :: t                   !! s

@@ -21,8 +21,8 @@ module gracecg_estimation_star_attitude
 
 contains
 
-    !> Steps 1 and 2 of CSR-TM-00-01 section 4.5: quaternions turned to body axes, freed of sign flips
-    !> and normalised. The other head's samples are taken where the used head leaves a gap that
+    !> Steps 1 and 2 of CSR-TM-00-01 section 4.5: quaternions turned to body axes (4-33), freed of sign flips
+    !> and normalised (4-37). The other head's samples are taken where the used head leaves a gap that
     !> interpolation does not bridge. Warns of the change of head and of what gap remains.
     subroutine take_star_attitude(observations, like, stars, warnings)
         type(observation_set_t), intent(in) :: observations

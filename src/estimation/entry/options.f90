@@ -24,10 +24,13 @@ module gracecg_estimation_options
         !! Propagate the covariance of the offset and check the fit against noise and torque; no key of a file.
         !! Of the report's estimators this costs as much as the estimate itself. optimal and sequential have
         !! their covariance from the fit and give it in any case: they leave out the checks alone
+        logical :: history = .false.    !! Keep every iteration in the solution; no key of a file
         real(dp) :: guess_quaternion(4) = 0         !! First guess of the attitude at the epoch, inertial to body
         !! (normalised before use); 0: from the star-camera samples
         real(dp) :: guess_angular_velocity(3) = 0   !! At the epoch, body axes, rad/s; 0: from those samples
         real(dp) :: guess_offset(3) = 1e-5_dp       !! d*, body axes, m
+        real(dp) :: largest_offset = 1e-2_dp
+        !! Of each component, m: gracecg estimate refuses one that is beyond it by five sigmas
         real(dp) :: accelerometer_weight(3) = [10.0_dp, 1.0_dp, 145.0_dp]
         !! Of its axes, in the report's estimators: CSR-TM-00-01 section 6.1
         real(dp) :: star_camera_weight = 1          !! Of every attitude component in ASSEST: ibid.
@@ -181,6 +184,8 @@ contains
                                   'rad/s, at the epoch; 0: from the star-camera samples', unit='rad/s')
         call settings%real_values('guess_offset_mm', options%guess_offset, -1000.0_dp, 1000.0_dp, 'mm', &
                                   1e-3_dp, 'mm')
+        call settings%real_value('largest_offset_mm', options%largest_offset, 1e-3_dp, 1e6_dp, &
+                                 'mm, of a component: estimates beyond it are not plausible and refused', 1e-3_dp, 'mm')
         call settings%real_values('accelerometer_weight', options%accelerometer_weight, tiny(1.0_dp), &
                                   FULL_RANGE, 'of the axes')
         call settings%real_value('star_camera_weight', options%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &

@@ -3,16 +3,30 @@ module gracecg_estimation_solution
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: string_t
     use gracecg_estimation_belief_report, only: belief_report_t
+    use gracecg_base_quaternion, only: rate_matrix
+    use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
-    public :: solution_t, estimated_parameter_t, store_offset
+    public :: solution_t, estimated_parameter_t, store_offset, quaternion_sigmas, state_sigmas
+    public :: STATE, STATE_NAMES, STATE_UNITS, STATE_OFFSET, STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
+
+    integer, parameter :: STATE = 15    !! Parameters that every estimator has
+    !> Their places in the covariance of the state
+    integer, parameter :: STATE_OFFSET(3) = [1, 2, 3], STATE_DRIFT(3) = [4, 5, 6], STATE_BIAS(3) = [7, 8, 9], &
+                          STATE_RATE(3) = [10, 11, 12], STATE_ATTITUDE(3) = [13, 14, 15]
+    !> Their names and units; zeta are small angles about the body axes that turn the attitude at the epoch
+    character(12), parameter :: STATE_NAMES(STATE) = [character(12) :: 'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', &
+        'alpha_z', 'beta_x', 'beta_y', 'beta_z', 'omega_x', 'omega_y', 'omega_z', 'zeta_x', 'zeta_y', 'zeta_z']
+    character(6), parameter :: STATE_UNITS(STATE) = [character(6) :: 'm', 'm', 'm', 'm/s^3', 'm/s^3', 'm/s^3', &
+        'm/s^2', 'm/s^2', 'm/s^2', 'rad/s', 'rad/s', 'rad/s', 'rad', 'rad', 'rad']
 
     !> A parameter beside the offset.
     type :: estimated_parameter_t
         character(12) :: name = ''      !! As gracecg_estimation_physical_model names it
         real(dp) :: value = 0           !! SI units
         real(dp) :: sigma = 0           !! Standard deviation, SI units
+        character(8) :: unit = ''       !! 1 for a pure number
     end type estimated_parameter_t
 
     !> Offset and covariance, and what else the fit has found.
@@ -24,6 +38,9 @@ module gracecg_estimation_solution
         !! what the weights make of the true noise spectra, not the inverse of the normal matrix; of
         !! `optimal`, whose weights are those of the noise, that inverse. Without systematic errors and
         !! the noise of the magnetometer, which is smaller by far.
+        real(dp) :: state_covariance(STATE, STATE) = 0
+        !! Of d, alpha, beta, omega and zeta, by STATE_NAMES, SI units: of the same kind as `covariance`, which is
+        !! its first block; 0 where that is not asked for
         real(dp) :: drift(3) = 0                !! alpha of (4-17), m/s^3
         real(dp) :: bias(3) = 0                 !! beta of (4-17), m/s^2
         real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body
@@ -50,6 +67,8 @@ module gracecg_estimation_solution
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
         type(belief_report_t), allocatable :: beliefs
         !! What the data say of the operator's beliefs; allocated where options%covariance asks for checks
+        type(iteration_t), allocatable :: history(:)
+        !! Every iteration, if the options ask for it
         type(running_estimate_t), allocatable :: running
         !! The estimate on the way, of an estimator that filters
     end type solution_t
@@ -71,4 +90,33 @@ contains
             solution%residual_rms(axis) = norm2(residuals(axis::3))/sqrt(size(residuals)/3.0_dp)
         end do
     end subroutine store_offset
+
+    !> Standard deviations of the state, by STATE_NAMES; 0 where the covariance was not asked for.
+    pure function state_sigmas(solution) result(sigmas)
+        type(solution_t), intent(in) :: solution
+        real(dp) :: sigmas(STATE)           !! SI units
+
+        integer :: i
+
+        sigmas = [(sqrt(max(0.0_dp, solution%state_covariance(i, i))), i=1, STATE)]
+    end function state_sigmas
+
+    !> Standard deviations of q1 to q4: by dq = Omega(zeta) q/2 from those of the angles zeta, with their
+    !> correlations.
+    pure function quaternion_sigmas(solution) result(sigmas)
+        type(solution_t), intent(in) :: solution
+        real(dp) :: sigmas(4)
+
+        real(dp) :: partials(4, 3), angle(3)
+        integer :: i
+
+        do i = 1, 3
+            angle = 0
+            angle(i) = 1
+            partials(:, i) = matmul(rate_matrix(angle), solution%quaternion)/2
+        end do
+        associate (p => solution%state_covariance(13:15, 13:15))     ! STATE_ATTITUDE
+            sigmas = [(sqrt(max(0.0_dp, dot_product(partials(i, :), matmul(p, partials(i, :))))), i=1, 4)]
+        end associate
+    end function quaternion_sigmas
 end module gracecg_estimation_solution

@@ -59,16 +59,18 @@ module gracecg_estimation_verdict
 contains
 
     !> Judges a calibration by its diagnostics.
-    function judge(knowledge, solution, record, diagnostics) result(verdict)
+    function judge(knowledge, solution, record, diagnostics, refusal) result(verdict)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(solution_t), intent(in) :: solution
         type(fit_record_t), intent(in) :: record
         type(fit_diagnostics_t), intent(in) :: diagnostics
+        character(*), intent(in), optional :: refusal   !! Why the estimator refused the fit
         type(verdict_t) :: verdict
 
         integer :: axis, i
 
         allocate (verdict%findings(0), verdict%next_steps(0))
+        if (present(refusal)) call add(verdict, GRADE_BAD, 'Refused', refusal)
         call judge_solution(solution, verdict)
         call judge_accuracy(diagnostics, verdict)
         do axis = 1, 3

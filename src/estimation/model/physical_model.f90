@@ -29,8 +29,10 @@ module gracecg_estimation_physical_model
     use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix, offset_rate_partials
     use gracecg_estimation_offset_information, only: gravity_gradient_matrix
+    use gracecg_estimation_iteration, only: iteration_t
     implicit none
     private
+    public :: describe_model_state
     public :: physical_model_t, model_state_t, model_trajectory_t
     public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
     public :: correct_state, turned_by, turn_between
@@ -260,6 +262,20 @@ contains
         state%quaternion = turned_by(state%value(ATTITUDE_ANGLES), state%quaternion)
         state%value(ATTITUDE_ANGLES) = 0
     end subroutine correct_state
+
+    !> Attitude and estimated parameters, for the history of a fit.
+    subroutine describe_model_state(model, state, note)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(iteration_t), intent(inout) :: note
+
+        integer, allocatable :: others(:)
+        integer :: i
+
+        others = pack(model%estimated, [(all(ATTITUDE_ANGLES /= model%estimated(i)), i=1, size(model%estimated))])
+        note%state_names = [character(12) :: 'q1', 'q2', 'q3', 'q4', PARAMETER_NAMES(others)]
+        note%state = [state%quaternion, state%value(others)]
+    end subroutine describe_model_state
 
     !> The attitude after a turn by a rotation vector: R = exp(-[zeta x]) R(q), the exact form of
     !> C(zeta) R(q*).

@@ -1,4 +1,4 @@
-!> The rotation of a rigid body along an arc: Euler's equations, CSR-TM-00-01 (2-16), (4-7), and their
+!> The rotation of a rigid body along an arc: Euler's equations, CSR-TM-00-01 (2-16), (4-1), (4-7), and their
 !> integration by the classical Runge-Kutta method of order 4 with one step a sampling interval, so
 !> that torques are needed at half steps only.
 !>
@@ -65,7 +65,7 @@ contains
         body%inverse_inertia = inverse_3x3(inertia)
     end function new_rigid_body
 
-    !> d omega/dt = J^-1 (T - omega x (J omega)), eq. (4-7).
+    !> d omega/dt = J^-1 (T - omega x (J omega)), eqs. (4-1), (4-7).
     pure function angular_acceleration(self, torque, omega) result(omega_dot)
         class(rigid_body_t), intent(in) :: self
         real(dp), intent(in) :: torque(3)   !! T, body axes, N m

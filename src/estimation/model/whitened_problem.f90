@@ -14,6 +14,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_estimation_parameters
     use gracecg_estimation_physical_model
     use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_iteration, only: iteration_t, rms_of
     implicit none
     private
     public :: whitened_problem_t, assumed_noise_t, prepare_calibration, set_noise, information_matrix
@@ -46,6 +47,8 @@ module gracecg_estimation_whitened_problem
     contains
         procedure :: linearise => linearise_calibration
         procedure :: correct => correct_calibration
+        procedure :: describe_residuals => residuals_of_calibration
+        procedure :: describe_state => state_of_calibration
     end type whitened_problem_t
 
 contains
@@ -215,4 +218,32 @@ contains
         call problem%linearise(partials, residuals, weights, error)
         call normal_equations(partials, residuals, information, rhs)
     end subroutine information_matrix
+
+    !> RMS of the residuals: angles of the star camera (camera axes), and accelerometer, of the samples kept.
+    subroutine residuals_of_calibration(self, residuals, note)
+        class(whitened_problem_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)        !! Whitened: not used
+        type(iteration_t), intent(inout) :: note
+
+        real(dp) :: rms(6)
+        integer :: axis
+
+        associate (not_used => residuals)
+        end associate
+        do axis = 1, 3
+            rms(axis) = rms_of(pack(self%star_angles(axis, :), self%star_kept))
+            rms(3 + axis) = rms_of(pack(self%acceleration_residual(axis, :), self%acceleration_kept(axis, :)))
+        end do
+        note%residual_names = [character(12) :: 'star_x', 'star_y', 'star_z', 'acc_x', 'acc_y', 'acc_z']
+        note%residual_rms = rms
+        note%residual_unit = 'rad, m/s^2'
+    end subroutine residuals_of_calibration
+
+    !> Attitude, then what is estimated beside it.
+    subroutine state_of_calibration(self, note)
+        class(whitened_problem_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        call describe_model_state(self%model, self%state, note)
+    end subroutine state_of_calibration
 end module gracecg_estimation_whitened_problem

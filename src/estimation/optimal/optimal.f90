@@ -21,6 +21,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief_tests, only: test_beliefs
+    use gracecg_estimation_iteration, only: iteration_t, append_iteration
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_fit_record, only: fit_record_t, record_samples, record_covariance, NOISE_SOURCES, &
         STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
@@ -41,6 +42,9 @@ module gracecg_estimation_optimal
     !> Below what any instrument has: data without noise
     real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
 
+    !> The parameters of the solution's state, in its order
+    integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
+
     !> A fit that has settled.
     type :: fit_t
         type(whitened_problem_t) :: problem
@@ -48,6 +52,7 @@ module gracecg_estimation_optimal
         integer :: iterations = 0
         logical :: converged = .false.
         logical :: noise_estimated = .false.    !! Some of it
+        type(iteration_t), allocatable :: history(:)    !! If the options ask for it
     end type fit_t
 
 contains
@@ -80,9 +85,10 @@ contains
             call add_context(error, 'optimal')
             return
         end if
+        call store(fit%problem, fit%batch, solution)
+        if (present(record)) call record_fit(fit%problem, fit%batch, record)
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
-        if (.not. allocated(error)) call store(fit%problem, fit%batch, solution)
         if (.not. allocated(error) .and. .not. fit%noise_estimated) solution%misfit = misfit_of(fit)
         if (.not. allocated(error) .and. options%covariance) then
             allocate (solution%beliefs)
@@ -90,7 +96,6 @@ contains
         end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
-        if (.not. allocated(error) .and. present(record)) call record_fit(fit%problem, fit%batch, record)
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
@@ -127,6 +132,12 @@ contains
             best = best_fit(candidates(:last))
             call report_wave(wave, best, last, solution%warnings)
         end if
+        if (options%history) then
+            allocate (solution%history(0))
+            do i = 1, last
+                solution%history = [solution%history, candidates(i)%history]
+            end do
+        end if
         fit = candidates(best)
         solution%iterations = sum(candidates(:last)%iterations)
         solution%converged = fit%converged
@@ -141,16 +152,19 @@ contains
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
-        type(batch_settings_t), parameter :: SETTINGS = batch_settings_t(tolerance=1e-6_dp)
+        type(batch_settings_t) :: settings
         logical :: unknown_level(3), unknown_angle(3), changed
         integer :: round
 
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
+        settings%tolerance = 1e-6_dp
+        if (options%history) settings%history = 'whitened, '//number_text(real(size(fit%problem%names), dp))//' parameters'
         do round = 1, MOST_ROUNDS
             call set_noise(fit%problem, error)
-            if (.not. allocated(error)) call process_batch(fit%problem, SETTINGS, fit%batch, error)
+            if (.not. allocated(error)) call process_batch(fit%problem, settings, fit%batch, error)
             if (allocated(error)) return
+            if (options%history) call keep_history(fit)
             fit%iterations = fit%iterations + fit%batch%iterations
             call refresh_residuals(fit%batch, fit%problem)
             changed = .false.
@@ -162,6 +176,17 @@ contains
         end do
         fit%converged = fit%batch%converged .and. round <= MOST_ROUNDS
     end subroutine settle
+
+    !> The iterations of this round behind those of the rounds before.
+    subroutine keep_history(fit)
+        type(fit_t), intent(inout) :: fit
+
+        integer :: i
+
+        do i = 1, size(fit%batch%history)
+            call append_iteration(fit%history, fit%batch%history(i), fit%batch%history(i)%fit)
+        end do
+    end subroutine keep_history
 
     !> Leaves out what is too far from the fit: of the accelerometer by the innovation of the whitening filter,
     !> which a spike moves by its whole size; of the star camera by the length of the three angles in units of
@@ -354,8 +379,10 @@ contains
             solution%quaternion = state%quaternion
             solution%angular_velocity = state%value(RATE)
             solution%covariance = batch%inverse(OFFSET, OFFSET)     ! estimated begins with ALWAYS_ESTIMATED
+            solution%state_covariance = batch%inverse(OF_STATE, OF_STATE)
             solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(estimated(i)), state%value(estimated(i)), &
-                                                          sqrt(batch%inverse(i, i))), i=1, size(estimated))]
+                                                          sqrt(batch%inverse(i, i)), PARAMETER_UNITS(estimated(i))), &
+                                    i=1, size(estimated))]
             solution%parameters = pack(solution%parameters, &
                                        [(estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i)), &
                                          i=1, size(estimated))])

@@ -15,7 +15,7 @@ module gracecg_estimation_assest
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
-    use gracecg_estimation_solution, only: solution_t, store_offset
+    use gracecg_estimation_solution, only: solution_t, store_offset, STATE_ATTITUDE, STATE_RATE
     use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
         STAR_CAMERA_NOISE
     implicit none
@@ -53,6 +53,7 @@ contains
         solution%warnings = data%warnings
         call prepare_attitude(observations%knowledge, data, reduced, attitude)
         attitude%attitude_weight = options%star_camera_weight
+        if (options%history) settings%history = 'attitude and rate'
         call process_batch(attitude, settings, attitude_batch, error)
         if (allocated(error)) then
             call add_context(error, 'ASSEST, angular velocity from the star camera')
@@ -60,6 +61,7 @@ contains
         end if
         call attitude%fit%fit_rotation(attitude%angular_velocity, rotation)
         call prepare_offset(observations%knowledge, options, data, rotation, offset)
+        if (options%history) settings%history = 'CG offset'
         call process_batch(offset, settings, offset_batch, error)
         if (allocated(error)) then
             call add_context(error, 'ASSEST, CG offset from the accelerometer')
@@ -70,39 +72,40 @@ contains
         solution%iterations = attitude_batch%iterations
         solution%converged = attitude_batch%converged
         solution%condition = offset_batch%condition
+        if (options%history) solution%history = [attitude_batch%history, offset_batch%history]
         call store_offset(offset%state, offset_batch%residuals, solution)
         if (options%covariance .or. present(record)) then
             call propagate_noise(observations%knowledge, attitude, attitude_batch, offset, offset_batch, &
-                                 solution%covariance, error, record)
+                                 solution, error, record)
+            if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, offset_batch%residuals, &
                                          solution%warnings, error)
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
                                   attitude%quaternion, attitude%angular_velocity, solution%warnings, error, record)
-            if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)
         end if
     end subroutine estimate_assest
 
-    !> Covariance of the offset under the instruments' noise: that of the accelerometer, with its
-    !> spectrum (3-2), and that of the star camera through the error of omega(t0). For the record also
-    !> that of drift, bias and omega(t0).
-    subroutine propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, covariance, error, record)
+    !> Covariance of the offset and of the whole state under the instruments' noise: that of the accelerometer, with its
+    !> spectrum (3-2), and that of the star camera through the error of omega(t0).
+    subroutine propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(attitude_problem_t), intent(in) :: attitude
         type(batch_solution_t), intent(in) :: attitude_batch
         type(offset_problem_t), intent(in) :: offset
         type(batch_solution_t), intent(in) :: offset_batch
-        real(dp), intent(out) :: covariance(3, 3)
+        type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record
 
         real(dp), allocatable :: gain(:, :), rate_gain(:, :), whole(:, :), by_axis(:, :, :), from_rate(:, :)
-        real(dp), allocatable :: rate_to_state(:, :), all_of_them(:, :)
+        real(dp), allocatable :: rate_to_state(:, :)
+        real(dp), allocatable :: of_attitude(:, :), to_angles(:, :)
         real(dp) :: rate_covariance(3, 3), by_source(3, 3, NOISE_SOURCES)
-        integer :: i, k, row, n, parameters
+        integer :: i, k, row, n
+        integer, parameter :: parameters = OFFSET_PARAMETERS
 
-        parameters = merge(OFFSET_PARAMETERS, 3, present(record))
         gain = matmul(offset_batch%inverse(:parameters, :), offset_batch%gain)
         allocate (whole(parameters, parameters), by_axis(parameters, parameters, 3))
         call accelerometer_noise_covariance(knowledge, gain, offset%data%accelerometer_epoch, whole, error, by_axis)
@@ -120,25 +123,32 @@ contains
             end do
         end associate
         n = attitude%attitude_components()
-        rate_gain = matmul(attitude_batch%inverse(n + 1:n + 3, :), attitude_batch%gain)
-        rate_covariance = star_noise_covariance( &
+        rate_gain = matmul(attitude_batch%inverse, attitude_batch%gain)
+        of_attitude = star_noise_covariance( &
                           attitude%quaternion_gain(rate_gain), attitude%data%attitude_source, &
                           knowledge%star_camera_sigma, knowledge%mounting, attitude%data%stars)
+        rate_covariance = of_attitude(n + 1:n + 3, n + 1:n + 3)
         from_rate = matmul(rate_to_state, matmul(rate_covariance, transpose(rate_to_state)))
         whole = whole + from_rate
-        covariance = whole(:3, :3)
+        solution%covariance = whole(:3, :3)
+        to_angles = attitude%small_angle_map()
+        associate (p => solution%state_covariance, &
+                   angles_rate => matmul(to_angles, of_attitude(:n, n + 1:n + 3)))
+            p(:parameters, :parameters) = whole
+            p(STATE_RATE, STATE_RATE) = rate_covariance
+            p(STATE_ATTITUDE, STATE_ATTITUDE) = matmul(to_angles, matmul(of_attitude(:n, :n), transpose(to_angles)))
+            p(STATE_ATTITUDE, STATE_RATE) = angles_rate
+            p(STATE_ATTITUDE, :parameters) = matmul(angles_rate, transpose(rate_to_state))
+            p(STATE_RATE, :parameters) = matmul(rate_covariance, transpose(rate_to_state))
+            p(STATE_RATE, STATE_ATTITUDE) = transpose(p(STATE_ATTITUDE, STATE_RATE))
+            p(:parameters, STATE_ATTITUDE) = transpose(p(STATE_ATTITUDE, :parameters))
+            p(:parameters, STATE_RATE) = transpose(p(STATE_RATE, :parameters))
+        end associate
         if (.not. present(record)) return
         by_source = 0
         by_source(:, :, :3) = by_axis(:3, :3, :)
         by_source(:, :, STAR_CAMERA_NOISE) = from_rate(:3, :3)
-        allocate (all_of_them(parameters + 3, parameters + 3))
-        associate (p => all_of_them, cross => matmul(rate_to_state, rate_covariance))
-            p(:parameters, :parameters) = whole
-            p(:parameters, parameters + 1:) = cross
-            p(parameters + 1:, :parameters) = transpose(cross)
-            p(parameters + 1:, parameters + 1:) = rate_covariance
-        end associate
-        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], all_of_them, &
-                               [1, 2, 3], by_source, record)
+        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], &
+                               solution%state_covariance(:parameters + 3, :parameters + 3), [1, 2, 3], by_source, record)
     end subroutine propagate_noise
 end module gracecg_estimation_assest

@@ -20,7 +20,7 @@ module gracecg_estimation_attitude_fit
         type(rigid_body_t) :: body                  !! With J_p about the proof-mass centre
         real(dp), allocatable :: torque(:, :)       !! m x B in body axes at j h/2, (3, 0:2n), N m
     contains
-        procedure :: angular_acceleration   !! d omega/dt of (4-4) under the rods' torque
+        procedure :: angular_acceleration   !! d omega/dt of (4-7) under the rods' torque
         procedure :: fit_rotation           !! Integrates the rate with its partials
         procedure :: fit_attitude           !! The same and the attitude
     end type attitude_fit_t
@@ -57,7 +57,7 @@ module gracecg_estimation_attitude_fit
 
 contains
 
-    !> Prepares the fitting dynamics; the arc starts at t = 0.
+    !> Prepares the fitting dynamics; the arc starts at t = 0. J^-1 of (4-1) is J_p^-1, (4-4)-(4-6).
     function new_attitude_fit(inertia, interval, torque) result(fit)
         real(dp), intent(in) :: inertia(3, 3)   !! J_p, kg m^2
         real(dp), intent(in) :: interval        !! Step h, s
@@ -90,7 +90,7 @@ contains
         gamma(:, 3) = 0.5_dp*[q(2), -q(1), q(4), -q(3)]
     end function kinematic_partials
 
-    !> Integrates the angular velocity and its state transition matrix.
+    !> Integrates the angular velocity, (4-80), and its state transition matrix.
     subroutine fit_rotation(self, omega_0, rotation)
         class(attitude_fit_t), intent(in), target :: self
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
@@ -102,9 +102,9 @@ contains
         call arc%integrate([omega_0, identity(3)])
     end subroutine fit_rotation
 
-    !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56), or,
-    !> reduced, with that of small angles, (4-58), (4-59), (4-65)-(4-67), whose sign of Pi is corrected:
-    !> d zeta/dt = -Pi(omega*) zeta + d omega.
+    !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56), (4-83),
+    !> (4-84), (4-87)-(4-89), or, reduced, with that of small angles, (4-58), (4-59), (4-64)-(4-67), (4-92),
+    !> (4-93), (4-96)-(4-99), whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
     subroutine fit_attitude(self, reduced, q_0, omega_0, attitude, rotation)
         class(attitude_fit_t), intent(in), target :: self
         logical, intent(in) :: reduced              !! Small angles in place of the quaternion's components
@@ -139,7 +139,8 @@ contains
         end associate
     end subroutine prepare_arc
 
-    !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55) and (4-65)-(4-67).
+    !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55) and (4-65)-(4-67): F of (4-45), and
+    !> A Phi of (4-47) with the blocks of A (4-48) apart.
     pure subroutine rate_of_fit(self, half, n, y, dydt)
         class(fitted_arc_t), intent(in) :: self
         integer, intent(in) :: half, n
@@ -158,6 +159,7 @@ contains
         end if
     end subroutine rate_of_fit
 
+    !> (4-7), (4-51), (4-59) and (4-55), (4-67), into which q does not enter, (4-10).
     pure subroutine rotation_rates(body, torque, omega, phi_22, omega_rate, phi_22_rate)
         type(rigid_body_t), intent(in) :: body
         real(dp), intent(in) :: torque(3), omega(3), phi_22(3, 3)
@@ -167,6 +169,7 @@ contains
         phi_22_rate = matmul(body%rate_partials(omega), phi_22)
     end subroutine rotation_rates
 
+    !> (4-53), (4-54), with the partials (4-12), (4-13) of dq/dt, (4-8).
     pure subroutine full_rates(omega, q, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
         real(dp), intent(in) :: omega(3), q(4), phi_22(3, 3), phi_11(4, 4), phi_12(4, 3)
         real(dp), intent(out) :: phi_11_rate(4, 4), phi_12_rate(4, 3)
@@ -178,6 +181,7 @@ contains
         phi_12_rate = matmul(half_omega_matrix, phi_12) + matmul(kinematic_partials(q), phi_22)
     end subroutine full_rates
 
+    !> (4-65), (4-66), which follow from (4-64), with minus Pi.
     pure subroutine small_angle_rates(omega, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
         real(dp), intent(in) :: omega(3), phi_22(3, 3), phi_11(3, 3), phi_12(3, 3)
         real(dp), intent(out) :: phi_11_rate(3, 3), phi_12_rate(3, 3)

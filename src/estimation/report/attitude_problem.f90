@@ -7,12 +7,14 @@
 module gracecg_estimation_attitude_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_base_vectors, only: identity
     use gracecg_base_quaternion, only: normalised, rotation_matrix, quaternion_of_matrix
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_attitude_fit, only: attitude_fit_t, fitted_rotation_t, fitted_attitude_t, &
         new_attitude_fit, kinematic_partials
     use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_iteration, only: iteration_t
     implicit none
     private
     public :: attitude_problem_t, prepare_attitude, small_angles, small_rotation
@@ -36,6 +38,9 @@ module gracecg_estimation_attitude_problem
         procedure :: linearise_attitude     !! Trajectory, partials and residuals of the attitude
         procedure :: correct_attitude       !! Puts a correction on attitude and rate
         procedure :: quaternion_gain        !! The estimate's response to the quaternions
+        procedure :: small_angle_map        !! Errors of the attitude's parameters as small angles
+        procedure :: describe_residuals => residuals_of_attitude
+        procedure :: describe_state => state_of_attitude
     end type attitude_problem_t
 
 contains
@@ -92,7 +97,9 @@ contains
         call self%correct_attitude(correction)
     end subroutine correct_alone
 
-    !> Integrates the nominal trajectory; partials and residuals of all attitude observations.
+    !> Integrates the nominal trajectory; partials and residuals of all attitude observations q_obs = q,
+    !> (4-19), (4-52), (4-60), (4-86), (4-95). Partials: (4-25) times Phi (4-56) or (4-73). Residuals of the
+    !> reduced state: the angles of (4-69), (4-71), (4-72), (4-100).
     subroutine linearise_attitude(self, partials, residuals)
         class(attitude_problem_t), intent(inout) :: self
         real(dp), intent(out) :: partials(:, :)     !! At least the attitude parameters x observations
@@ -122,8 +129,8 @@ contains
     end subroutine linearise_attitude
 
     !> X* + x. The nominal quaternion is normalised before the next iteration; in the reduced state the
-    !> quaternion of C(zeta) R(q*) replaces q* ((4-75) and (4-103) print an addition). In the full
-    !> state the normalisation undoes a part of the correction, and what is left is returned: where
+    !> quaternion of C(zeta) R(q*), (4-61), (4-79), replaces q* ((4-75) and (4-103) print an addition). In the
+    !> full state the normalisation undoes a part of the correction, and what is left is returned: where
     !> the torque is not known well, the least-squares quaternion stays shorter than 1, and every
     !> correction asks for that anew.
     subroutine correct_attitude(self, correction)
@@ -164,6 +171,43 @@ contains
                                                transpose(kinematic_partials(self%data%quaternion(:, i))))
         end do
     end function quaternion_gain
+
+    !> What takes an error of the attitude's parameters to small angles about the body axes: I, or of the
+    !> quaternion 4 Gamma^T, without what changes its length.
+    pure function small_angle_map(self) result(map)
+        class(attitude_problem_t), intent(in) :: self
+        real(dp), allocatable :: map(:, :)          !! 3 x attitude components
+
+        if (self%reduced) then
+            map = identity(3)
+        else
+            map = 4*transpose(kinematic_partials(self%quaternion))
+        end if
+    end function small_angle_map
+
+    !> RMS of the attitude's residuals: of the quaternion's components, or of small angles.
+    subroutine residuals_of_attitude(self, residuals, note)
+        class(attitude_problem_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)        !! Those of the attitude first
+        type(iteration_t), intent(inout) :: note
+
+        integer :: n, last, i
+
+        n = self%attitude_components()
+        last = n*size(self%data%attitude_epoch)
+        note%residual_names = [character(12) :: 'q1', 'q2', 'q3', 'q4']
+        if (self%reduced) note%residual_names = [character(12) :: 'zeta_x', 'zeta_y', 'zeta_z']
+        note%residual_rms = [(norm2(residuals(i:last:n))/sqrt(real(last/n, dp)), i=1, n)]
+        note%residual_unit = merge('rad', '1  ', self%reduced)
+    end subroutine residuals_of_attitude
+
+    subroutine state_of_attitude(self, note)
+        class(attitude_problem_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        note%state_names = [character(12) :: 'q1', 'q2', 'q3', 'q4', 'omega_x', 'omega_y', 'omega_z']
+        note%state = [self%quaternion, self%angular_velocity]
+    end subroutine state_of_attitude
 
     !> The angles of the sequence 3-2-1 of a rotation matrix, eqs. (4-70), (4-71).
     pure function small_angles(c) result(u)

@@ -8,6 +8,7 @@ module gracecg_estimation_batch_processor
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text, add_context
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_estimation_iteration, only: iteration_t, append_iteration
     implicit none
     private
     public :: batch_problem_t, batch_settings_t, batch_solution_t, process_batch
@@ -22,11 +23,13 @@ module gracecg_estimation_batch_processor
         procedure(linearise_interface), deferred :: linearise
         !! Partials, residuals and weights at the nominal state
         procedure(correct_interface), deferred :: correct   !! Puts a correction on the nominal state
+        procedure :: describe_residuals => nothing_of_residuals !! For the history: RMS of the residuals
+        procedure :: describe_state => nothing_of_state         !! For the history: the nominal state
     end type batch_problem_t
 
     abstract interface
-        !> Integrates the nominal trajectory and its state transition matrix (4-45), (4-47) and gives,
-        !> for every scalar observation, the partials H = H~ Phi (4-49), the residual and the weight.
+        !> Integrates the nominal trajectory and its state transition matrix (4-45), (4-47), (4-48) and gives,
+        !> for every scalar observation (4-46), the partials H = H~ Phi (4-49), the residual and the weight.
         subroutine linearise_interface(self, partials, residuals, weights, error)
             import :: batch_problem_t, dp, error_t
             class(batch_problem_t), intent(inout) :: self
@@ -50,6 +53,8 @@ module gracecg_estimation_batch_processor
         integer :: most_iterations = 20 !! After that the solution counts as not converged
         real(dp) :: tolerance = 1e-9_dp
         !! Converged when every change of the state is below tolerance times its parameter's scale
+        character(32) :: history = ''
+        !! What this fit is called in the history; blank: none is kept
     end type batch_settings_t
 
     !> What the processor knows at its end.
@@ -61,6 +66,7 @@ module gracecg_estimation_batch_processor
         real(dp), allocatable :: gain(:, :)         !! W H as rows: parameters x observations
         real(dp), allocatable :: residuals(:)       !! After the last correction (linearised)
         real(dp), allocatable :: correction(:)      !! The last one
+        type(iteration_t), allocatable :: history(:)    !! If the settings name it
     end type batch_solution_t
 
 contains
@@ -75,6 +81,7 @@ contains
 
         real(dp), allocatable :: partials(:, :), weighted(:, :), residuals(:), weights(:), root(:)
         real(dp), allocatable :: normal(:, :), rhs(:), correction(:)
+        type(iteration_t) :: note
         integer :: n, m, iteration, i
 
         n = size(problem%scales)
@@ -100,7 +107,16 @@ contains
                 call add_context(error, 'iteration '//number_text(real(iteration, dp)))
                 return
             end if
+            if (settings%history /= '') then
+                call problem%describe_residuals(residuals, note)
+                note%names = problem%names
+            end if
             call problem%correct(correction)
+            if (settings%history /= '') then
+                note%correction = correction
+                call problem%describe_state(note)
+                call append_iteration(solution%history, note, settings%history)
+            end if
             solution%iterations = iteration
             solution%converged = problem%linear .or. &
                                  all(abs(correction) <= settings%tolerance*problem%scales)
@@ -113,4 +129,24 @@ contains
         call move_alloc(partials, solution%gain)
         call move_alloc(correction, solution%correction)
     end subroutine process_batch
+
+    !> A problem that says nothing of its residuals: their RMS.
+    subroutine nothing_of_residuals(self, residuals, note)
+        class(batch_problem_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)            !! As linearise gives them
+        type(iteration_t), intent(inout) :: note
+
+        note%residual_names = [character(12) :: 'all']
+        note%residual_rms = [norm2(residuals)/sqrt(real(max(1, self%observations), dp))]
+        note%residual_unit = '1'
+    end subroutine nothing_of_residuals
+
+    !> A problem that says nothing of its state.
+    subroutine nothing_of_state(self, note)
+        class(batch_problem_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        note%state_names = self%names(:0)
+        note%state = [real(dp) ::]
+    end subroutine nothing_of_state
 end module gracecg_estimation_batch_processor

@@ -11,11 +11,13 @@ module gracecg_estimation_combined
     use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
     use gracecg_estimation_offset_model, only: offset_rate_partials
     use gracecg_estimation_offset_problem, only: linearise_accelerations, OFFSET_PARAMETERS, OFFSET_NAMES, &
-        offset_scales
+        offset_scales, ACCELEROMETER_AXES
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_noise_propagation, only: accelerometer_noise_covariance, star_noise_covariance
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_accelerations, check_torque
-    use gracecg_estimation_solution, only: solution_t, store_offset
+    use gracecg_base_vectors, only: identity
+    use gracecg_estimation_solution, only: solution_t, store_offset, STATE, STATE_ATTITUDE
+    use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_fit_record, only: fit_record_t, record_rotation, record_covariance, NOISE_SOURCES, &
         STAR_CAMERA_NOISE
     implicit none
@@ -31,6 +33,8 @@ module gracecg_estimation_combined
     contains
         procedure :: linearise => linearise_combined
         procedure :: correct => correct_combined
+        procedure :: describe_residuals => residuals_of_combined
+        procedure :: describe_state => state_of_combined
     end type combined_problem_t
 
 contains
@@ -61,6 +65,7 @@ contains
         if (allocated(error)) return
         solution%warnings = data%warnings
         call prepare_combined(observations%knowledge, options, data, reduced, problem)
+        if (options%history) settings%history = 'attitude, rate and CG offset'
         call process_batch(problem, settings, batch, error)
         if (allocated(error)) then
             call add_context(error, merge('ASCREST', 'ASCFEST', reduced))
@@ -71,9 +76,13 @@ contains
         solution%iterations = batch%iterations
         solution%converged = batch%converged
         solution%condition = batch%condition
+        if (options%history) solution%history = batch%history
         call store_offset(problem%offset_state, batch%residuals(problem%attitude_observations + 1:), solution)
         if (options%covariance .or. present(record)) then
-            call propagate_noise(observations%knowledge, problem, batch, solution%covariance, error, record)
+            call propagate_noise(observations%knowledge, problem, batch, solution, error, record)
+            if (present(record)) &
+                call record_rotation(data, problem%rotation, &
+                                          batch%residuals(problem%attitude_observations + 1:), record)
             if (.not. allocated(error)) &
                 call check_accelerations(observations%knowledge, data, &
                     batch%residuals(problem%attitude_observations + 1:), &
@@ -81,9 +90,6 @@ contains
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
                                   problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
-            if (present(record)) &
-                call record_rotation(data, problem%rotation, &
-                                          batch%residuals(problem%attitude_observations + 1:), record)
         end if
     end subroutine estimate_combined
 
@@ -105,7 +111,8 @@ contains
         problem%offset_state(1:3) = options%guess_offset
     end subroutine prepare_combined
 
-    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102).
+    !> H = [0, dA/d omega Phi_22, A~, t I, I; Phi_11, Phi_12, 0, 0, 0], eqs. (4-90), (4-91), (4-101), (4-102),
+    !> of the observations (4-85), (4-86) or (4-94), (4-95); the zeros are (4-20), (4-26).
     subroutine linearise_combined(self, partials, residuals, weights, error)
         class(combined_problem_t), intent(inout) :: self
         real(dp), contiguous, intent(out) :: partials(:, :) !! Parameters x observations
@@ -137,6 +144,7 @@ contains
         end associate
     end subroutine linearise_combined
 
+    !> X* + x, (4-103).
     subroutine correct_combined(self, correction)
         class(combined_problem_t), intent(inout) :: self
         real(dp), intent(inout) :: correction(:)
@@ -145,25 +153,23 @@ contains
         self%offset_state = self%offset_state + correction(self%attitude_parameters() + 1:)
     end subroutine correct_combined
 
-    !> Covariance of the offset under the noise of accelerometer and star camera; for the record also
-    !> that of drift, bias and omega(t0).
-    subroutine propagate_noise(knowledge, problem, batch, covariance, error, record)
+    !> Covariance of the offset and of the whole state under the noise of accelerometer and star camera.
+    subroutine propagate_noise(knowledge, problem, batch, solution, error, record)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(combined_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
-        real(dp), intent(out) :: covariance(3, 3)
+        type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record
 
-        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :)
+        real(dp), allocatable :: gain(:, :), whole(:, :), by_axis(:, :, :), from_stars(:, :), to_state(:, :)
         real(dp) :: by_source(3, 3, NOISE_SOURCES)
         integer, allocatable :: rows(:)
         integer :: n, m, i
 
         n = problem%attitude_components()
         m = problem%attitude_parameters()
-        rows = [(m + i, i=1, 3)]
-        if (present(record)) rows = [(m + i, i=1, OFFSET_PARAMETERS), (n + i, i=1, 3)]
+        rows = [(m + i, i=1, OFFSET_PARAMETERS), (n + i, i=1, 3), (i, i=1, n)]
         gain = matmul(batch%inverse(rows, :), batch%gain)
         allocate (whole(size(rows), size(rows)), by_axis(size(rows), size(rows), 3))
         call accelerometer_noise_covariance(knowledge, gain(:, problem%attitude_observations + 1:), &
@@ -174,12 +180,45 @@ contains
                      problem%data%attitude_source, knowledge%star_camera_sigma, knowledge%mounting, &
                      problem%data%stars)
         whole = whole + from_stars
-        covariance = whole(:3, :3)
+        solution%covariance = whole(:3, :3)
+        allocate (to_state(STATE, size(rows)), source=0.0_dp)
+        to_state(:OFFSET_PARAMETERS + 3, :OFFSET_PARAMETERS + 3) = identity(OFFSET_PARAMETERS + 3)
+        to_state(STATE_ATTITUDE, OFFSET_PARAMETERS + 4:) = problem%small_angle_map()
+        solution%state_covariance = matmul(to_state, matmul(whole, transpose(to_state)))
         if (.not. present(record)) return
         by_source = 0
         by_source(:, :, :3) = by_axis(:3, :3, :)
         by_source(:, :, STAR_CAMERA_NOISE) = from_stars(:3, :3)
-        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], whole, [1, 2, 3], &
-                               by_source, record)
+        call record_covariance([character(12) :: OFFSET_NAMES, 'omega_x', 'omega_y', 'omega_z'], &
+                               whole(:OFFSET_PARAMETERS + 3, :OFFSET_PARAMETERS + 3), [1, 2, 3], by_source, record)
     end subroutine propagate_noise
+
+    !> RMS of the residuals of the attitude, and of the accelerometer.
+    subroutine residuals_of_combined(self, residuals, note)
+        class(combined_problem_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)
+        type(iteration_t), intent(inout) :: note
+
+        real(dp) :: rms(3)
+        integer :: i
+
+        call self%attitude_problem_t%describe_residuals(residuals, note)
+        associate (first => self%attitude_observations)
+            do i = 1, 3
+                rms(i) = norm2(residuals(first + i::3))/sqrt((self%observations - first)/3.0_dp)
+            end do
+        end associate
+        note%residual_names = [note%residual_names, ACCELEROMETER_AXES]
+        note%residual_rms = [note%residual_rms, rms]
+        note%residual_unit = trim(note%residual_unit)//', m/s^2'
+    end subroutine residuals_of_combined
+
+    subroutine state_of_combined(self, note)
+        class(combined_problem_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        call self%attitude_problem_t%describe_state(note)
+        note%state_names = [note%state_names, OFFSET_NAMES]
+        note%state = [note%state, self%offset_state]
+    end subroutine state_of_combined
 end module gracecg_estimation_combined

@@ -83,7 +83,7 @@ contains
             sample_gain(:, :, s) = sample_gain(:, :, s) + (1 - source(i)%fraction)*gain(:, :, i)
             sample_gain(:, :, s + 1) = sample_gain(:, :, s + 1) + source(i)%fraction*gain(:, :, i)
         end do
-        ! a small turn theta in body axes changes q by kinematic_partials(q) theta; theta in body
+        ! a small turn theta (4-68) in body axes changes q by kinematic_partials(q) theta; theta in body
         ! axes is the transposed mounting times theta in camera axes
         do head = 1, HEADS
             to_body_sigma(:, :, head) = transpose(rotation_matrix(mounting(:, head)))*spread(sigma, 1, 3)

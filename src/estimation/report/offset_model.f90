@@ -9,7 +9,7 @@ module gracecg_estimation_offset_model
 
 contains
 
-    !> A~ of (4-17): the acceleration of a point at d, per unit of d, in a rotating frame:
+    !> A~ of (4-17), (4-18): the acceleration of a point at d, per unit of d, in a rotating frame:
     !> A~ d = d omega/dt x d + omega x (omega x d).
     pure function offset_matrix(omega, omega_dot) result(a)
         real(dp), intent(in) :: omega(3)        !! rad/s

@@ -8,17 +8,21 @@ module gracecg_estimation_offset_problem
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_attitude_fit, only: fitted_rotation_t
     use gracecg_estimation_batch_processor, only: batch_problem_t
+    use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_offset_model, only: offset_matrix
     implicit none
     private
     public :: offset_problem_t, prepare_offset, linearise_accelerations
-    public :: OFFSET_PARAMETERS, OFFSET_NAMES, offset_scales
+    public :: OFFSET_PARAMETERS, OFFSET_NAMES, ACCELEROMETER_AXES, offset_scales
 
     !> Number of the parameters of the state [d, alpha, beta]
     integer, parameter :: OFFSET_PARAMETERS = 9
     !> Their names, for messages
     character(12), parameter :: OFFSET_NAMES(OFFSET_PARAMETERS) = [character(12) :: &
         'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', 'alpha_z', 'beta_x', 'beta_y', 'beta_z']
+
+    !> Whose residuals, in the history of a fit
+    character(12), parameter :: ACCELEROMETER_AXES(3) = [character(12) :: 'acc_x', 'acc_y', 'acc_z']
 
     !> Offset, drift and bias from the accelerometer along a known rotation: the second part of ASSEST.
     type, extends(batch_problem_t) :: offset_problem_t
@@ -29,6 +33,8 @@ module gracecg_estimation_offset_problem
     contains
         procedure :: linearise => linearise_offset
         procedure :: correct => correct_offset
+        procedure :: describe_residuals => residuals_of_offset
+        procedure :: describe_state => state_of_offset
     end type offset_problem_t
 
 contains
@@ -65,7 +71,7 @@ contains
         scales(7:9) = TYPICAL_ACCELERATION
     end function offset_scales
 
-    !> Partials [A~, t I, I] of (4-82) and residuals of the accelerometer samples.
+    !> Partials [A~, t I, I] of (4-22)-(4-24), (4-82) and residuals of the accelerometer, (4-18), (4-81).
     pure subroutine linearise_accelerations(data, rotation, state, partials, residuals)
         type(fitting_data_t), intent(in) :: data
         type(fitted_rotation_t), intent(in) :: rotation
@@ -112,4 +118,25 @@ contains
 
         self%state = self%state + correction
     end subroutine correct_offset
+
+    !> RMS of the residuals of the accelerometer's axes.
+    subroutine residuals_of_offset(self, residuals, note)
+        class(offset_problem_t), intent(in) :: self
+        real(dp), intent(in) :: residuals(:)        !! x, y, z of each sample in turn, m/s^2
+        type(iteration_t), intent(inout) :: note
+
+        integer :: i
+
+        note%residual_names = ACCELEROMETER_AXES
+        note%residual_rms = [(norm2(residuals(i::3))/sqrt(self%observations/3.0_dp), i=1, 3)]
+        note%residual_unit = 'm/s^2'
+    end subroutine residuals_of_offset
+
+    subroutine state_of_offset(self, note)
+        class(offset_problem_t), intent(in) :: self
+        type(iteration_t), intent(inout) :: note
+
+        note%state_names = OFFSET_NAMES
+        note%state = self%state
+    end subroutine state_of_offset
 end module gracecg_estimation_offset_problem

@@ -8,21 +8,25 @@ module gracecg_estimation_linearisation
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
-    use gracecg_estimation_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, DRAG_CURVATURE, &
-        SCALE_FACTORS, FIELD_BIAS
+    use gracecg_estimation_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
+        DRAG_CURVATURE, SCALE_FACTORS, FIELD_BIAS, PARAMETER_NAMES
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
-        integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between
+        integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between, describe_model_state
+    use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED
     implicit none
     private
-    public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES
+    public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES, FIRST_FIT
     public :: given_t, nominal_t
-    public :: new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal
+    public :: new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration
 
     !> The parameters of the physical model that are estimated, in their order among the constants
     integer, parameter :: ESTIMATED(25) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, DRAG_CURVATURE, SCALE_FACTORS, &
                                            FIELD_BIAS, OFFSET]
     integer, parameter :: OFFSET_PLACES(3) = size(ESTIMATED) - [2, 1, 0]    !! Of the offset among them
+
+    !> What the first fit is called in the history
+    character(*), parameter :: FIRST_FIT = 'attitude and rate'
 
     !> The constants
     integer, parameter :: MODEL_FIRST = size(SHARED) + 1    !! First those SHARED; from here on those ESTIMATED
@@ -51,6 +55,9 @@ module gracecg_estimation_linearisation
         type(model_trajectory_t) :: trajectory
         !! Along the arc, at that state
         real(dp), allocatable :: partials(:, :, :)          !! Of the accelerometer, (ESTIMATED, 3, samples)
+        logical :: keeps_history = .false.
+        !! Is every correction noted?
+        type(iteration_t), allocatable :: history(:)        !! The corrections noted
     end type nominal_t
 
 contains
@@ -152,4 +159,34 @@ contains
         call correct_state(model, correction(MODEL_FIRST:), nominal%state)
         call integrate_trajectory(model, nominal%state, nominal%trajectory)
     end subroutine move_nominal
+
+    !> Notes a correction that has been made, with the residuals before it.
+    subroutine note_iteration(fit, model, problem, correction, nominal)
+        character(*), intent(in) :: fit             !! What is fitted
+        type(physical_model_t), intent(in) :: model
+        type(filter_problem_t), intent(in) :: problem   !! As it was before
+        real(dp), intent(in) :: correction(N_CONSTANTS)
+        type(nominal_t), intent(inout) :: nominal       !! After the correction
+
+        type(iteration_t) :: note
+        integer :: axis
+
+        if (.not. nominal%keeps_history) return
+        note%names = PARAMETER_NAMES(ESTIMATED)
+        note%correction = correction(MODEL_FIRST:MODEL_FIRST + size(ESTIMATED) - 1)
+        call describe_model_state(model, nominal%state, note)
+        note%residual_names = [character(12) :: 'star_x', 'star_y', 'star_z', 'acc_x', 'acc_y', 'acc_z']
+        allocate (note%residual_rms(6))
+        do axis = 1, 3
+            note%residual_rms(axis) = rms_of(pack(problem%star(N_CONSTANTS + 1, axis, :), problem%star_kept))
+            note%residual_rms(3 + axis) = rms_of(pack(problem%acceleration(N_CONSTANTS + 1, :, axis), &
+                                                      problem%kept(:, axis)))
+        end do
+        if (fit == FIRST_FIT) then      ! which leaves the accelerometer aside
+            note%residual_names = note%residual_names(:3)
+            note%residual_rms = note%residual_rms(:3)
+        end if
+        note%residual_unit = 'sigma'
+        call append_iteration(nominal%history, note, fit)
+    end subroutine note_iteration
 end module gracecg_estimation_linearisation

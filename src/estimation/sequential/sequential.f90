@@ -26,7 +26,7 @@ module gracecg_estimation_sequential
     use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, filter_axis, gather, &
         smooth_axis, smooth_star_camera
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
-        new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal
+        new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration, FIRST_FIT
     use gracecg_estimation_disturbance_search, only: disturbance_t, disturbances_t, search_disturbances, &
         with_disturbance
     use gracecg_estimation_sequential_solution, only: filtered_t, store_solution
@@ -76,6 +76,7 @@ contains
         if (allocated(error)) return
         call new_problem(given%data, problem)
         nominal%state = initial_state(given%data, options)
+        nominal%keeps_history = options%history
         call fit_attitude(given, nominal, problem, error)
         if (allocated(error)) return
         call screen_accelerations(problem)
@@ -90,6 +91,7 @@ contains
         end do
         solution%converged = solution%converged .and. .not. changed
         solution%warnings = given%data%warnings
+        if (options%history) solution%history = nominal%history
         call store_solution(observations%knowledge, options%sequential%edit_sigma, given, nominal, problem, disturbances, &
                             filtered, solution, error, record)
         if (allocated(error)) return
@@ -197,6 +199,7 @@ contains
             y = constants%solution()
             call move_nominal(given%model, y, nominal, error)
             if (allocated(error)) return
+            call note_iteration(FIRST_FIT, given%model, problem, y, nominal)
             call linearise_prior(given, nominal%state, NO_PART, problem)
             call linearise_stars(given, nominal, problem)
             if (corrections_in_sigmas(constants, y, ATTITUDE_AND_RATE) < 1) exit
@@ -282,6 +285,7 @@ contains
             if (converged) exit
             call move_nominal(given%model, y, nominal, error)
             if (allocated(error)) return
+            call note_iteration('all parameters', given%model, problem, y, nominal)
             call linearise_prior(given, nominal%state, disturbances%shared_part, problem)
             call linearise_stars(given, nominal, problem)
             call linearise_accelerations(given, nominal, problem)

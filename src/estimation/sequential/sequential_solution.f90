@@ -6,7 +6,8 @@ module gracecg_estimation_sequential_solution
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: append, string_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_parameters, only: PARAMETER_NAMES, TORQUE, OFFSET, DRIFT, BIAS, RATE
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS, TORQUE, OFFSET, DRIFT, &
+        BIAS, RATE, ATTITUDE_ANGLES
     use gracecg_estimation_physical_model, only: model_state_t, correct_state
     use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, run_through_time
@@ -21,6 +22,8 @@ module gracecg_estimation_sequential_solution
     private
     public :: filtered_t, store_solution
 
+    !> The parameters of the solution's state, in its order
+    integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
     real(dp), parameter :: UNDETERMINED = 0.3_dp    !! A sigma of the offset that the data did not make, m
 
     !> What the filter made of the samples.
@@ -53,7 +56,7 @@ contains
         type(model_state_t) :: final
         type(constants_t) :: constants
         real(dp) :: y(N_CONSTANTS), root(N_CONSTANTS, N_CONSTANTS), unused(3)
-        integer :: i
+        integer :: places(size(OF_STATE)), i
 
         allocate (solution%running)
         call run_through_time(problem, filtered%remainder, nominal%state%value(OFFSET), constants, solution%running)
@@ -69,7 +72,8 @@ contains
         solution%residual_rms = filtered%residual_rms
         solution%condition = condition_of(constants)
         solution%parameters = [(estimated_parameter_t(PARAMETER_NAMES(TORQUE(i)), final%value(TORQUE(i)), &
-                                                      norm2(root(constant_of(TORQUE(i)), :))), i=1, 3)]
+                                                      norm2(root(constant_of(TORQUE(i)), :)), &
+                                                      PARAMETER_UNITS(TORQUE(i))), i=1, 3)]
         solution%noise_level = knowledge%accelerometer_noise%level
         solution%noise_corner = knowledge%accelerometer_noise%corner
         solution%star_camera_sigma = knowledge%star_camera_sigma
@@ -81,6 +85,8 @@ contains
                 return
             end if
         end associate
+        places = [(constant_of(OF_STATE(i)), i=1, size(OF_STATE))]
+        solution%state_covariance = matmul(root(places, :), transpose(root(places, :)))
         call allow_for_misfit(problem, constants%squares, solution)
         call report_edited(given%data, transpose(problem%kept), problem%star_kept, edit_sigma, 1.0_dp, &
                            solution%edited, solution%warnings, error)
@@ -191,6 +197,7 @@ contains
         solution%variance_factor = variance
         if (.not. variance > 1 + SIGNIFICANT*sqrt(2.0_dp/max(1, n))) return
         solution%covariance = variance*solution%covariance
+        solution%state_covariance = variance*solution%state_covariance
         solution%running%sigma = sqrt(variance)*solution%running%sigma
         call append(solution%warnings, 'the innovations have a variance of '//number_text(variance)// &
                     ' instead of 1: the samples have more noise, or the satellite more disturbances, than '// &

@@ -44,10 +44,15 @@ module gracecg_simulation_accelerometer
         !! Power spectral densities, m^2 s^-4/Hz
         real(dp) :: sampling_interval = 0.1_dp
         !! s
+        logical :: limited = .false.            !! Whether samples saturate at the range
+        real(dp) :: range = 5e-5_dp             !! Full scale of an axis, section 3.2.1, m/s^2
+        logical :: quantised = .false.          !! Whether samples are rounded
+        real(dp) :: resolution = 1e-10_dp       !! Step of rounded samples, section 3.2.1, m/s^2
     contains
         procedure :: measure            !! Noisy samples of true accelerations
         procedure :: noise_of_axis      !! The noise generator of an axis
         procedure :: response           !! Scale factors and biases put on an acceleration
+        procedure :: digitised          !! Samples as they are put out: saturated and rounded
         procedure :: exceeded_limits    !! What is beyond its limit of section 3.2.1
     end type accelerometer_t
 
@@ -62,8 +67,8 @@ module gracecg_simulation_accelerometer
 
 contains
 
-    !> The true acceleration at the PMC, CSR-TM-00-01 eqs. (3-7)-(3-10): d is constant and the Earth
-    !> a sphere.
+    !> The true acceleration at the PMC, CSR-TM-00-01 eqs. (3-7)-(3-10): (3-3) where d is constant and the
+    !> Earth a sphere, (3-6).
     pure function pmc_acceleration(omega, omega_dot, d, c, mu, r, a_ng) result(a)
         real(dp), intent(in) :: omega(3)        !! Angular velocity, body frame, rad/s
         real(dp), intent(in) :: omega_dot(3)    !! Angular acceleration, body frame, rad/s^2
@@ -105,9 +110,10 @@ contains
             call fail(error, 'an accelerometer sample is not finite: look for NaN in the true '// &
                       'acceleration, the scale factors and the bias')
         end if
+        measured = self%digitised(measured)
     end subroutine measure
 
-    !> A generator of one axis' noise. Fails when a setting of the noise is not in its range.
+    !> A generator of one axis' noise, eq. (3-2). Fails when a setting of the noise is not in its range.
     function noise_of_axis(self, i, error) result(noise)
         class(accelerometer_t), intent(in) :: self
         integer, intent(in) :: i    !! 1, 2, 3 for x, y, z
@@ -118,7 +124,7 @@ contains
         call add_context(error, 'accelerometer, '//AXES(i)//' axis')
     end function noise_of_axis
 
-    !> The output without noise: the polynomial of the true acceleration, and the bias.
+    !> The output without noise: the polynomial of the true acceleration, and the bias, eq. (3-1).
     pure function response(self, acceleration) result(output)
         class(accelerometer_t), intent(in) :: self
         real(dp), intent(in) :: acceleration(3)     !! m/s^2
@@ -127,6 +133,17 @@ contains
         output = self%bias + acceleration*(self%scale1 + acceleration*(self%scale2 &
                                                                        + acceleration*self%scale3))
     end function response
+
+    !> What the instrument puts out of a value: within its full scale, and in steps of its resolution, where
+    !> that is asked for.
+    elemental real(dp) function digitised(self, value)
+        class(accelerometer_t), intent(in) :: self
+        real(dp), intent(in) :: value       !! m/s^2
+
+        digitised = value
+        if (self%quantised) digitised = self%resolution*anint(value/self%resolution)
+        if (self%limited) digitised = max(-self%range, min(self%range, digitised))
+    end function digitised
 
     !> One sentence for each value that is beyond its limit of CSR-TM-00-01 section 3.2.1: warnings,
     !> since the report's own scale factors are beyond theirs. NaN counts as beyond.

@@ -2,7 +2,9 @@
 module gracecg_simulation_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context
+    use gracecg_base_constants, only: TWO_PI, AXES, NANOTESLA
+    use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context, number_text
+    use gracecg_base_text, only: string_t, append
     use gracecg_base_random, only: random_stream_t
     implicit none
     private
@@ -10,6 +12,9 @@ module gracecg_simulation_magnetometer
 
     real(dp), parameter :: LARGEST = 1.0_dp
     !! Upper end of every setting's range, T: far beyond any field of the Earth
+
+    ! Limits of section 3.4.1, each independent of the others
+    real(dp), parameter :: BIAS_LIMIT = 100e-9_dp, LINEARITY_LIMIT = 25e-9_dp, NOISE_LIMIT = 3e-9_dp    !! T
 
     !> Performance of a magnetometer. Bias and noise are those of CSR-TM-00-01 section 5.2, range
     !> and resolution those of section 3.4.1, which the report's simulation leaves out.
@@ -21,7 +26,14 @@ module gracecg_simulation_magnetometer
         logical :: quantised = .false.          !! Whether samples are rounded
         real(dp) :: resolution = 25e-9_dp       !! Step of rounded samples, T
         real(dp) :: sampling_interval = 1.0_dp  !! Between samples, s
+        real(dp) :: linearity = 0
+        !! Greatest departure from a straight line within the range, T; at most 25 nT by section 3.4.1
+        real(dp) :: bandwidth = 0
+        !! Corner of its low-pass filter of first order, Hz, 4.5 by section 3.4.1; 0: no filter
     contains
+        procedure :: response           !! Bias and departure from a straight line put on a field
+        procedure :: passed             !! A field behind the low-pass filter
+        procedure :: exceeded_limits    !! What is beyond its limit of section 3.4.1
         procedure :: measure    !! Noisy samples of a true field
         procedure, private :: check_settings
     end type magnetometer_t
@@ -43,7 +55,7 @@ contains
         if (allocated(error)) return
         do i = 1, size(field, 2)
             call stream%normals(measured(:, i))
-            measured(:, i) = field(:, i) + self%bias + self%noise*measured(:, i)
+            measured(:, i) = self%response(field(:, i)) + self%noise*measured(:, i)
         end do
         if (.not. all(ieee_is_finite(measured))) then
             call fail(error, 'a magnetometer sample is not finite: look for NaN in the true '// &
@@ -54,13 +66,79 @@ contains
         if (self%quantised) measured = self%resolution*anint(measured/self%resolution)
     end subroutine measure
 
+    !> The output without noise: bias, and a departure from the straight line of the form u - u^3, u = B/range,
+    !> which is 0 in the middle and at the ends of the range (the straight line goes through them) and greatest
+    !> at u = 0.58. The report gives the greatest departure alone; the form is assumed.
+    pure function response(self, field) result(output)
+        class(magnetometer_t), intent(in) :: self
+        real(dp), intent(in) :: field(3)    !! True flux density, body frame, T
+        real(dp) :: output(3)               !! T
+
+        real(dp), parameter :: TO_ITS_GREATEST = 1.5_dp*sqrt(3.0_dp)
+
+        output = field + self%bias
+        if (self%linearity > 0) output = output + self%linearity*TO_ITS_GREATEST* &
+                                         (field/self%range - (field/self%range)**3)
+    end function response
+
+    !> A series of the field behind a low-pass filter of first order, dy/dt = 2 pi f (B - y): exact for a field
+    !> that changes linearly between the epochs, and begun as if it had always changed as in the first interval.
+    pure function passed(self, field, interval) result(output)
+        class(magnetometer_t), intent(in) :: self
+        real(dp), intent(in) :: field(:, :)     !! T; (3, epochs)
+        real(dp), intent(in) :: interval        !! Between the epochs, s
+        real(dp) :: output(3, size(field, 2))   !! T
+
+        real(dp) :: time_constant, decay, slope(3)
+        integer :: k
+
+        output = field
+        if (.not. self%bandwidth > 0 .or. size(field, 2) < 2) return
+        time_constant = 1/(TWO_PI*self%bandwidth)
+        decay = exp(-interval/time_constant)
+        output(:, 1) = field(:, 1) - time_constant*(field(:, 2) - field(:, 1))/interval
+        do k = 2, size(field, 2)
+            slope = (field(:, k) - field(:, k - 1))/interval
+            output(:, k) = field(:, k) - time_constant*slope + &
+                           decay*(output(:, k - 1) - field(:, k - 1) + time_constant*slope)
+        end do
+    end function passed
+
+    !> One sentence for each value that is beyond its limit of CSR-TM-00-01 section 3.4.1. NaN counts as beyond.
+    subroutine exceeded_limits(self, warnings)
+        class(magnetometer_t), intent(in) :: self
+        type(string_t), allocatable, intent(out) :: warnings(:)
+
+        integer :: i
+
+        allocate (warnings(0))
+        do i = 1, 3
+            call compare('bias, '//AXES(i)//' axis', self%bias(i), BIAS_LIMIT)
+        end do
+        call compare('linearity error', self%linearity, LINEARITY_LIMIT)
+        call compare('noise', self%noise, NOISE_LIMIT)
+
+    contains
+
+        subroutine compare(name, value, limit)
+            character(*), intent(in) :: name
+            real(dp), intent(in) :: value, limit
+
+            if (abs(value) <= limit) return
+            call append(warnings, 'magnetometer '//name//': '//number_text(value/NANOTESLA)// &
+                        ' nT exceeds the limit '//number_text(limit/NANOTESLA)//' nT')
+        end subroutine compare
+    end subroutine exceeded_limits
+
     subroutine check_settings(self, error)
         class(magnetometer_t), intent(in) :: self
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. (self%noise >= 0 .and. self%noise <= LARGEST)) then
             call fail_out_of_range(error, 'noise', self%noise, 0.0_dp, LARGEST, 'T')
-        else if (self%limited .and. .not. (self%range > 0 .and. self%range <= LARGEST)) then
+        else if (.not. (self%linearity >= 0 .and. self%linearity <= LARGEST)) then
+            call fail_out_of_range(error, 'linearity error', self%linearity, 0.0_dp, LARGEST, 'T')
+        else if ((self%limited .or. self%linearity > 0) .and. .not. (self%range > 0 .and. self%range <= LARGEST)) then
             call fail_out_of_range(error, 'range', self%range, tiny(1.0_dp), LARGEST, 'T')
         else if (self%quantised .and. &
                  .not. (self%resolution > 0 .and. self%resolution <= LARGEST)) then

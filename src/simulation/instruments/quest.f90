@@ -29,8 +29,9 @@ module gracecg_simulation_quest
 
 contains
 
-    !> The optimal attitude by QUEST. Fails for fewer than two stars, collinear stars, standard
-    !> deviations that are not positive, and anything not finite.
+    !> The optimal attitude by QUEST: (3-11) with the least loss (3-12), from (3-14).
+    !> Fails for fewer than two stars, collinear stars, standard deviations that are not positive, and
+    !> anything not finite.
     subroutine quest(observed, reference, deviation, q, covariance, loss, error)
         real(dp), intent(in) :: observed(:, :)  !! W: unit vectors, camera frame; (3, stars)
         real(dp), intent(in) :: reference(:, :) !! V: unit vectors, reference frame; (3, stars)
@@ -56,7 +57,7 @@ contains
         call finish(q, dot_product(q, matmul(k, q)), separation, loss, error)
     end subroutine quest
 
-    !> The optimal attitude by Davenport's q-method with a general eigenvalue solver. Arguments and
+    !> The optimal attitude by Davenport's q-method, (3-14) with a general eigenvalue solver. Arguments and
     !> failures as for `quest`.
     subroutine q_method(observed, reference, deviation, q, covariance, loss, error)
         real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:)   !! As for `quest`
@@ -75,7 +76,8 @@ contains
         call finish(q, values(4), values(4) - values(3), loss, error)
     end subroutine q_method
 
-    !> Davenport's matrix K, CSR-TM-00-01 eqs. (3-15)-(3-18), and the covariance (3-21), (3-22).
+    !> Davenport's matrix K, CSR-TM-00-01 eqs. (3-15)-(3-18), with weights of sum 1 (3-13), and the covariance
+    !> (3-21), (3-22), which is defined by (3-19), (3-20).
     subroutine set_up(observed, reference, deviation, k, covariance, error)
         real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:)
         real(dp), intent(out) :: k(4, 4), covariance(3, 3)

@@ -13,7 +13,7 @@ module gracecg_simulation_star_camera
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, add_context, number_text
-    use gracecg_base_vectors, only: cross, unit
+    use gracecg_base_vectors, only: cross, unit, identity, determinant_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_random, only: random_stream_t
     use gracecg_observations_knowledge, only: HEADS
@@ -21,7 +21,10 @@ module gracecg_simulation_star_camera
     use gracecg_simulation_quest, only: quest
     implicit none
     private
-    public :: star_camera_t, star_frame_t
+    public :: star_camera_t, star_frame_t, STAR_SELECTIONS
+
+    !> Which of the stars in the field are used: the first of the catalogue, as in the report, or the best
+    character(8), parameter :: STAR_SELECTIONS(2) = [character(8) :: 'first', 'best']
 
     !> Performance of the star camera. The values here are those of CSR-TM-00-01 section 5.2.
     type :: star_camera_t
@@ -30,7 +33,8 @@ module gracecg_simulation_star_camera
         real(dp) :: field_of_view(2) = [22*DEGREE, 16*DEGREE]
         !! Full angles along camera x and y, rad
         integer :: star_count = 20
-        !! Greatest number of stars in a frame: the first in the catalogue's order are taken
+        !! Greatest number of stars in a frame
+        character(8) :: selection = 'first'     !! One of STAR_SELECTIONS
         integer :: minimum_stars = 2
         !! Fewest stars that make an attitude
         real(dp) :: sampling_interval = 0.5_dp      !! Between frames, s
@@ -42,6 +46,8 @@ module gracecg_simulation_star_camera
         procedure :: mounting   !! Rotation from the body to a head
         procedure :: noise      !! Standard deviation of an observed direction
         procedure :: see        !! The stars in a head's frame
+        procedure :: stars_in_field     !! How many stars of a catalogue a head has before it
+        procedure :: mean_stars_in_field    !! The same on average over all attitudes
         procedure :: observe    !! A noisy attitude from the sky
         procedure, private :: check_settings
     end type star_camera_t
@@ -82,8 +88,8 @@ contains
         noise = hypot(self%catalogue_noise, self%measurement_noise)
     end function noise
 
-    !> The stars that a head sees. Fails when a setting is not in its range, the attitude is not a
-    !> unit quaternion, or there are too few stars.
+    !> The stars that a head sees, in its axes (3-11). Fails when a setting is not in its range, the
+    !> attitude is not a unit quaternion, or there are too few stars.
     subroutine see(self, catalogue, attitude, head, frame, error)
         class(star_camera_t), intent(in) :: self
         type(star_catalogue_t), intent(in) :: catalogue
@@ -93,7 +99,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: camera(3, 3)
-        integer :: indices(self%star_count), n, i
+        integer :: indices(merge(size(catalogue%direction, 2), self%star_count, self%selection == 'best')), n, i
 
         call self%check_settings(attitude, head, error)
         if (allocated(error)) return
@@ -103,6 +109,8 @@ contains
             call fail_too_few(n, self%minimum_stars, error)
             return
         end if
+        if (n > self%star_count) call choose_best(matmul(camera, catalogue%direction(:, indices(:n))), &
+                                                  self%star_count, indices(:n), n)
         frame%noise = self%noise()
         frame%reference = catalogue%direction(:, indices(:n))
         frame%line_of_sight = matmul(camera, frame%reference)
@@ -114,6 +122,90 @@ contains
         frame%across_1 = frame%noise*frame%across_1
         frame%across_2 = frame%noise*frame%across_2
     end subroutine see
+
+    !> The number of a catalogue's stars in the field of a head.
+    pure integer function stars_in_field(self, catalogue, attitude, head) result(n)
+        class(star_camera_t), intent(in) :: self
+        type(star_catalogue_t), intent(in) :: catalogue
+        real(dp), intent(in) :: attitude(4)     !! Inertial (J2000) to body, unit
+        integer, intent(in) :: head             !! 1 or 2
+
+        integer :: indices(size(catalogue%direction, 2))
+
+        call catalogue%visible_stars(rotation_matrix(quaternion_product(self%mounting(head), attitude)), &
+                                     self%field_of_view, indices, n)
+    end function stars_in_field
+
+    !> The mean number of stars in the field over all attitudes: stars times the field's part of the sphere, whose
+    !> solid angle is 4 asin[sin(a/2) sin(b/2)].
+    pure real(dp) function mean_stars_in_field(self, catalogue) result(mean)
+        class(star_camera_t), intent(in) :: self
+        type(star_catalogue_t), intent(in) :: catalogue
+
+        mean = size(catalogue%direction, 2)*asin(product(sin(self%field_of_view/2)))/PI
+    end function mean_stars_in_field
+
+    !> The best stars of a frame: with the least trace of QUEST's covariance (3-21), stars of equal noise. From the
+    !> first ones on, the exchange of a star in use for one that is not which lowers the trace most is made until
+    !> none does: never worse than the first, and a minimum against single exchanges.
+    pure subroutine choose_best(line_of_sight, most, indices, n)
+        real(dp), intent(in) :: line_of_sight(:, :)     !! Unit vectors, camera frame; (3, stars)
+        integer, intent(in) :: most                     !! Stars to use, fewer than there are
+        integer, intent(inout) :: indices(:)            !! Of the stars; then those in use come first
+        integer, intent(out) :: n                       !! Number in use
+
+        real(dp) :: information(3, 3), line(3, size(indices)), trace, least, found, swapped(3)
+        integer :: i, j, best(2), kept
+
+        line = line_of_sight
+        n = most
+        information = 0
+        do i = 1, n
+            information = information + across_projection(line(:, i))
+        end do
+        trace = trace_of_inverse(information)
+        do
+            least = trace*(1 - 1e-12_dp)        ! above rounding
+            best = 0
+            do i = 1, n
+                do j = n + 1, size(indices)
+                    found = trace_of_inverse(information - across_projection(line(:, i)) + across_projection(line(:, j)))
+                    if (.not. found < least) cycle
+                    least = found
+                    best = [i, j]
+                end do
+            end do
+            if (best(1) == 0) return
+            information = information - across_projection(line(:, best(1))) + across_projection(line(:, best(2)))
+            trace = least
+            swapped = line(:, best(1))
+            line(:, best(1)) = line(:, best(2))
+            line(:, best(2)) = swapped
+            kept = indices(best(1))
+            indices(best(1)) = indices(best(2))
+            indices(best(2)) = kept
+        end do
+    end subroutine choose_best
+
+    !> I - W W^T: what one star says of the three angles.
+    pure function across_projection(w) result(projection)
+        real(dp), intent(in) :: w(3)
+        real(dp) :: projection(3, 3)
+
+        projection = identity(3) - spread(w, 2, 3)*spread(w, 1, 3)
+    end function across_projection
+
+    !> Of a symmetric matrix; huge if it is singular.
+    pure real(dp) function trace_of_inverse(m) result(trace)
+        real(dp), intent(in) :: m(3, 3)
+
+        real(dp) :: determinant
+
+        determinant = determinant_3x3(m)
+        trace = huge(trace)
+        if (determinant > 0) trace = (m(1, 1)*m(2, 2) - m(1, 2)**2 + m(2, 2)*m(3, 3) - m(2, 3)**2 + &
+                                      m(3, 3)*m(1, 1) - m(1, 3)**2)/determinant
+    end function trace_of_inverse
 
     !> Two axes that make a right-handed frame with a line of sight.
     pure subroutine across(line, axis_1, axis_2)

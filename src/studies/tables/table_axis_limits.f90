@@ -47,4 +47,11 @@ module gracecg_studies_table_axis_limits
         -2.0e-4_dp, 6.0e-4_dp, 4.0e-3_dp, -2.0e-4_dp, 6.0e-4_dp, 2.0e-3_dp, -2.0e-4_dp, &
         6.0e-4_dp, 4.0e-3_dp, -3.0e-4_dp, 6.0e-4_dp, 2.5e-5_dp, 2.5e-5_dp, 1.5e-4_dp, 6.0e-5_dp, &
         1.0e-4_dp, 4.0e-3_dp, 5.0e-4_dp, -4.0e-4_dp, 4.0e-3_dp, 5.0e-4_dp, -4.0e-4_dp]
+    !> Distance of the tick marks
+    real(dp), parameter, public :: LIMIT_STEP(37) = [ &
+        1.0e4_dp, 1.0e4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp, &
+        2.0e-3_dp, 0.5e-4_dp, 1.0e-4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp, 2.0e-3_dp, 1.0e-4_dp, &
+        1.0e-4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp, 2.0e-3_dp, &
+        1.0e-4_dp, 1.0e-4_dp, 0.5e-5_dp, 0.5e-5_dp, 0.5e-4_dp, 2.0e-5_dp, 0.5e-4_dp, 2.0e-3_dp, &
+        1.0e-4_dp, 0.5e-4_dp, 2.0e-3_dp, 1.0e-4_dp, 1.0e-4_dp]
 end module gracecg_studies_table_axis_limits

@@ -9,28 +9,28 @@ module gracecg_studies_table_figure_windows
     private
 
     !> front or back
-    character(5), parameter, public :: WINDOW_SATELLITE(84) = [ &
+    character(5), parameter, public :: WINDOW_SATELLITE(90) = [ &
         character(5) :: 'front', 'front', 'front', 'front', 'front', 'front', 'front', 'front', &
         'front', 'front', 'front', 'front', 'back', 'back', 'back', 'back', 'back', 'back', &
         'back', 'back', 'back', 'back', 'back', 'back', 'front', 'front', 'front', 'front', &
         'front', 'front', 'front', 'front', 'front', 'front', 'front', 'front', 'back', 'back', &
         'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'front', &
         'front', 'front', 'front', 'front', 'front', 'front', 'front', 'front', 'front', 'front', &
-        'front', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', &
-        'back', 'back', 'front', 'front', 'front', 'front', 'front', 'front', 'back', 'back', &
-        'back', 'back', 'back', 'back']
+        'front', 'front', 'front', 'front', 'back', 'back', 'back', 'back', 'back', 'back', &
+        'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'back', 'front', 'front', &
+        'front', 'front', 'front', 'front', 'back', 'back', 'back', 'back', 'back', 'back']
     !> Number of the figure
-    character(3), parameter, public :: WINDOW_FIGURE(84) = [ &
+    character(3), parameter, public :: WINDOW_FIGURE(90) = [ &
         character(3) :: '5.2', '5.2', '5.2', '5.2', '5.2', '5.2', '5.2', '5.2', '5.2', '5.2', &
         '5.2', '5.2', '5.3', '5.3', '5.3', '5.3', '5.3', '5.3', '5.3', '5.3', '5.3', '5.3', &
         '5.3', '5.3', '5.4', '5.4', '5.4', '5.4', '5.4', '5.4', '5.4', '5.4', '5.4', '5.4', &
         '5.4', '5.4', '5.5', '5.5', '5.5', '5.5', '5.5', '5.5', '5.5', '5.5', '5.5', '5.5', &
         '5.5', '5.5', '5.6', '5.6', '5.6', '5.6', '5.6', '5.6', '5.6', '5.6', '5.6', '5.6', &
-        '5.6', '5.6', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', &
-        '5.7', '5.7', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', &
-        '5.8', '5.8']
+        '5.6', '5.6', '5.6', '5.6', '5.6', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', &
+        '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.7', '5.8', '5.8', '5.8', '5.8', &
+        '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8', '5.8']
     !> Name of the curve
-    character(17), parameter, public :: WINDOW_QUANTITY(84) = [ &
+    character(17), parameter, public :: WINDOW_QUANTITY(90) = [ &
         character(17) :: 'drag', 'drag', 'drag', 'srp', 'srp', 'srp', 'erp', 'erp', 'erp', &
         'non_gravitational', 'non_gravitational', 'non_gravitational', 'drag', 'drag', 'drag', &
         'srp', 'srp', 'srp', 'erp', 'erp', 'erp', 'non_gravitational', 'non_gravitational', &
@@ -39,20 +39,22 @@ module gracecg_studies_table_figure_windows
         'a_gg', 'a_acc', 'a_acc', 'a_acc', 'a_total', 'a_total', 'a_total', 'torque_aero', &
         'torque_aero', 'torque_aero', 'torque_solar', 'torque_solar', 'torque_solar', &
         'torque_gravity', 'torque_gravity', 'torque_gravity', 'torque_magnetic', &
-        'torque_magnetic', 'torque_magnetic', 'torque_aero', 'torque_aero', 'torque_aero', &
-        'torque_solar', 'torque_solar', 'torque_solar', 'torque_gravity', 'torque_gravity', &
-        'torque_gravity', 'torque_magnetic', 'torque_magnetic', 'torque_magnetic', 'omega', &
-        'omega', 'omega', 'omega_dot', 'omega_dot', 'omega_dot', 'omega', 'omega', 'omega', &
-        'omega_dot', 'omega_dot', 'omega_dot']
+        'torque_magnetic', 'torque_magnetic', 'torque_total', 'torque_total', 'torque_total', &
+        'torque_aero', 'torque_aero', 'torque_aero', 'torque_solar', 'torque_solar', &
+        'torque_solar', 'torque_gravity', 'torque_gravity', 'torque_gravity', 'torque_magnetic', &
+        'torque_magnetic', 'torque_magnetic', 'torque_total', 'torque_total', 'torque_total', &
+        'omega', 'omega', 'omega', 'omega_dot', 'omega_dot', 'omega_dot', 'omega', 'omega', &
+        'omega', 'omega_dot', 'omega_dot', 'omega_dot']
     !> Body axis
-    character(1), parameter, public :: WINDOW_AXIS(84) = [ &
+    character(1), parameter, public :: WINDOW_AXIS(90) = [ &
         character(1) :: 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
         'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
         'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
         'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
-        'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z']
+        'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', 'z', 'x', 'y', &
+        'z', 'x', 'y', 'z']
     !> Lower limit, SI
-    real(dp), parameter, public :: WINDOW_LOW(84) = [ &
+    real(dp), parameter, public :: WINDOW_LOW(90) = [ &
         6.4e-7_dp, -4.65e-8_dp, -1.162e-8_dp, -2.204e-8_dp, -5.15e-8_dp, 1.0e-8_dp, -8.1e-10_dp, &
         -1.53e-9_dp, -1.62e-8_dp, 6.1e-7_dp, -9.9e-8_dp, -1.8e-8_dp, -6.5e-7_dp, 4.48e-8_dp, &
         1.08e-8_dp, 2.2e-8_dp, 4.95e-8_dp, 1.0e-8_dp, 2.2e-10_dp, 1.5e-9_dp, -1.64e-8_dp, &
@@ -61,12 +63,13 @@ module gracecg_studies_table_figure_windows
         -2.0e-9_dp, -5.04e-10_dp, 0.0_dp, -5.1e-10_dp, 4.72e-10_dp, -4.99e-10_dp, -1.0236e-9_dp, &
         -2.0e-9_dp, -4.0e-9_dp, -2.0e-9_dp, -2.0e-9_dp, -4.0e-9_dp, -3.0e-9_dp, 3.45e-6_dp, &
         5.7e-6_dp, -1.05e-5_dp, 1.65e-6_dp, 1.25e-7_dp, 7.0e-7_dp, 1.45e-6_dp, -3.24e-5_dp, &
-        -4.0e-8_dp, -5.0e-4_dp, -1.0e-3_dp, -1.0e-3_dp, -3.89e-6_dp, 1.6e-6_dp, -1.505e-5_dp, &
-        -1.85e-6_dp, -1.05e-7_dp, 6.6e-7_dp, 1.4e-6_dp, -3.16e-5_dp, -4.0e-8_dp, -4.0e-4_dp, &
-        -1.0e-3_dp, -1.0e-3_dp, 0.0_dp, 1.1e-3_dp, -5.0e-6_dp, -1.0e-5_dp, -4.0e-6_dp, &
-        -2.0e-6_dp, -2.0e-5_dp, -1.13e-3_dp, -5.0e-6_dp, -5.0e-6_dp, -4.0e-6_dp, -2.0e-6_dp]
+        -4.0e-8_dp, -5.0e-4_dp, -1.0e-3_dp, -1.0e-3_dp, -5.0e-4_dp, -1.0e-3_dp, -1.0e-3_dp, &
+        -3.89e-6_dp, 1.6e-6_dp, -1.505e-5_dp, -1.85e-6_dp, -1.05e-7_dp, 6.6e-7_dp, 1.4e-6_dp, &
+        -3.16e-5_dp, -4.0e-8_dp, -4.0e-4_dp, -1.0e-3_dp, -1.0e-3_dp, -4.0e-4_dp, -1.0e-3_dp, &
+        -1.0e-3_dp, 0.0_dp, 1.1e-3_dp, -5.0e-6_dp, -1.0e-5_dp, -4.0e-6_dp, -2.0e-6_dp, &
+        -2.0e-5_dp, -1.13e-3_dp, -5.0e-6_dp, -5.0e-6_dp, -4.0e-6_dp, -2.0e-6_dp]
     !> Upper limit, SI
-    real(dp), parameter, public :: WINDOW_HIGH(84) = [ &
+    real(dp), parameter, public :: WINDOW_HIGH(90) = [ &
         6.7e-7_dp, -4.55e-8_dp, -1.154e-8_dp, -2.2e-8_dp, -4.95e-8_dp, 1.2e-8_dp, -7.7e-10_dp, &
         -1.51e-9_dp, -1.56e-8_dp, 6.4e-7_dp, -9.6e-8_dp, -1.5e-8_dp, -6.2e-7_dp, 4.52e-8_dp, &
         1.14e-8_dp, 2.204e-8_dp, 5.15e-8_dp, 1.2e-8_dp, 2.8e-10_dp, 1.53e-9_dp, -1.58e-8_dp, &
@@ -75,8 +78,24 @@ module gracecg_studies_table_figure_windows
         6.0e-9_dp, -4.96e-10_dp, 6.0e-12_dp, -4.8e-10_dp, 4.726e-10_dp, -4.98e-10_dp, &
         -1.023e-9_dp, 2.0e-9_dp, 4.0e-9_dp, 2.0e-9_dp, 2.0e-9_dp, 4.0e-9_dp, 0.0_dp, 3.55e-6_dp, &
         5.9e-6_dp, -1.01e-5_dp, 1.85e-6_dp, 1.4e-7_dp, 7.6e-7_dp, 1.65e-6_dp, -3.16e-5_dp, &
-        0.0_dp, 5.0e-4_dp, 1.0e-3_dp, 1.0e-3_dp, -3.85e-6_dp, 1.7e-6_dp, -1.485e-5_dp, &
-        -1.65e-6_dp, -8.5e-8_dp, 7.0e-7_dp, 1.5e-6_dp, -3.12e-5_dp, -2.0e-8_dp, 4.0e-4_dp, &
-        1.0e-3_dp, 1.0e-3_dp, 4.0e-5_dp, 1.12e-3_dp, 1.0e-5_dp, 1.0e-5_dp, 4.0e-6_dp, 2.0e-6_dp, &
-        0.0_dp, -1.1e-3_dp, 1.0e-5_dp, 5.0e-6_dp, 4.0e-6_dp, 2.0e-6_dp]
+        0.0_dp, 5.0e-4_dp, 1.0e-3_dp, 1.0e-3_dp, 5.0e-4_dp, 1.0e-3_dp, 1.0e-3_dp, -3.85e-6_dp, &
+        1.7e-6_dp, -1.485e-5_dp, -1.65e-6_dp, -8.5e-8_dp, 7.0e-7_dp, 1.5e-6_dp, -3.12e-5_dp, &
+        -2.0e-8_dp, 4.0e-4_dp, 1.0e-3_dp, 1.0e-3_dp, 4.0e-4_dp, 1.0e-3_dp, 1.0e-3_dp, 4.0e-5_dp, &
+        1.12e-3_dp, 1.0e-5_dp, 1.0e-5_dp, 4.0e-6_dp, 2.0e-6_dp, 0.0_dp, -1.1e-3_dp, 1.0e-5_dp, &
+        5.0e-6_dp, 4.0e-6_dp, 2.0e-6_dp]
+    !> Distance of the tick marks, SI
+    real(dp), parameter, public :: WINDOW_STEP(90) = [ &
+        0.1e-7_dp, 0.05e-8_dp, 0.002e-8_dp, 0.001e-8_dp, 0.05e-8_dp, 0.05e-8_dp, 0.1e-10_dp, &
+        0.005e-9_dp, 0.02e-8_dp, 0.1e-7_dp, 0.1e-8_dp, 0.1e-8_dp, 0.1e-7_dp, 0.01e-8_dp, &
+        0.02e-8_dp, 0.001e-8_dp, 0.05e-8_dp, 0.05e-8_dp, 0.2e-10_dp, 0.01e-9_dp, 0.02e-8_dp, &
+        0.05e-7_dp, 0.1e-8_dp, 0.5e-9_dp, 0.05e-10_dp, 2.0e-12_dp, 0.1e-10_dp, 0.005e-10_dp, &
+        0.005e-10_dp, 0.0005e-9_dp, 2.0e-10_dp, 2.0e-9_dp, 2.0e-9_dp, 2.0e-10_dp, 5.0e-9_dp, &
+        2.0e-9_dp, 0.02e-10_dp, 2.0e-12_dp, 0.1e-10_dp, 0.002e-10_dp, 0.005e-10_dp, 0.0002e-9_dp, &
+        1.0e-9_dp, 2.0e-9_dp, 1.0e-9_dp, 1.0e-9_dp, 2.0e-9_dp, 1.0e-9_dp, 0.05e-6_dp, 0.05e-6_dp, &
+        0.01e-5_dp, 0.05e-6_dp, 0.05e-7_dp, 0.2e-7_dp, 0.05e-6_dp, 0.02e-5_dp, 1.0e-8_dp, &
+        5.0e-4_dp, 0.5e-3_dp, 0.5e-3_dp, 5.0e-4_dp, 0.5e-3_dp, 0.5e-3_dp, 0.01e-6_dp, 0.05e-6_dp, &
+        0.005e-5_dp, 0.05e-6_dp, 0.5e-8_dp, 0.2e-7_dp, 0.05e-6_dp, 0.02e-5_dp, 0.5e-8_dp, &
+        2.0e-4_dp, 0.5e-3_dp, 0.5e-3_dp, 2.0e-4_dp, 0.5e-3_dp, 0.5e-3_dp, 2.0e-5_dp, 0.01e-3_dp, &
+        5.0e-6_dp, 0.5e-5_dp, 2.0e-6_dp, 1.0e-6_dp, 0.5e-5_dp, 0.01e-3_dp, 5.0e-6_dp, 5.0e-6_dp, &
+        2.0e-6_dp, 1.0e-6_dp]
 end module gracecg_studies_table_figure_windows

@@ -35,10 +35,40 @@ contains
                     new_unittest('polynomial', test_polynomial), &
                     new_unittest('noise-of-each-axis', test_noise), &
                     new_unittest('limits-of-the-specification', test_limits), &
-                    new_unittest('rejects-bad-settings', test_settings)]
+                    new_unittest('rejects-bad-settings', test_settings), &
+                    new_unittest('full-scale-and-resolution', test_digits)]
     end subroutine collect_accelerometer
 
-    !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d.
+    !> Samples stay within the full scale, stand on steps of the resolution, half a step off at most, and are
+    !> those of before where neither is asked for.
+    subroutine test_digits(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 400
+        type(accelerometer_t) :: accelerometer
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: truth(3, N), plain(3, N), digits(3, N)
+        integer :: i
+
+        truth = reshape([(1e-7_dp*(i - 600), i=1, 3*N)], [3, N])         ! to 6e-5 m/s^2
+        stream = new_stream(3, 0, 0, 0, 0)
+        call accelerometer%measure(truth, stream, plain, failure)
+        call check(error, maxval(abs(plain)) > accelerometer%range, 'the full scale matters')
+        if (allocated(error)) return
+        accelerometer%limited = .true.
+        accelerometer%quantised = .true.
+        stream = new_stream(3, 0, 0, 0, 0)
+        call accelerometer%measure(truth, stream, digits, failure)
+        call check(error, maxval(abs(digits)), 5e-5_dp, thr=1e-20_dp)
+        if (allocated(error)) return
+        call check(error, all(abs(digits - plain) <= 0.5000001e-10_dp .or. abs(plain) > 5e-5_dp))
+        if (allocated(error)) return
+        call check(error, all(abs(digits/1e-10_dp - anint(digits/1e-10_dp)) < 1e-6_dp))
+        if (allocated(error)) return
+        call check(error, all(digits > 4.99e-5_dp .or. plain < 5e-5_dp), 'a saturated sample keeps its sign')
+    end subroutine test_digits
+
+    !> CSR-TM-00-01 eqs. (3-8), (3-9), (3-10) as matrices times d, and their sum (3-7).
     subroutine test_matrices(error)
         type(error_type), allocatable, intent(out) :: error
         type(pmc_acceleration_t) :: a
@@ -70,7 +100,7 @@ contains
                    < 1e-21_dp)
     end subroutine test_matrices
 
-    !> The second derivative of a body-fixed point of a body that turns about a fixed axis with
+    !> (3-3): the second derivative of a body-fixed point of a body that turns about a fixed axis with
     !> growing speed.
     subroutine test_rotation(error)
         type(error_type), allocatable, intent(out) :: error
@@ -94,7 +124,7 @@ contains
         end function inertial
     end subroutine test_rotation
 
-    !> What is sensed is gravity at the COM less gravity at the PMC; here with d of a kilometre.
+    !> What is sensed, (3-4), (3-6), is gravity at the COM less gravity at the PMC; here with d of 1 km.
     subroutine test_gravity_gradient(error)
         type(error_type), allocatable, intent(out) :: error
         type(pmc_acceleration_t) :: a
@@ -117,7 +147,7 @@ contains
         end function gravity
     end subroutine test_gravity_gradient
 
-    !> a = 2e-5, -1e-5, 4e-5 m/s^2 by hand.
+    !> (3-1) for a = 2e-5, -1e-5, 4e-5 m/s^2 by hand.
     subroutine test_polynomial(error)
         type(error_type), allocatable, intent(out) :: error
         type(accelerometer_t) :: accelerometer
@@ -135,7 +165,7 @@ contains
         end associate
     end subroutine test_polynomial
 
-    !> Samples of many runs have the variance of the noise, and the axes are independent.
+    !> Samples of many runs have the variance of the noise (3-2), and the axes are independent.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: RUNS = 4000

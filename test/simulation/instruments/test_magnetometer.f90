@@ -3,6 +3,7 @@ module test_magnetometer
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_magnetometer, only: magnetometer_t
     use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
@@ -25,8 +26,88 @@ contains
                     new_unittest('whiteness', test_whiteness), &
                     new_unittest('range-limit', test_range), &
                     new_unittest('resolution', test_resolution), &
-                    new_unittest('rejects-bad-settings', test_settings)]
+                    new_unittest('rejects-bad-settings', test_settings), &
+                    new_unittest('linearity', test_linearity), &
+                    new_unittest('bandwidth', test_bandwidth), &
+                    new_unittest('limits-of-the-specification', test_limits)]
     end subroutine collect_magnetometer
+
+    !> The departure from the straight line is odd, 0 in the middle and at the ends of the range, and at most the
+    !> stated one, which it has at range/sqrt(3).
+    subroutine test_linearity(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: off(3), greatest
+        integer :: i
+
+        magnetometer%linearity = 25e-9_dp
+        magnetometer%bias = 0
+        off = magnetometer%response([0.0_dp, 50e-6_dp, -50e-6_dp]) - [0.0_dp, 50e-6_dp, -50e-6_dp]
+        call check(error, maxval(abs(off)) < 1e-19_dp)
+        if (allocated(error)) return
+        greatest = 0
+        do i = -1000, 1000
+            off = magnetometer%response([1.0_dp, -1.0_dp, 0.5_dp]*i*50e-9_dp) - [1.0_dp, -1.0_dp, 0.5_dp]*i*50e-9_dp
+            greatest = max(greatest, maxval(abs(off)))
+            call check(error, off(1) + off(2), 0.0_dp, thr=1e-19_dp)
+            if (allocated(error)) return
+        end do
+        call check(error, greatest, 25e-9_dp, thr=1e-5_dp, rel=.true.)
+        if (allocated(error)) return
+        off = magnetometer%response(spread(50e-6_dp/sqrt(3.0_dp), 1, 3)) - 50e-6_dp/sqrt(3.0_dp)
+        call check(error, off(1), 25e-9_dp, thr=1e-10_dp, rel=.true.)
+    end subroutine test_linearity
+
+    !> Behind a low-pass filter of 4.5 Hz a ramp comes 1/(2 pi 4.5) s late and a sine of frequency f with the gain
+    !> 1/sqrt[1 + (f/4.5)^2]; without one the field is as it was.
+    subroutine test_bandwidth(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: SAMPLES = 20000
+        real(dp), parameter :: STEP = 1e-3_dp, PI = acos(-1.0_dp)
+        type(magnetometer_t) :: magnetometer
+        real(dp) :: ramp(3, SAMPLES), wave(3, SAMPLES), seen(3, SAMPLES)
+        integer :: i
+
+        do i = 1, SAMPLES
+            ramp(:, i) = FIELD + [1e-7_dp, -2e-7_dp, 3e-7_dp]*i*STEP
+            wave(:, i) = 1e-5_dp*sin(2*PI*[1.0_dp, 4.5_dp, 20.0_dp]*i*STEP)
+        end do
+        seen = magnetometer%passed(ramp, STEP)
+        call check(error, all(abs(seen - ramp) <= 0))
+        if (allocated(error)) return
+        magnetometer%bandwidth = 4.5_dp
+        seen = magnetometer%passed(ramp, STEP)
+        call check(error, maxval(abs(ramp - seen - spread([1e-7_dp, -2e-7_dp, 3e-7_dp]/(2*PI*4.5_dp), 2, SAMPLES))) < &
+                   1e-18_dp)
+        if (allocated(error)) return
+        seen = magnetometer%passed(wave, STEP)
+        do i = 1, 3
+            associate (f => [1.0_dp, 4.5_dp, 20.0_dp])
+                call check(error, sqrt(sum(seen(i, 10001:)**2)/sum(wave(i, 10001:)**2)), &
+                           1/sqrt(1 + (f(i)/4.5_dp)**2), thr=2e-3_dp, rel=.true.)
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine test_bandwidth
+
+    !> The report's own performance keeps its limits; each value beyond one has its sentence.
+    subroutine test_limits(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(magnetometer_t) :: magnetometer
+        type(string_t), allocatable :: warnings(:)
+
+        call magnetometer%exceeded_limits(warnings)
+        call check(error, size(warnings), 0)
+        if (allocated(error)) return
+        magnetometer%bias(2) = -101e-9_dp
+        magnetometer%linearity = 26e-9_dp
+        magnetometer%noise = 4e-9_dp
+        call magnetometer%exceeded_limits(warnings)
+        call check(error, size(warnings), 3)
+        if (allocated(error)) return
+        call check(error, index(warnings(1)%text, 'bias, y axis') > 0 .and. index(warnings(2)%text, 'linearity') > 0 &
+                   .and. index(warnings(3)%text, 'noise') > 0)
+    end subroutine test_limits
 
     subroutine take_samples(magnetometer, measured)
         type(magnetometer_t), intent(in) :: magnetometer
@@ -40,7 +121,7 @@ contains
         if (allocated(failure)) measured = ieee_value(measured, ieee_quiet_nan)
     end subroutine take_samples
 
-    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 section 5.2.
+    !> Bias [50, -30, 25] nT and 3 nT noise: CSR-TM-00-01 eq. (3-23), section 5.2.
     subroutine test_noise(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: BIAS(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp], NOISE = 3e-9_dp

@@ -158,6 +158,7 @@ contains
         distance = min(norm2(p - q), norm2(p + q))
     end function distance
 
+    !> Directions without noise are met: (3-11).
     subroutine test_exact(error)
         type(error_type), allocatable, intent(out) :: error
         type(random_stream_t) :: stream
@@ -179,6 +180,7 @@ contains
         end do
     end subroutine test_exact
 
+    !> The eigenvector (3-14) of (3-15)-(3-18), against quadruple precision.
     subroutine test_random_attitudes(error)
         type(error_type), allocatable, intent(out) :: error
         type(random_stream_t) :: stream
@@ -272,7 +274,7 @@ contains
         end do
     end subroutine test_gross_errors
 
-    !> The loss is Wahba's (3-12), and every attitude nearby has a greater one.
+    !> The loss is Wahba's (3-12) with weights of sum 1 (3-13), and every attitude nearby has a greater one.
     subroutine test_minimum(error)
         type(error_type), allocatable, intent(out) :: error
         type(random_stream_t) :: stream
@@ -306,8 +308,8 @@ contains
         end function wahba_loss
     end subroutine test_minimum
 
-    !> e' P^-1 e of the errors e is chi-square of three degrees of freedom each; every element of
-    !> the sample covariance is that of (3-21).
+    !> e' P^-1 e of the errors e is chi-square of three degrees of freedom each, which they are only about
+    !> 0 (3-19); every element of the sample covariance (3-20) is that of (3-21), (3-22).
     subroutine test_covariance(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: N = 6, FRAMES = 4000

@@ -35,8 +35,95 @@ contains
                     new_unittest('errors-are-white', test_whiteness), &
                     new_unittest('roll-about-boresight-is-worst', test_roll), &
                     new_unittest('observe-is-see-and-draw', test_observe), &
-                    new_unittest('rejects-bad-settings', test_settings)]
+                    new_unittest('rejects-bad-settings', test_settings), &
+                    new_unittest('best-stars', test_best), &
+                    new_unittest('stars-in-the-field', test_star_number)]
     end subroutine collect_star_camera
+
+    !> The best stars are as many, of the same field, and the trace of their covariance is at most that of the
+    !> first ones; in 200 attitudes it is mostly far below. Where the field has no more than are used, both are
+    !> the same.
+    subroutine test_best(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(star_camera_t) :: camera, best_camera
+        type(star_catalogue_t) :: catalogue
+        type(star_frame_t) :: first, best
+        type(random_stream_t) :: stream
+        type(error_t), allocatable :: failure
+        real(dp) :: q(4), trace(2), gain
+        integer :: i, tried
+
+        catalogue = builtin_star_catalogue()
+        best_camera%selection = 'best'
+        stream = new_stream(12, 0, 0, 0, 0)
+        gain = 0
+        tried = 0
+        do i = 1, 200
+            q = random_attitude(stream)
+            if (camera%stars_in_field(catalogue, q, 1) < 2) cycle
+            call camera%see(catalogue, q, 1, first, failure)
+            if (.not. allocated(failure)) call best_camera%see(catalogue, q, 1, best, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            trace = [trace_of(first), trace_of(best)]
+            call check(error, size(best%reference, 2) == size(first%reference, 2) .and. trace(2) <= trace(1)*(1 + 1e-12_dp))
+            if (allocated(error)) return
+            if (camera%stars_in_field(catalogue, q, 1) <= camera%star_count) then
+                call check(error, all(abs(best%reference - first%reference) <= 0), 'no choice')
+                if (allocated(error)) return
+                cycle
+            end if
+            tried = tried + 1
+            gain = gain + sqrt(trace(2)/trace(1))
+        end do
+        call check(error, tried > 100 .and. gain/tried < 0.9_dp)
+
+    contains
+
+        real(dp) function trace_of(frame) result(trace)
+            type(star_frame_t), intent(in) :: frame
+
+            real(dp) :: information(3, 3), inverse(3, 3)
+            integer :: k, j
+
+            information = 0
+            do k = 1, size(frame%line_of_sight, 2)
+                associate (w => frame%line_of_sight(:, k))
+                    do j = 1, 3
+                        information(j, j) = information(j, j) + 1
+                        information(:, j) = information(:, j) - w*w(j)
+                    end do
+                end associate
+            end do
+            inverse = inverse_3x3(information)
+            trace = inverse(1, 1) + inverse(2, 2) + inverse(3, 3)
+        end function trace_of
+    end subroutine test_best
+
+    !> The mean number of stars over all attitudes, from the field's solid angle, is that of 3000 random ones. The
+    !> report expects roughly 70.
+    subroutine test_star_number(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 3000
+        type(star_camera_t) :: camera
+        type(star_catalogue_t) :: catalogue
+        type(random_stream_t) :: stream
+        real(dp) :: found(N)
+        integer :: i
+
+        catalogue = builtin_star_catalogue()
+        stream = new_stream(13, 0, 0, 0, 0)
+        do i = 1, N
+            found(i) = camera%stars_in_field(catalogue, random_attitude(stream), 1 + mod(i, 2))
+        end do
+        associate (mean => sum(found)/N)
+            call check(error, mean, camera%mean_stars_in_field(catalogue), &
+                       thr=Z_999*sqrt(sum((found - mean)**2)/N)/sqrt(real(N, dp)))
+            if (allocated(error)) return
+        end associate
+        camera%field_of_view = PI*(1 - 1e-12_dp)        ! half of the sky
+        call check(error, camera%mean_stars_in_field(catalogue), size(catalogue%direction, 2)/2.0_dp, thr=1.0_dp)
+    end subroutine test_star_number
 
     function random_attitude(stream) result(q)
         type(random_stream_t), intent(inout) :: stream

@@ -1,0 +1,140 @@
+!> The axis windows of Figures 6.2, 6.3 and 6.6 of CSR-TM-00-01, whose points are estimates of 15 runs, against
+!> estimates of the same cases.
+!>
+!> The report's own points all lie inside, by the choice of the axes. A further point of the same distribution lies
+!> beyond the range of n others with probability 2/(n + 1): 1 in 8 for the 15 points of the case that scatters most,
+!> and hardly ever for those of the other cases. Rounding to tick marks makes it less.
+module gracecg_studies_estimate_windows
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: AXES, MILLIMETRE
+    use gracecg_estimation_estimators, only: REPORT_ESTIMATORS
+    use gracecg_studies_axis_ticks, only: limits_on_ticks, automatic_limits, same_limits, share_covered
+    use gracecg_studies_campaign, only: campaign_t
+    use gracecg_studies_magnetometer_loss, only: field_study_t, LOSS_ALGORITHMS
+    use gracecg_studies_published_axes, only: published_axis_limits, published_axis_step
+    implicit none
+    private
+    public :: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, count_estimate_windows
+    public :: LEAST_SHARE_INSIDE, POINTS_OF_CASE
+
+    integer, parameter :: POINTS_OF_CASE = 15           !! Runs in each of these figures
+    integer, parameter :: CASES_OF_SATELLITE = 3        !! In Figures 6.2 and 6.3
+    real(dp), parameter :: LEAST_SHARE_INSIDE = 1 - 2.0_dp/(POINTS_OF_CASE + 1)/CASES_OF_SATELLITE
+    !! Of further points of the same distribution, when one case of three sets the range: 0.958
+
+    !> The points of one panel against its window.
+    type :: estimate_window_t
+        character(4) :: figure = ''         !! '6.2', '6.3' or '6.6'
+        character(5) :: satellite = ''      !! 'front' or 'back'
+        character(16) :: algorithm = ''     !! One of REPORT_ESTIMATORS
+        character(1) :: axis = ''           !! Body axis
+        real(dp) :: low = 0, high = 0       !! The printed axis limits, m
+        real(dp) :: step = 0                !! Distance of the printed tick marks, m
+        integer :: points = 0               !! Estimates, of all runs
+        integer :: inside = 0               !! Of these
+        real(dp) :: least = 0, greatest = 0 !! Of the first POINTS_OF_CASE runs, m
+        real(dp) :: fill = 0                !! Share of the window that those cover
+        logical :: on_ticks = .false.       !! The tick marks next outside those are the printed limits
+        logical :: automatic = .false.      !! So are the limits with the automatic step
+    end type estimate_window_t
+
+    !> How many points and panels meet their windows.
+    type :: estimate_counts_t
+        integer :: panels = 0       !! Windows
+        integer :: points = 0       !! Estimates
+        integer :: inside = 0       !! Of these
+        integer :: on_ticks = 0     !! Panels: as in estimate_window_t
+        integer :: automatic = 0    !! Panels: as in estimate_window_t
+        real(dp) :: fill = 1        !! Least share of a window that is covered
+        logical :: met = .false.    !! At least LEAST_SHARE_INSIDE of the points are inside
+    end type estimate_counts_t
+
+contains
+
+    !> Figure 6.2 or 6.3: cases 1 to 3 of a satellite, a panel each algorithm and axis. The campaign has the report's
+    !> cases in their order, with its algorithms, and at least POINTS_OF_CASE runs.
+    pure function campaign_windows(campaign, satellite) result(windows)
+        type(campaign_t), intent(in) :: campaign
+        integer, intent(in) :: satellite            !! 1 front, 2 back
+        type(estimate_window_t) :: windows(3*size(REPORT_ESTIMATORS))
+
+        character(5), parameter :: NAMES(2) = [character(5) :: 'front', 'back']
+        character(3), parameter :: FIGURES(2) = ['6.2', '6.3']
+        real(dp), allocatable :: points(:, :)
+        integer :: a, axis, i, n
+
+        n = size(campaign%entries(1, 1)%run)
+        allocate (points(n, CASES_OF_SATELLITE))
+        do a = 1, size(REPORT_ESTIMATORS)
+            do axis = 1, 3
+                do i = 1, CASES_OF_SATELLITE
+                    points(:, i) = campaign%entries(a, (satellite - 1)*CASES_OF_SATELLITE + i)%offset(axis, :)*MILLIMETRE
+                end do
+                windows(3*(a - 1) + axis) = window_of(FIGURES(satellite), NAMES(satellite), trim(REPORT_ESTIMATORS(a)), &
+                                                      axis, points)
+            end do
+        end do
+    end function campaign_windows
+
+    !> Figure 6.6: two cases with measured and with modelled field, a panel each algorithm and axis. The studies are
+    !> those of the front satellite, with at least POINTS_OF_CASE runs.
+    pure function loss_windows(studies) result(windows)
+        type(field_study_t), intent(in) :: studies(:)   !! Of `study_magnetometer_loss`
+        type(estimate_window_t) :: windows(3*size(LOSS_ALGORITHMS))
+
+        real(dp), allocatable :: points(:, :)
+        integer, allocatable :: of_algorithm(:)
+        integer :: a, axis, i
+
+        do a = 1, size(LOSS_ALGORITHMS)
+            of_algorithm = pack([(i, i=1, size(studies))], studies%algorithm == LOSS_ALGORITHMS(a))
+            allocate (points(size(studies(1)%run), size(of_algorithm)))
+            do axis = 1, 3
+                do i = 1, size(of_algorithm)
+                    points(:, i) = studies(of_algorithm(i))%offset(axis, :)
+                end do
+                windows(3*(a - 1) + axis) = window_of('6.6', 'front', LOSS_ALGORITHMS(a), axis, points)
+            end do
+            deallocate (points)
+        end do
+    end function loss_windows
+
+    pure function window_of(figure, satellite, algorithm, axis, points) result(window)
+        character(*), intent(in) :: figure, satellite, algorithm
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: points(:, :)        !! (runs, cases), m
+        type(estimate_window_t) :: window
+
+        real(dp) :: limits(2)
+
+        limits = published_axis_limits(figure, satellite, algorithm, AXES(axis))
+        window%figure = figure
+        window%satellite = satellite
+        window%algorithm = algorithm
+        window%axis = AXES(axis)
+        window%low = limits(1)
+        window%high = limits(2)
+        window%step = published_axis_step(figure, satellite, algorithm, AXES(axis))
+        window%points = size(points)
+        window%inside = count(points >= window%low .and. points <= window%high)
+        window%least = minval(points(:POINTS_OF_CASE, :))
+        window%greatest = maxval(points(:POINTS_OF_CASE, :))
+        window%fill = share_covered(window%least, window%greatest, window%low, window%high)
+        window%on_ticks = same_limits(limits_on_ticks(window%least, window%greatest, window%step), limits, window%step)
+        window%automatic = same_limits(automatic_limits(window%least, window%greatest), limits, window%step)
+    end function window_of
+
+    !> The counts over panels.
+    pure function count_estimate_windows(windows) result(counts)
+        type(estimate_window_t), intent(in) :: windows(:)
+        type(estimate_counts_t) :: counts
+
+        counts%panels = size(windows)
+        counts%points = sum(windows%points)
+        counts%inside = sum(windows%inside)
+        counts%on_ticks = count(windows%on_ticks)
+        counts%automatic = count(windows%automatic)
+        counts%fill = minval(windows%fill)
+        counts%met = counts%inside >= LEAST_SHARE_INSIDE*counts%points
+    end function count_estimate_windows
+end module gracecg_studies_estimate_windows

@@ -1,0 +1,125 @@
+!> Whether a case is one of the report's: by all its settings, not by its name. What CSR-TM-00-01 publishes judges
+!> those alone; an edited case that kept the name has nothing published.
+module gracecg_studies_published_case
+    use gracecg_base_kinds, only: i8
+    use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: string_t, split, append
+    use gracecg_simulation_case, only: case_t, case_text
+    use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES, PRINTED_CASE_NAMES
+    use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_text
+    implicit none
+    private
+    public :: built_in_case, built_in_calibration, settings_checksum, changed_settings
+
+    !> The cases that are the report's: as they are built in, and with the cards as printed
+    character(15), parameter :: CASES(12) = [character(15) :: REPORT_CASE_NAMES, PRINTED_CASE_NAMES]
+
+contains
+
+    !> The name of the built-in case that has every setting of a case but its name; empty when there is none.
+    subroutine built_in_case(case, name)
+        type(case_t), intent(in) :: case
+        character(*), intent(out) :: name           !! 'front-1' ... 'back-3-printed', or empty
+
+        type(case_t) :: candidate
+        character(:), allocatable :: text, other
+        type(error_t), allocatable :: error
+        integer :: i
+
+        name = ''
+        call case_text(case, text, error)
+        do i = 1, size(CASES)
+            if (.not. allocated(error)) call report_case(trim(CASES(i)), candidate, error)
+            candidate%name = case%name
+            if (.not. allocated(error)) call case_text(candidate, other, error)
+            if (allocated(error)) return            ! a setting that is not finite is none of the report's
+            if (text == other) name = CASES(i)
+        end do
+    end subroutine built_in_case
+
+    !> The same of a calibration, case and options, that is known by name and checksum.
+    subroutine built_in_calibration(calibration_name, checksum, name)
+        character(*), intent(in) :: calibration_name    !! Its name, which the checksum contains
+        integer, intent(in) :: checksum                 !! Of `settings_checksum`
+        character(*), intent(out) :: name               !! As of `built_in_case`
+
+        type(calibration_t) :: candidate
+        type(error_t), allocatable :: error
+        integer :: i, other
+
+        name = ''
+        do i = 1, size(CASES)
+            call find_calibration(trim(CASES(i)), candidate, error)
+            if (allocated(error)) return
+            candidate%case%name = calibration_name
+            call settings_checksum(candidate, other, error)
+            if (allocated(error)) return
+            if (other == checksum) name = CASES(i)
+        end do
+    end subroutine built_in_calibration
+
+    !> A number of all settings of a calibration, its name among them, which differs from that of other settings
+    !> but for one chance in two thousand million. Fails when a setting is not finite.
+    subroutine settings_checksum(calibration, checksum, error)
+        type(calibration_t), intent(in) :: calibration
+        integer, intent(out) :: checksum
+        type(error_t), allocatable, intent(out) :: error
+
+        integer(i8), parameter :: PRIME = 2147483647_i8, FACTOR = 48271_i8
+        character(:), allocatable :: text
+        integer(i8) :: total
+        integer :: i
+
+        checksum = 0
+        call calibration_text(calibration, text, error)
+        if (allocated(error)) return
+        total = 1
+        do i = 1, len(text)
+            total = mod(total*FACTOR + iachar(text(i:i)), PRIME)
+        end do
+        checksum = int(total)
+    end subroutine settings_checksum
+
+    !> The lines of a case file that a built-in case does not have, but for the name. Fails when a setting is not
+    !> finite, or there is no such built-in case.
+    subroutine changed_settings(case, name, lines, error)
+        type(case_t), intent(in) :: case
+        character(*), intent(in) :: name                !! Of the built-in case
+        type(string_t), allocatable, intent(out) :: lines(:)    !! 'key = value', without blanks around
+        type(error_t), allocatable, intent(out) :: error
+
+        type(case_t) :: built_in
+        type(string_t), allocatable :: ours(:), theirs(:)
+        character(:), allocatable :: text, other
+        integer :: i, k
+        logical :: found
+
+        allocate (lines(0))
+        call report_case(name, built_in, error)
+        built_in%name = case%name
+        if (.not. allocated(error)) call case_text(case, text, error)
+        if (.not. allocated(error)) call case_text(built_in, other, error)
+        if (allocated(error)) return
+        ours = split(text, new_line('a'))
+        theirs = split(other, new_line('a'))
+        do i = 1, size(ours)
+            if (index(ours(i)%text, '=') == 0) cycle
+            found = .false.
+            do k = 1, size(theirs)
+                found = found .or. ours(i)%text == theirs(k)%text
+            end do
+            do k = 1, size(lines)       ! the same of another rod
+                found = found .or. lines(k)%text == setting_of(ours(i)%text)
+            end do
+            if (.not. found) call append(lines, trim(setting_of(ours(i)%text)))
+        end do
+    end subroutine changed_settings
+
+    !> A line of a namelist without its comment.
+    function setting_of(line) result(setting)
+        character(*), intent(in) :: line
+        character(index(line//'!', '!') - 1) :: setting
+
+        setting = adjustl(line(:len(setting)))
+    end function setting_of
+end module gracecg_studies_published_case

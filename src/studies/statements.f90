@@ -1,0 +1,555 @@
+!> Statements of CSR-TM-00-01 that stand in its text without a table or a figure, examined: each is computed, and
+!> its verdict follows from the numbers.
+module gracecg_studies_statements
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: symmetric_eigen
+    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_quaternion, only: normalised
+    use gracecg_base_text, only: integer_text, join
+    use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_base_version, only: file_comments
+    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_value, only: did_you_mean
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_attitude_problem, only: attitude_problem_t, prepare_attitude
+    use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
+        prediction_t, predict_errors
+    implicit none
+    private
+    public :: statement_t, statement_row_t, examine_statement, write_statements, STATEMENT_NAMES
+    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT
+
+    !> The statements, as on the command line
+    character(12), parameter :: STATEMENT_NAMES(6) = [character(12) :: 'one-rod', 'arc-length', 'weights', 'accuracy', &
+                                                      'condition', 'two-steps']
+
+    integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
+
+    !> One setting of a statement's study.
+    type :: statement_row_t
+        character(16) :: case_name = ''     !! Of the report, or several joined by +
+        character(40) :: setting = ''       !! What is changed
+        integer :: runs = 0                 !! Of the Monte Carlo; 0: theory alone
+        real(dp) :: rms(3) = 0              !! Error of d in these runs, x, y, z, m
+        real(dp) :: predicted(3) = 0        !! By theory, m; 0: not of errors
+        real(dp) :: condition = 0           !! Of a normal matrix; 0: not asked for
+    end type statement_row_t
+
+    !> A statement and what is found.
+    type :: statement_t
+        character(12) :: name = ''          !! Of STATEMENT_NAMES
+        character(40) :: place = ''         !! In the report
+        character(240) :: claim = ''        !! What the report says
+        character(200) :: method = ''       !! What is computed
+        integer :: verdict = 0              !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
+        character(480) :: found = ''        !! The verdict in a sentence, with its numbers
+        type(statement_row_t), allocatable :: rows(:)
+    end type statement_t
+
+    !> What a study of statements is told.
+    type :: settings_t
+        integer :: runs = 0, threads = 1
+        integer(i8) :: seed = 1
+    end type settings_t
+
+    character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
+    character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde', COMBINED_ALGORITHM = 'ascfest'
+    real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
+    real(dp), parameter :: LENGTHS(6) = [60.0_dp, 90.0_dp, 120.0_dp, 180.0_dp, 240.0_dp, 300.0_dp]      !! Of arcs, s
+
+contains
+
+    !> Examines one statement. Fails for a name that is none of STATEMENT_NAMES, and when a run fails.
+    subroutine examine_statement(name, runs, seed, threads, statement, error, progress)
+        character(*), intent(in) :: name            !! One of STATEMENT_NAMES
+        integer, intent(in) :: runs, threads        !! Of each Monte Carlo, 0: theory alone; in parallel
+        integer(i8), intent(in) :: seed             !! Of the random numbers
+        type(statement_t), intent(out) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(settings_t) :: settings
+
+        settings = settings_t(runs, threads, seed)
+        statement%name = name
+        allocate (statement%rows(0))
+        select case (name)
+        case ('one-rod')
+            call examine_one_rod(settings, statement, error, progress)
+        case ('arc-length')
+            call examine_arc_length(settings, statement, error, progress)
+        case ('weights')
+            call examine_weights(settings, statement, error, progress)
+        case ('accuracy')
+            call examine_accuracy(settings, statement, error, progress)
+        case ('condition')
+            call examine_condition(statement, error)
+        case ('two-steps')
+            call examine_two_steps(statement, error)
+        case default
+            call fail(error, 'no statement "'//trim(name)//'"; there are '//join(STATEMENT_NAMES, ', ')// &
+                      did_you_mean(name, STATEMENT_NAMES))
+        end select
+    end subroutine examine_statement
+
+    !> Theory of a calibration with an algorithm, and runs beside it: a row.
+    subroutine add_row(settings, calibration, algorithm, setting, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: algorithm, setting
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(statement_row_t) :: row
+        type(simulator_t) :: simulator
+        type(prediction_t) :: prediction
+        type(monte_carlo_t) :: results
+        type(error_statistics_t) :: statistics
+        integer :: i
+
+        row%case_name = calibration%case%name
+        row%setting = setting
+        row%runs = settings%runs
+        call tell(progress, 'statements: '//trim(statement%name)//', '//trim(row%case_name)//', '//setting//', '// &
+                  integer_text(settings%runs)//' runs')
+        call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
+        if (allocated(error)) return
+        row%predicted = prediction%rms
+        if (settings%runs > 0) then
+            call run_monte_carlo(simulator, algorithm, calibration%options, settings%seed, [(i, i=1, settings%runs)], &
+                                 settings%threads, results, error)
+            if (allocated(error)) return
+            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+            row%rms = statistics%rms*MILLIMETRE
+        end if
+        statement%rows = [statement%rows, row]
+    end subroutine add_row
+
+    !> One rod alone against both, at all places.
+    subroutine examine_one_rod(settings, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(calibration_t) :: calibration
+        integer :: i, axis, pattern(3)
+
+        statement%place = 'sections 4.1 and 7.1(1)'
+        statement%claim = 'activating the magnetic dipole moment along only one axis cannot yield good CG calibration accuracy'
+        statement%method = 'one rod of 30 A m^2 at 0.1 Hz in place of the report''s two; '//SINGLE_ALGORITHM
+        do i = 1, size(FRONT_CASES)
+            call find_calibration(FRONT_CASES(i), calibration, error)
+            if (.not. allocated(error)) call add_row(settings, calibration, SINGLE_ALGORITHM, 'both rods', statement, &
+                                                     error, progress)
+            do axis = 1, 3
+                if (allocated(error)) return
+                pattern = 0
+                pattern(axis) = 1
+                call new_harmonic_manoeuvre(calibration%case%satellite%rods, pattern, ROD_AMPLITUDE, ROD_FREQUENCY, &
+                                            0.0_dp, calibration%case%duration, error)
+                if (.not. allocated(error)) call add_row(settings, calibration, SINGLE_ALGORITHM, &
+                                                         AXES(axis)//' rod alone', statement, error, progress)
+            end do
+            if (allocated(error)) return
+        end do
+        call judge_one_rod(statement)
+    end subroutine examine_one_rod
+
+    !> Rows in fours: both rods, then each alone. For all axes together the largest error counts.
+    subroutine judge_one_rod(statement)
+        type(statement_t), intent(inout) :: statement
+
+        integer :: i, k, axis, together, better
+        character(60) :: best
+
+        together = 0
+        better = 0
+        best = ''
+        do i = 1, size(statement%rows), 4
+            do k = i + 1, i + 3
+                associate (both => statement%rows(i)%predicted, alone => statement%rows(k)%predicted)
+                    if (maxval(alone) <= maxval(both)) together = together + 1
+                    do axis = 1, 3
+                        if (alone(axis) >= both(axis)) cycle
+                        better = better + 1
+                        if (best == '') best = trim(statement%rows(k)%setting)//' in '//trim(statement%rows(k)%case_name)// &
+                            ': '//AXES(axis)//' '//mm_text(alone(axis))//' against '//mm_text(both(axis))//' mm'
+                    end do
+                end associate
+            end do
+        end do
+        if (together == 0 .and. better == 0) then
+            statement%verdict = HOLDS
+            statement%found = 'Holds: no axis is determined better by one rod.'
+        else if (together == 0) then
+            statement%verdict = HOLDS_IN_PART
+            statement%found = 'Holds for all axes together only: the worst axis of one rod is always worse than that of '// &
+                'two, but '//integer_text(better)//' of '//integer_text(3*3*size(statement%rows)/4)// &
+                ' single components are better ('//trim(best)//').'
+        else
+            statement%verdict = HOLDS_NOT
+            statement%found = 'Does not hold: in '//integer_text(together)//' of '//integer_text(3*size(statement%rows)/4)// &
+                ' trials one rod has the better worst axis.'
+        end if
+    end subroutine judge_one_rod
+
+    !> Longer arcs with the report's rods and algorithm.
+    subroutine examine_arc_length(settings, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(calibration_t) :: calibration
+        integer :: i, k
+
+        statement%place = 'section 4.1'
+        statement%claim = 'longer arcs do not yield good results, since the non-gravitational acceleration is no longer '// &
+            'linear: 60 s are the trade-off'
+        statement%method = 'the report''s rods for 60 to 300 s; '//SINGLE_ALGORITHM
+        do i = 1, size(FRONT_CASES)
+            call find_calibration(FRONT_CASES(i), calibration, error)
+            if (allocated(error)) return
+            do k = 1, size(LENGTHS)
+                calibration%case%duration = LENGTHS(k)
+                associate (rods => calibration%case%satellite%rods)
+                    rods%activations(:rods%count)%stop = LENGTHS(k)
+                end associate
+                call add_row(settings, calibration, SINGLE_ALGORITHM, integer_text(nint(LENGTHS(k)))//' s', statement, &
+                             error, progress)
+                if (allocated(error)) return
+            end do
+        end do
+        call judge_arc_length(statement)
+    end subroutine examine_arc_length
+
+    !> Rows by place and length: at which length the largest error is least, and where one is longest enough.
+    subroutine judge_arc_length(statement)
+        type(statement_t), intent(inout) :: statement
+
+        real(dp) :: worst(size(LENGTHS))
+        integer :: i, k, n, best, axis, turns, shortest
+        character(240) :: lengths_text
+
+        lengths_text = ''
+        turns = 0
+        shortest = 0
+        n = size(statement%rows)/size(LENGTHS)
+        do i = 1, n
+            do k = 1, size(LENGTHS)
+                worst(k) = maxval(statement%rows((i - 1)*size(LENGTHS) + k)%predicted)
+            end do
+            best = minloc(worst, 1)
+            if (best == 1) shortest = shortest + 1
+            if (i > 1) lengths_text = trim(lengths_text)//','
+            lengths_text = trim(lengths_text)//' '//integer_text(nint(LENGTHS(best)))//' s in '// &
+                trim(statement%rows(i*size(LENGTHS))%case_name)//' ('//mm_text(worst(best))//' mm; at 60 s '// &
+                mm_text(worst(1))//')'
+            do axis = 1, 3
+                best = minloc([(statement%rows((i - 1)*size(LENGTHS) + k)%predicted(axis), k=1, size(LENGTHS))], 1)
+                if (best < size(LENGTHS)) turns = turns + 1
+            end do
+        end do
+        if (shortest == n) then
+            statement%verdict = HOLDS
+            statement%found = 'Holds: no longer arc is better.'
+        else
+            statement%verdict = merge(HOLDS_NOT, HOLDS_IN_PART, turns == 0)
+            statement%found = 'The worst axis is best at'//trim(lengths_text)//'. '//integer_text(turns)//' of '// &
+                integer_text(3*n)//' components are worse again at 300 s than at a shorter arc: so the trade-off '// &
+                'exists, but not at 60 s.'
+            if (turns == 0) statement%found = 'Does not hold: the worst axis is best at'//trim(lengths_text)// &
+                ', and no component is worse at 300 s.'
+        end if
+    end subroutine judge_arc_length
+
+    !> The weights of star camera and accelerometer in ASCFEST.
+    subroutine examine_weights(settings, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        real(dp), parameter :: STAR(5) = [90.0_dp, 1e-4_dp, 1e-8_dp, 1e-11_dp, 1e-16_dp]
+        real(dp), parameter :: ACC(3, 3) = reshape([1.0_dp, 1.0_dp, 1.0_dp, 100.0_dp, 1.0_dp, 100.0_dp, &
+                                                    0.1_dp, 100.0_dp, 1.0_dp], [3, 3])
+        character(8), parameter :: STAR_TEXT(5) = [character(8) :: '90', '1e-4', '1e-8', '1e-11', '1e-16']
+        character(12), parameter :: ACC_TEXT(3) = [character(12) :: '1 1 1', '100 1 100', '0.1 100 1']
+        type(calibration_t) :: calibration
+        type(estimation_options_t) :: options
+        real(dp) :: change, range
+        integer :: i, n
+
+        statement%place = 'section 7.2(1)'
+        statement%claim = 'the estimation accuracy is relatively highly dependent on the weight for the accelerometer '// &
+            'data and star cameras data'
+        statement%method = 'weights of the star camera, then of the accelerometer''s axes; '//COMBINED_ALGORITHM
+        call find_calibration('front-1', calibration, error)
+        if (allocated(error)) return
+        options = calibration%options
+        do i = 1, size(STAR)
+            calibration%options%combined_star_camera_weight = STAR(i)
+            call add_row(settings, calibration, COMBINED_ALGORITHM, 'star camera '//trim(STAR_TEXT(i)), statement, &
+                         error, progress)
+            if (allocated(error)) return
+        end do
+        calibration%options = options
+        do i = 1, size(ACC_TEXT)
+            calibration%options%accelerometer_weight = ACC(:, i)
+            call add_row(settings, calibration, COMBINED_ALGORITHM, 'accelerometer '//trim(ACC_TEXT(i)), statement, &
+                         error, progress)
+            if (allocated(error)) return
+        end do
+        n = size(STAR)
+        associate (rows => statement%rows)
+            change = maxval([(abs(rows(i)%predicted/rows(1)%predicted - 1), i=2, n - 1)])
+            range = maxval([(rows(i)%predicted/rows(1)%predicted, i=n + 1, size(rows))])
+        end associate
+        if (change < 0.01_dp .and. range > 1.1_dp) then
+            statement%verdict = HOLDS_IN_PART
+            statement%found = 'Holds for the accelerometer only: '
+        else if (range > 1.1_dp) then
+            statement%verdict = HOLDS
+            statement%found = 'Holds: '
+        else
+            statement%verdict = HOLDS_NOT
+            statement%found = 'Does not hold: '
+        end if
+        statement%found = trim(statement%found)//' its weights change the errors by a factor of up to '// &
+            plain_text(range, '(f6.1)')//'; that of the star camera, from 90 down to 1e-11, by '// &
+            plain_text(change, '(es8.1)')//' of them at most.'
+    end subroutine examine_weights
+
+    !> The accuracy of section 7.1(3) in the best case of each axis.
+    subroutine examine_accuracy(settings, statement, error, progress)
+        type(settings_t), intent(in) :: settings
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(calibration_t) :: calibration
+        real(dp) :: best(3)
+        integer :: i, axis, place(3)
+
+        statement%place = 'sections 6.2 and 7.1(3)'
+        statement%claim = 'the accuracy can be better than 0.02 mm for x, 0.01 mm for y and 0.02 mm for z, in the best '// &
+            'chance of each axis'
+        statement%method = 'the cases of the front satellite; '//COMBINED_ALGORITHM
+        do i = 1, size(FRONT_CASES)
+            call find_calibration(FRONT_CASES(i), calibration, error)
+            if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'as in the report', &
+                                                     statement, error, progress)
+            if (allocated(error)) return
+        end do
+        do axis = 1, 3
+            place(axis) = minloc(statement%rows%predicted(axis), 1)
+            best(axis) = statement%rows(place(axis))%predicted(axis)
+        end do
+        associate (met => count(best <= BEST_ACCURACY))
+            statement%verdict = merge(HOLDS, merge(HOLDS_NOT, HOLDS_IN_PART, met == 0), met == 3)
+            statement%found = trim(merge('Holds:        ', 'Does not hold:', met == 3))//' by theory'
+        end associate
+        do axis = 1, 3
+            statement%found = trim(statement%found)//' '//AXES(axis)//' '//mm_text(best(axis))//' mm in '// &
+                trim(statement%rows(place(axis))%case_name)//merge('.', ',', axis == 3)
+        end do
+    end subroutine examine_accuracy
+
+    !> Why the full state is not singular: the normal matrix of the attitude, full and reduced, and the full one
+    !> when an observation counts only across its own quaternion, as its true covariance would have it.
+    subroutine examine_condition(statement, error)
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+
+        character(40), parameter :: SETTINGS(3) = [character(40) :: 'full state (FDE)', 'reduced state (RDE)', &
+                                                   'full state, weighed across q only']
+        type(statement_row_t) :: row
+        type(calibration_t) :: calibration
+        real(dp) :: full, reduced, across
+        integer :: i, k
+
+        statement%place = 'section 4.6.1'
+        statement%claim = 'the full state may cause a singular covariance matrix, since only three of the four '// &
+            'quaternion components are independent; in several simulations there is no singular problem'
+        statement%method = 'condition of the attitude''s normal matrix with unit diagonal, exact observations'
+        do i = 1, size(FRONT_CASES)
+            call find_calibration(FRONT_CASES(i), calibration, error)
+            if (allocated(error)) return
+            do k = 1, size(SETTINGS)
+                row = statement_row_t(case_name=calibration%case%name, setting=SETTINGS(k))
+                call condition_of(calibration, k, row%condition, error)
+                if (allocated(error)) return
+                statement%rows = [statement%rows, row]
+            end do
+        end do
+        full = maxval(statement%rows(1::3)%condition)
+        reduced = maxval(statement%rows(2::3)%condition)
+        across = minval(statement%rows(3::3)%condition)
+        statement%verdict = merge(HOLDS, HOLDS_NOT, full < 1e8_dp .and. across > 1e12_dp)
+        statement%found = trim(merge('Holds:        ', 'Does not hold:', statement%verdict == HOLDS))// &
+            ' condition of the full state to '//plain_text(full, '(es9.2)')//', of the reduced one to '// &
+            plain_text(reduced, '(es9.2)')//'. With unit weights every observation determines the length of q as well '// &
+            'as its direction; weighed by its own covariance, which has rank three, the full state is singular '// &
+            '(condition '//plain_text(across, '(es9.2)')//' and more).'
+    end subroutine examine_condition
+
+    !> Condition of the normal matrix of kind 1 full, 2 reduced, 3 full with every observation projected across its
+    !> quaternion: the ratio of the largest and the least eigenvalue, at the solution.
+    subroutine condition_of(calibration, kind, condition, error)
+        type(calibration_t), intent(in) :: calibration
+        integer, intent(in) :: kind
+        real(dp), intent(out) :: condition
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(fitting_data_t) :: data
+        type(attitude_problem_t) :: problem
+        type(batch_settings_t) :: settings
+        type(batch_solution_t) :: batch
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), values(:), vectors(:, :), scale(:)
+        real(dp) :: q(4)
+        integer :: i, n
+
+        condition = 0
+        call new_simulator(calibration%case, simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call preprocess(observations, calibration%options, data, error)
+        if (allocated(error)) return
+        call prepare_attitude(observations%knowledge, data, kind == 2, problem)
+        call process_batch(problem, settings, batch, error)
+        if (allocated(error)) return
+        n = problem%attitude_parameters()
+        allocate (partials(n, problem%observations), residuals(problem%observations), weights(problem%observations), &
+                  values(n), vectors(n, n))
+        call problem%linearise(partials, residuals, weights, error)
+        if (allocated(error)) return
+        if (kind == 3) then
+            do i = 1, size(data%attitude_epoch)
+                associate (block => partials(:, 4*i - 3:4*i))
+                    q = normalised(matmul(problem%quaternion, block(:4, :)))    ! of the fit, Phi_11 q(t0)
+                    block = block - spread(matmul(block, q), 2, 4)*spread(q, 1, n)
+                end associate
+            end do
+        end if
+        normal = matmul(partials, transpose(partials))
+        scale = [(1/sqrt(normal(i, i)), i=1, n)]
+        normal = normal*spread(scale, 1, n)*spread(scale, 2, n)
+        call symmetric_eigen(normal, values, vectors, error)
+        if (allocated(error)) return
+        condition = maxval(values)/max(minval(values), epsilon(1.0_dp)*maxval(values))
+    end subroutine condition_of
+
+    !> Two or three places together: the information of their bounds added, for both satellites.
+    subroutine examine_two_steps(statement, error)
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: SETS(3, 7) = reshape([1, 0, 0, 2, 0, 0, 3, 0, 0, 1, 2, 0, 1, 3, 0, 2, 3, 0, 1, 2, 3], [3, 7])
+        character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
+        type(statement_row_t) :: row
+        type(calibration_t) :: calibration
+        type(case_bound_t) :: bound
+        real(dp) :: information(3, 3, 3), covariance(3, 3)
+        integer :: s, i, k, axis, best, single
+
+        statement%place = 'section 6.2'
+        statement%claim = 'the calibration can be done in two steps: y and z at one place, x at the other'
+        statement%method = 'Cramer-Rao bounds of the report''s cases, their information added: theory of a joint solution'
+        do s = 1, size(SATELLITES)
+            do i = 1, 3
+                call find_calibration(trim(SATELLITES(s))//'-'//integer_text(i), calibration, error)
+                if (.not. allocated(error)) call bound_of_case(calibration%case, calibration%options, bound, error)
+                if (allocated(error)) return
+                information(:, :, i) = inverse_3x3(bound%covariance/MILLIMETRE**2)
+            end do
+            do k = 1, size(SETS, 2)
+                row = statement_row_t(case_name=trim(SATELLITES(s)), setting='case')
+                covariance = 0
+                do i = 1, 3
+                    if (SETS(i, k) == 0) cycle
+                    if (i > 1) row%setting = trim(row%setting)//' +'
+                    row%setting = trim(row%setting)//' '//integer_text(SETS(i, k))
+                    covariance = covariance + information(:, :, SETS(i, k))
+                end do
+                covariance = inverse_3x3(covariance)
+                row%predicted = [(sqrt(covariance(axis, axis))*MILLIMETRE, axis=1, 3)]
+                statement%rows = [statement%rows, row]
+            end do
+        end do
+        ! the front satellite, as in the report
+        single = minloc([(maxval(statement%rows(k)%predicted), k=1, 3)], 1)
+        best = 3 + minloc([(maxval(statement%rows(k)%predicted), k=4, 6)], 1)
+        associate (two => statement%rows(best))
+            statement%verdict = merge(HOLDS, HOLDS_NOT, all(two%predicted <= BEST_ACCURACY))
+            statement%found = trim(merge('Holds:        ', 'Does not hold:', statement%verdict == HOLDS))// &
+                ' by theory the front satellite''s '//trim(two%setting)//' together have '//mm_text(two%predicted(1))//', '// &
+                mm_text(two%predicted(2))//' and '//mm_text(two%predicted(3))//' mm, the best single one, '// &
+                trim(statement%rows(single)%setting)//', at its worst '// &
+                mm_text(maxval(statement%rows(single)%predicted))//' mm.'
+        end associate
+    end subroutine examine_two_steps
+
+    !> Millimetres with two significant digits and more.
+    pure function mm_text(value) result(text)
+        real(dp), intent(in) :: value               !! m
+        character(:), allocatable :: text
+
+        text = plain_text(value/MILLIMETRE, '(f10.4)')
+    end function mm_text
+
+    pure function plain_text(value, form) result(text)
+        real(dp), intent(in) :: value
+        character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
+        character(:), allocatable :: text
+
+        character(16) :: digits
+
+        write (digits, form) value
+        text = trim(adjustl(digits))
+    end function plain_text
+
+    !> The rows of statements as CSV.
+    subroutine write_statements(path, command, seed, statements, error)
+        character(*), intent(in) :: path, command   !! The file; the command that computed it
+        integer(i8), intent(in) :: seed             !! Of the random numbers
+        type(statement_t), intent(in) :: statements(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(csv_writer_t) :: file
+        character(64) :: labels(3)
+        integer :: i, k
+
+        call file%open(path, 'statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm,predicted_y_mm,'// &
+                       'predicted_z_mm,condition', &
+                       file_comments(command, 'seed '//integer_text(seed)//'; 0 runs: theory alone; condition 0: none'), &
+                       error)
+        if (allocated(error)) return
+        do i = 1, size(statements)
+            do k = 1, size(statements(i)%rows)
+                associate (row => statements(i)%rows(k))
+                    labels(1) = statements(i)%name
+                    labels(2) = row%case_name
+                    labels(3) = row%setting
+                    call file%row([real(row%runs, dp), row%rms/MILLIMETRE, row%predicted/MILLIMETRE, row%condition], labels)
+                end associate
+            end do
+        end do
+        call file%commit(error)
+    end subroutine write_statements
+end module gracecg_studies_statements
