@@ -1,13 +1,14 @@
 !> The estimators by name: the choice.
 submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
     use gracecg_base_error, only: fail
-    use gracecg_base_text, only: join
+    use gracecg_base_text, only: append, join
     use gracecg_files_value, only: did_you_mean
     use gracecg_estimation_assest, only: estimate_assest
     use gracecg_estimation_combined, only: estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
     use gracecg_estimation_explanation, only: explain
+    use gracecg_estimation_belief_words, only: say_contradiction
     implicit none
 
 contains
@@ -50,6 +51,7 @@ contains
 
         type(solution_t) :: tested
         type(error_t), allocatable :: failure
+        character(:), allocatable :: text
 
         if (.not. allocated(solution%beliefs)) then
             call estimate_optimal(observations, options, tested, failure)
@@ -59,5 +61,7 @@ contains
         end if
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
+        call say_contradiction(solution%beliefs, text)
+        if (text /= '') call append(solution%warnings, text)
     end subroutine judge_beliefs
 end submodule gracecg_estimation_estimators_choice
