@@ -134,7 +134,9 @@ def check_files(prefix):
     expected = {"bin/gracecg", "lib/libgracecg.a", "lib/libgracecg.so",
                 f"lib/libgracecg.so.{version.split('.')[0]}", f"lib/libgracecg.so.{version}",
                 "lib/pkgconfig/gracecg.pc", "include/gracecg.h", "include/gracecg/gracecg.mod",
-                "share/man/man1/gracecg.1"}
+                "share/man/man1/gracecg.1", "share/bash-completion/completions/gracecg",
+                "share/zsh/site-functions/_gracecg", "share/doc/gracecg/LICENSE", "share/doc/gracecg/DATA.md"}
+    expected |= {f"share/doc/gracecg/LICENSES/{path.name}" for path in (ROOT / "LICENSES").iterdir()}
     found = {str(path.relative_to(prefix)) for path in prefix.rglob("*") if not path.is_dir()}
     if found != expected:
         raise Failure(f"missing {sorted(expected - found)}, too many {sorted(found - expected)}")
@@ -410,7 +412,7 @@ def check_python(here, expected):
                  **here.environment)
     check_offset(output, expected)
     values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
-    compare("gravity", line_with(output, "gravity")[:3], [values[name] for name in ("ax", "ay", "az")],
+    compare("gravity", line_with(output, "gravity")[:3], [values[name] for name in ("ax_m_s2", "ay_m_s2", "az_m_s2")],
             relative=1e-12)
     if "degree 99: " not in output:
         raise Failure(f"no exception: {output}")
@@ -497,7 +499,7 @@ def check_fpm_package(here):
     (folder / "app/main.f90").write_text(program)
     output = run([run([ROOT / "tools/setup.sh"]).strip(), "run"], cwd=folder)
     values = here.table("model", "gravity", "--degree", "20", "--position", *POSITION)
-    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax", "ay", "az")],
+    compare("gravity", numbers(output.strip().splitlines()[-1])[:3], [values[name] for name in ("ax_m_s2", "ay_m_s2", "az_m_s2")],
             relative=1e-13)
 
 

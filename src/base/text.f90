@@ -498,7 +498,7 @@ contains
 
     !> true or false; true with a blank behind it.
     pure function logical_text(value) result(text)
-        logical, intent(in) :: value
+        logical, intent(in) :: value    !! To be written
         character(5) :: text
 
         text = merge('true ', 'false', value)
@@ -506,9 +506,9 @@ contains
 
     !> true or false, as logical_text writes it, or as version 0.1 did: T, F, 1, 0. Not ok: anything else.
     pure subroutine parse_logical(text, value, ok)
-        character(*), intent(in) :: text
-        logical, intent(out) :: value
-        logical, intent(out) :: ok
+        character(*), intent(in) :: text    !! With or without blanks around it
+        logical, intent(out) :: value       !! False when not ok
+        logical, intent(out) :: ok          !! The text is one of them
 
         value = any(lower_case(trim(adjustl(text))) == [character(5) :: 'true', 't', '1'])
         ok = value .or. any(lower_case(trim(adjustl(text))) == [character(5) :: 'false', 'f', '0'])

@@ -12,7 +12,7 @@ module gracecg_cli_completion
     private
     public :: completion_script, SHELLS
 
-    character(4), parameter :: SHELLS(2) = [character(4) :: 'bash', 'zsh']
+    character(4), parameter :: SHELLS(2) = [character(4) :: 'bash', 'zsh']    !! That are completed
     character(*), parameter :: LF = new_line('a'), MODEL = 'model'
     character(1), parameter :: BACKSLASH = achar(92)
 

@@ -170,7 +170,7 @@ contains
 
     !> A word as it can be pasted into a shell: in single quotes where it holds anything unusual.
     function quoted_word(word) result(text)
-        character(*), intent(in) :: word
+        character(*), intent(in) :: word        !! Of a command line
         character(:), allocatable :: text
 
         character(*), parameter :: PLAIN = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+,:@%='//'-'

@@ -108,7 +108,7 @@ contains
 
         !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
         subroutine show_page(refusal)
-            character(*), intent(in) :: refusal     !! Empty: none
+            character(*), intent(in) :: refusal     !! Why, or nothing
 
             type(error_t), allocatable :: failure
 

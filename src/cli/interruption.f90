@@ -55,7 +55,7 @@ contains
 
     !> Its name, for people.
     pure function signal_name(number) result(name)
-        integer, intent(in) :: number
+        integer, intent(in) :: number       !! Of the signal
         character(7) :: name
 
         integer :: i

@@ -12,7 +12,7 @@ module gracecg_cli_results
     private
     public :: results_t, FORMATS, add_format_option, take_format, publish_row
 
-    character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']
+    character(4), parameter :: FORMATS(3) = [character(4) :: 'text', 'csv', 'json']    !! Values of --format
 
     !> A JSON object in the making; what is the command's own is put in by `member`, `begin` and `end`.
     type, extends(json_writer_t) :: results_t

@@ -146,7 +146,7 @@ contains
 
     !> A text as a field: in quotes, doubled within, where it holds a comma, a quote or a line end.
     pure function csv_field(text) result(field)
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text        !! Of a field
         character(field_length(text)) :: field
 
         integer :: i, n

@@ -424,7 +424,7 @@ contains
 
     !> A path below /dev, except its folder for shared memory, where ordinary files stand.
     pure logical function is_device(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path        !! Of a file
 
         is_device = index(path, '/dev/') == 1 .and. index(path, '/dev/shm/') /= 1
     end function is_device

@@ -243,7 +243,7 @@ contains
     !> The whole text, without a line end. Fails when a number was not finite, or something begun was not ended.
     subroutine finish(self, text, error)
         class(json_writer_t), intent(inout) :: self
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text      !! The whole of the JSON text
         type(error_t), allocatable, intent(out) :: error
 
         text = ''
@@ -315,9 +315,9 @@ contains
     !> array of texts.
     subroutine read_json_list(text, key, list, ok)
         character(*), intent(in) :: text        !! A JSON text
-        character(*), intent(in) :: key
+        character(*), intent(in) :: key         !! Of the list
         type(string_t), allocatable, intent(out) :: list(:)
-        logical, intent(out) :: ok
+        logical, intent(out) :: ok              !! There is such a list
 
         character(:), allocatable :: piece
         integer :: position, depth

@@ -18,7 +18,7 @@ contains
 
     !> The unit that the name of a column ends with; blank: it has none, or is no number.
     pure function unit_of_column(name) result(unit)
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of a column: 'dx_mm'
         character(len(UNITS)) :: unit
 
         integer :: i, first

@@ -62,7 +62,7 @@ contains
     !> but for one chance in two thousand million. Fails when a setting is not finite.
     subroutine settings_checksum(calibration, checksum, error)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(out) :: checksum
+        integer, intent(out) :: checksum            !! From 0 to 2147483646
         type(error_t), allocatable, intent(out) :: error
 
         integer(i8), parameter :: PRIME = 2147483647_i8, FACTOR = 48271_i8

@@ -54,7 +54,7 @@ module gracecg_studies_statements
         character(200) :: method = ''       !! What is computed
         integer :: verdict = 0              !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
         character(480) :: found = ''        !! The verdict in a sentence, with its numbers
-        type(statement_row_t), allocatable :: rows(:)
+        type(statement_row_t), allocatable :: rows(:)   !! The numbers behind it
     end type statement_t
 
     !> What a study of statements is told.

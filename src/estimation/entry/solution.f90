@@ -19,7 +19,7 @@ module gracecg_estimation_solution
     character(12), parameter :: STATE_NAMES(STATE) = [character(12) :: 'd_x', 'd_y', 'd_z', 'alpha_x', 'alpha_y', &
         'alpha_z', 'beta_x', 'beta_y', 'beta_z', 'omega_x', 'omega_y', 'omega_z', 'zeta_x', 'zeta_y', 'zeta_z']
     character(6), parameter :: STATE_UNITS(STATE) = [character(6) :: 'm', 'm', 'm', 'm/s^3', 'm/s^3', 'm/s^3', &
-        'm/s^2', 'm/s^2', 'm/s^2', 'rad/s', 'rad/s', 'rad/s', 'rad', 'rad', 'rad']
+        'm/s^2', 'm/s^2', 'm/s^2', 'rad/s', 'rad/s', 'rad/s', 'rad', 'rad', 'rad']    !! Of STATE_NAMES
 
     !> A parameter beside the offset.
     type :: estimated_parameter_t

@@ -45,7 +45,7 @@ contains
 
     !> Root of the mean square; 0 of none.
     pure real(dp) function rms_of(values)
-        real(dp), intent(in) :: values(:)
+        real(dp), intent(in) :: values(:)       !! In any unit
 
         rms_of = norm2(values)/sqrt(real(max(1, size(values)), dp))
     end function rms_of

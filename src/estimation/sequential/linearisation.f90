@@ -165,7 +165,7 @@ contains
         character(*), intent(in) :: fit             !! What is fitted
         type(physical_model_t), intent(in) :: model
         type(filter_problem_t), intent(in) :: problem   !! As it was before
-        real(dp), intent(in) :: correction(N_CONSTANTS)
+        real(dp), intent(in) :: correction(N_CONSTANTS)     !! Of the constants, SI units
         type(nominal_t), intent(inout) :: nominal       !! After the correction
 
         type(iteration_t) :: note
