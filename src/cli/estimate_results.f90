@@ -3,13 +3,14 @@ module gracecg_cli_estimate_results
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_belief, only: BELIEFS
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
-    use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_contradiction
+    use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
+        say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
@@ -87,7 +88,7 @@ contains
 
         character(120) :: line
 
-        write (line, '("variance factor   ", f9.4, a)') solution%variance_factor, &
+        line = 'variance factor   '//rounded_text(solution%variance_factor, 5)// &
             ' (1 when model and noise are right)'
         call console%line(trim(line))
         write (line, '("noise level       ", 2(es10.3, ", "), es10.3, a)') solution%noise_level, ' m^2 s^-4/Hz'
@@ -110,6 +111,13 @@ contains
         call console%line('beliefs           '//text)
         call say_undetected(report, text)
         call console%line('undetected up to  '//text)
+        call say_untested(report, text)
+        if (text /= '') call console%line('not testable here '//text)
+        if (any(report%apart > 0)) &
+            call console%line('left out of sigma '//rounded_text(report%apart(1)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(2)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(3)/MILLIMETRE, 2)//' mm in x, y, z: the '// &
+                              'difference from `optimal`, which knows forces that bend, scale factors and magnetometer bias')
     end subroutine show_beliefs
 
     !> Attitude, angular velocity, drift, bias, and what else an algorithm estimates, each with its sigma.
@@ -338,12 +346,17 @@ contains
                 call results%member('state', trim(STATES(t%state)))
                 call results%member('score', t%score)
                 call results%member('factor', t%factor)
+                if (t%frequency > 0) call results%member('frequency_hz', t%frequency)
                 call results%end()
             end associate
         end do
         call results%end()
         call say_contradiction(report, text)
         call results%member('contradiction', text)
+        call say_untested(report, text)
+        call results%member('untested', text)
+        call results%member('undetected_mm', report%undetected()/MILLIMETRE)
+        call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)
         call results%end()
     end subroutine put_beliefs
 

@@ -15,7 +15,7 @@ module gracecg_planning_bound
         FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
-        information_matrix, estimated_parameters
+        information_matrix, asked_parameters
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
@@ -44,8 +44,8 @@ module gracecg_planning_bound
 
 contains
 
-    !> The bound for what `optimal` would estimate under the options. The density wave counts only
-    !> if the options give it.
+    !> The bound for what the options ask `optimal` by name to estimate; scale factors and magnetometer bias are
+    !> considered otherwise. The density wave counts only if the options give it.
     !>
     !> Fails when the case cannot be simulated, the rods are off, a noise level is not positive, or the
     !> offset is not determined.
@@ -90,7 +90,7 @@ contains
                       'give catalogue_noise or measurement_noise')
         end if
         if (allocated(error)) return
-        estimated = estimated_parameters(options%optimal)
+        estimated = asked_parameters(options%optimal)
         call find_considered(estimated, considered, source)
         call prepare_calibration(observations%knowledge, options, data, [estimated, considered], problem)
         problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)

@@ -89,6 +89,7 @@ contains
 
         if (present(options)) own = options
         own%covariance = .false.
+        own%optimal%estimate_within_limits = .false.
         if (present(with_checks)) own%covariance = with_checks
         call estimate_offset('optimal', observations, own, solution, failure)
         call check_passes(error, message_of(failure))

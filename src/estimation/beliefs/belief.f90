@@ -14,7 +14,7 @@ module gracecg_estimation_belief
     use gracecg_estimation_physical_model, only: turned_by
     implicit none
     private
-    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration
+    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre
 
     !> A belief with a value.
     type :: belief_t
@@ -29,7 +29,7 @@ module gracecg_estimation_belief
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
     real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
     !> All beliefs with a value, in the order in which they are shown
-    type(belief_t), parameter :: BELIEFS(51) = [ &
+    type(belief_t), parameter :: BELIEFS(56) = [ &
         belief_t(ROD_GAINS(1), 'gain of rod x', NONE, 1.0_dp, 2.0_dp), &
         belief_t(ROD_GAINS(2), 'gain of rod y', NONE, 1.0_dp, 2.0_dp), &
         belief_t(ROD_GAINS(3), 'gain of rod z', NONE, 1.0_dp, 2.0_dp), &
@@ -66,13 +66,18 @@ module gracecg_estimation_belief
         belief_t(ACCELEROMETER_TURN(1), 'direction of accelerometer about x', 'deg', DEGREE, 180.0_dp), &
         belief_t(ACCELEROMETER_TURN(2), 'direction of accelerometer about y', 'deg', DEGREE, 180.0_dp), &
         belief_t(ACCELEROMETER_TURN(3), 'direction of accelerometer about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(DRAG_CURVATURE, 'curvature of the drag', 'm/s^2', 1.0_dp, 1e-7_dp), &
         belief_t(FIELD_BIAS(1), 'bias of magnetometer x', 'nT', NANOTESLA, 1e5_dp), &
         belief_t(FIELD_BIAS(2), 'bias of magnetometer y', 'nT', NANOTESLA, 1e5_dp), &
         belief_t(FIELD_BIAS(3), 'bias of magnetometer z', 'nT', NANOTESLA, 1e5_dp), &
         belief_t(FIELD_TURN(1), 'direction of magnetometer about x', 'deg', DEGREE, 180.0_dp), &
         belief_t(FIELD_TURN(2), 'direction of magnetometer about y', 'deg', DEGREE, 180.0_dp), &
         belief_t(FIELD_TURN(3), 'direction of magnetometer about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(FIELD_SCALES(1), 'scale factor of magnetometer x', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SCALES(2), 'scale factor of magnetometer y', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SCALES(3), 'scale factor of magnetometer z', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SHEARS(1), 'skewness of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SHEARS(2), 'skewness of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SHEARS(3), 'skewness of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
         belief_t(FIELD_DELAY, 'delay of magnetometer', 's', 1.0_dp, LATE), &
         belief_t(MOUNTING_1(1), 'mounting of head 1 about x', 'deg', DEGREE, 180.0_dp), &
         belief_t(MOUNTING_1(2), 'mounting of head 1 about y', 'deg', DEGREE, 180.0_dp), &
@@ -100,6 +105,26 @@ module gracecg_estimation_belief
 
 contains
 
+    !> Which manoeuvre lets the data tell a belief.
+    subroutine testing_manoeuvre(belief, text)
+        integer, intent(in) :: belief       !! Its place in BELIEFS
+        character(:), allocatable, intent(out) :: text
+
+        select case (BELIEFS(belief)%parameter)
+        case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN)
+            text = 'driving the rods one after the other, slowly enough (0.02 to 0.05 Hz) that the star camera sees the turn'
+        case (INERTIA(1):INERTIA(6), TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+            text = 'a longer arc with turns about all three axes, at two frequencies or more'
+        case (FIELD_BIAS(1):FIELD_BIAS(3), FIELD_TURN(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3))
+            text = 'driving the same rods at another place of the orbit, where the field has another direction'
+        case (SCALE_FACTORS(1):SCALE_FACTORS(3), ACCELEROMETER_DELAYS(1):ACCELEROMETER_TURN(3))
+            text = 'angular accelerations about all three axes at frequencies of their own, so that each offset is seen by '// &
+                'two axes of the accelerometer'
+        case default
+            text = 'rods out of phase at two frequencies, and both star-camera heads'
+        end select
+    end subroutine testing_manoeuvre
+
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
     !> samples change. Of those that have to do with force and torque (curvature of the drag) nothing changes.
     pure subroutine apply_value(parameter, value, observations)
@@ -107,8 +132,8 @@ contains
         real(dp), intent(in) :: value       !! SI units
         type(observation_set_t), intent(inout) :: observations
 
-        integer :: i
-        real(dp) :: zeta(3)
+        integer :: i, j, next
+        real(dp) :: zeta(3), other
 
         associate (k => observations%knowledge)
             select case (parameter)
@@ -146,6 +171,17 @@ contains
             case (FIELD_BIAS(1):FIELD_BIAS(3))
                 i = parameter - FIELD_BIAS(1) + 1
                 k%magnetometer_bias(i) = k%magnetometer_bias(i) + value
+            case (FIELD_SCALES(1):FIELD_SCALES(3))
+                i = parameter - FIELD_SCALES(1) + 1
+                observations%field(i, :) = observations%field(i, :)*(1 - value)
+            case (FIELD_SHEARS(1):FIELD_SHEARS(3))
+                i = parameter - FIELD_SHEARS(1) + 1
+                next = modulo(i, 3) + 1
+                do j = 1, size(observations%field, 2)
+                    other = observations%field(i, j)
+                    observations%field(i, j) = other - value*observations%field(next, j)
+                    observations%field(next, j) = observations%field(next, j) - value*other
+                end do
             case (FIELD_DELAY)
                 observations%magnetometer_time = observations%magnetometer_time - value
             case (STAR_CAMERA_DELAY)

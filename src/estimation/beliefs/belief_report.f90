@@ -5,7 +5,7 @@ module gracecg_estimation_belief_report
     implicit none
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
-    public :: begin_report, add_value, add_noise, finish_report
+    public :: begin_report, add_value, add_noise, add_score, finish_report
     public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS
 
     integer, parameter :: CONFIRMED = 1     !! A wrong value that matters would have been seen
@@ -15,10 +15,12 @@ module gracecg_estimation_belief_report
     real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
     real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
 
-    !> Subjects of the noise tests
-    character(24), parameter :: NOISE_SUBJECTS(6) = [character(24) :: &
+    !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra
+    character(32), parameter :: NOISE_SUBJECTS(12) = [character(32) :: &
         'noise of accelerometer x', 'noise of accelerometer y', 'noise of accelerometer z', &
-        'star camera about x', 'star camera about y', 'star camera about boresight']
+        'noise of star camera about x', 'noise of star camera about y', 'noise of star camera boresight', &
+        'colour of accelerometer x noise', 'colour of accelerometer y noise', 'colour of accelerometer z noise', &
+        'line in accelerometer x', 'line in accelerometer y', 'line in accelerometer z']
 
     !> The test of a belief with a value.
     type :: value_test_t
@@ -40,6 +42,8 @@ module gracecg_estimation_belief_report
         real(dp) :: factor = 1              !! Standard deviation found by that believed
         real(dp) :: score = 0               !! Standard normal if the belief is right
         real(dp) :: gain = 0                !! Of the log-likelihood, if the level were that found
+        real(dp) :: frequency = 0           !! Of a line, Hz
+        logical :: at_a_rod = .false.       !! The line has the frequency of a rod, as far as the arc tells them apart
         integer :: state = CONFIRMED        !! CONFIRMED or CONTRADICTED
     end type noise_test_t
 
@@ -60,7 +64,10 @@ module gracecg_estimation_belief_report
     !> All tests of one fit.
     type :: belief_report_t
         real(dp) :: offset(3) = 0           !! Estimated, m
-        real(dp) :: wanted = 1e-4_dp        !! Accuracy of each component, m
+        real(dp) :: wanted = 5e-5_dp        !! Accuracy of each component, m
+        real(dp) :: apart(3) = 0
+        !! What the estimate differs from that of `optimal` by, m: what its sigmas leave out
+        logical :: signs_known = .false.    !! Of the accelerometer's axes together: no calibration alone tells
         real(dp) :: critical = 0            !! Of a score
         type(value_test_t), allocatable :: values(:)    !! In the order of BELIEFS
         type(noise_test_t), allocatable :: noises(:)    !! In the order of NOISE_SUBJECTS
@@ -71,15 +78,21 @@ module gracecg_estimation_belief_report
     contains
         procedure :: undetected     !! The largest undetected effect on each component
         procedure :: has_contradiction  !! Is any belief contradicted?
+        procedure :: is_untested    !! Cannot some belief be tested here that matters?
+        procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
     end type belief_report_t
 
 contains
 
-    subroutine begin_report(offset, report)
-        real(dp), intent(in) :: offset(3)
+    subroutine begin_report(offset, wanted, signs_known, report)
+        real(dp), intent(in) :: offset(3)   !! Estimated, m
+        real(dp), intent(in) :: wanted      !! Accuracy, m
+        logical, intent(in) :: signs_known
         type(belief_report_t), intent(inout) :: report
 
         report%offset = offset
+        report%wanted = wanted
+        report%signs_known = signs_known
         allocate (report%values(0), report%noises(0), report%explanations(0))
     end subroutine begin_report
 
@@ -128,6 +141,23 @@ contains
         report%noises = [report%noises, test]
     end subroutine add_noise
 
+    !> A test of the residuals by a standard normal variable.
+    subroutine add_score(report, subject, score, frequency, at_a_rod)
+        type(belief_report_t), intent(inout) :: report
+        integer, intent(in) :: subject      !! Place in NOISE_SUBJECTS
+        real(dp), intent(in) :: score
+        real(dp), intent(in) :: frequency   !! Of a line, Hz; else 0
+        logical, intent(in) :: at_a_rod     !! A rod has it
+
+        type(noise_test_t) :: test
+
+        test%subject = subject
+        test%score = score
+        test%frequency = frequency
+        test%at_a_rod = at_a_rod
+        report%noises = [report%noises, test]
+    end subroutine add_score
+
     !> Judges the tests, now that their number is known.
     subroutine finish_report(report)
         type(belief_report_t), intent(inout) :: report
@@ -163,18 +193,37 @@ contains
         end do
     end subroutine finish_report
 
-    !> The largest effect on each component of the offset that no test sees, m.
+    !> The largest effect on each component of the offset that no test sees, and what the estimate differs from that of
+    !> `optimal` by, m.
     pure function undetected(self) result(effect)
         class(belief_report_t), intent(in) :: self
         real(dp) :: effect(3)
 
         integer :: axis
 
-        effect = 0
+        effect = self%apart
         do axis = 1, 3
-            if (self%largest(axis) > 0) effect(axis) = abs(self%values(self%largest(axis))%effect(axis))
+            if (self%largest(axis) > 0) &
+                effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
         end do
     end function undetected
+
+    pure logical function is_untested(self)
+        class(belief_report_t), intent(in) :: self
+
+        is_untested = any(self%values%state == UNTESTED) .or. .not. self%signs_known
+    end function is_untested
+
+    pure real(dp) function noise_factor(self) result(factor)
+        class(belief_report_t), intent(in) :: self
+
+        integer :: i
+
+        factor = 1
+        do i = 1, size(self%noises)
+            if (self%noises(i)%state == CONTRADICTED) factor = max(factor, self%noises(i)%factor)
+        end do
+    end function noise_factor
 
     pure logical function has_contradiction(self)
         class(belief_report_t), intent(in) :: self

@@ -18,6 +18,9 @@ module gracecg_estimation_belief_tests
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_spectrum, only: strongest_line
+    use gracecg_base_statistics, only: normal_quantile
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters
@@ -45,14 +48,16 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         real(dp), allocatable :: covariance(:, :), correction(:)
         real(dp) :: sigma(PARAMETERS), condition
-        integer, allocatable :: tested(:)
+        integer, allocatable :: estimated(:), tested(:)
         integer :: n, i
 
-        associate (estimated => fitted%model%estimated)
-            n = size(estimated)
-            tested = pack(BELIEFS%parameter, [(.not. any(estimated == BELIEFS(i)%parameter), i=1, size(BELIEFS))])
-            call with_parameters(knowledge, options, fitted, [estimated, tested], problem)
-        end associate
+        estimated = fitted%model%estimated          ! and drag that bends, of which nobody believes anything
+        do i = 1, size(FORCE_SHAPES)
+            if (.not. any(estimated == FORCE_SHAPES(i))) estimated = [estimated, FORCE_SHAPES(i)]
+        end do
+        n = size(estimated)
+        tested = pack(BELIEFS%parameter, [(.not. any(estimated == BELIEFS(i)%parameter), i=1, size(BELIEFS))])
+        call with_parameters(knowledge, options, fitted, [estimated, tested], problem)
         call set_noise(problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)
@@ -62,12 +67,13 @@ contains
         end do
         allocate (covariance(n, n), correction(n))
         call solve_normal_equations(information(:n, :n), rhs(:n), correction, covariance, condition, error, &
-                                    PARAMETER_NAMES(fitted%model%estimated))
+                                    PARAMETER_NAMES(estimated))
         if (allocated(error)) return
-        call begin_report(fitted%state%value(OFFSET), report)
+        call begin_report(fitted%state%value(OFFSET), options%wanted_accuracy, knowledge%a_priori%signs_known, report)
         call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, &
-                         fitted%state%value(fitted%model%estimated), report)
+                         fitted%state%value(estimated), report)
         call test_noise(fitted, residuals, report)
+        call test_spectra(knowledge%rods, fitted, residuals, report)
         call finish_report(report)
     end subroutine test_beliefs
 
@@ -104,6 +110,56 @@ contains
             call add_value(report, i, score, left, stated, by_one, BELIEFS(i)%largest*BELIEFS(i)%size)
         end do
     end subroutine test_values
+
+    !> Whether the whitened residuals of each accelerometer axis are white: the correlation of neighbours, of which a
+    !> parameter that follows low frequencies takes 1/n, and the strongest line of the spectrum. Of a line, a
+    !> chi-square with two degrees of freedom, the largest of n independent ones has the distribution
+    !> (1 - exp(-x/2))^n; four times as many frequencies are tried, which are hardly more than twice as many
+    !> independent ones.
+    subroutine test_spectra(rods, fitted, residuals, report)
+        type(torque_rods_t), intent(in) :: rods
+        type(whitened_problem_t), intent(in) :: fitted
+        real(dp), intent(in) :: residuals(:)            !! Whitened, of all observations
+        type(belief_report_t), intent(inout) :: report
+
+        real(dp), parameter :: LEAST_CYCLES = 3, CORRELATED_FREQUENCIES = 2.2_dp
+        real(dp), allocatable :: series(:)
+        real(dp) :: score, line, frequency, arc, tail, taken, lines(3), frequencies(3)
+        integer :: axis, used, n
+
+        arc = fitted%model%steps*fitted%model%interval
+        associate (stars => fitted%star_rows, accelerations => fitted%acceleration_rows)
+            taken = size(fitted%model%estimated)/3.0_dp
+            do axis = 1, 3
+                used = count(fitted%acceleration_kept(axis, :))
+                series = residuals(stars + axis:stars + accelerations:3)
+                n = size(series)
+                if (used < 2*taken) return
+                series = series/norm2(series)
+                score = (dot_product(series(:n - 1), series(2:)) + taken/used)*sqrt(real(used, dp))
+                call add_score(report, 6 + axis, score, 0.0_dp, .false.)
+                call strongest_line(fitted%data%accelerometer_epoch, series, 1, fitted%model%interval, arc, LEAST_CYCLES, &
+                                    0.5_dp/fitted%model%interval, line, frequency)
+                lines(axis) = line
+                frequencies(axis) = frequency
+            end do
+            do axis = 1, 3
+                used = count(fitted%acceleration_kept(axis, :))
+                tail = CORRELATED_FREQUENCIES*used/2*exp(-lines(axis)/2)
+                score = 0
+                if (tail < 0.5_dp) score = -normal_quantile(max(tail, tiny(1.0_dp))/2)
+                call add_score(report, 9 + axis, score, frequencies(axis), at_a_rod(frequencies(axis)))
+            end do
+        end associate
+
+    contains
+
+        pure logical function at_a_rod(line_frequency)
+            real(dp), intent(in) :: line_frequency
+
+            at_a_rod = any(abs(rods%activations(:rods%count)%frequency - line_frequency) < 1/arc)
+        end function at_a_rod
+    end subroutine test_spectra
 
     !> Whether the noise of each accelerometer axis, and of the star camera about each of its axes, is that which the
     !> fit was weighted with: the sum of squares of the whitened residuals is a chi-square.

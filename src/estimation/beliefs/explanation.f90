@@ -12,8 +12,8 @@ module gracecg_estimation_explanation
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration
-    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, CONTRADICTED, OF_VALUE, OF_ALTERATION, &
-        OF_NOISE
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
+        OF_ALTERATION, OF_NOISE
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_optimal, only: estimate_optimal
     implicit none
@@ -39,6 +39,7 @@ contains
         type(explanation_t), allocatable, intent(out) :: explanations(:)
 
         type(explanation_t), allocatable :: found(:)
+        type(noise_test_t), allocatable :: noises(:)
         integer, allocatable :: order(:)
         integer :: i
 
@@ -47,13 +48,12 @@ contains
         do i = 1, size(ALTERATIONS)
             call try_alteration(observations, options, i, misfit, found)
         end do
-        associate (noises => pack(fitted%noises, fitted%noises%state == CONTRADICTED))
-            if (size(noises) > 0) then      ! all levels that are off together, named by the worst
-                i = maxloc(noises%gain, 1)
-                found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
-                                              value=noises(i)%factor, offset=fitted%offset)]
-            end if
-        end associate
+        noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
+        if (size(noises) > 0) then      ! all levels that are off together, named by the worst
+            i = maxloc(noises%gain, 1)
+            found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
+                                          value=noises(i)%factor, offset=fitted%offset)]
+        end if
         order = by_gain(found%gain)
         explanations = found(order)
         if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &

@@ -9,7 +9,10 @@ module gracecg_estimation_belief_words
         OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_value
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_value
+
+    integer, parameter :: FIRST_LINE = 10   !! Of NOISE_SUBJECTS
+    integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
 contains
 
@@ -23,6 +26,7 @@ contains
                 integer_text(count(values == CONTRADICTED) + count(noises == CONTRADICTED))//' contradicted, '// &
                 integer_text(count(values == UNTESTED))//' cannot be tested here'
         end associate
+        if (.not. report%signs_known) text = text//', nor can the sign of the accelerometer'
     end subroutine say_counts
 
     !> What contradicts the operator's beliefs, and what would explain it; empty if nothing does.
@@ -37,6 +41,8 @@ contains
         if (.not. report%has_contradiction()) return
         call say_worst(report, part)
         text = 'the data contradict what the setup says ('//part//')'
+        call say_lines(report, part)
+        text = text//part
         if (size(report%explanations) == 0) then
             text = text//'; no single wrong belief of those that were tried explains them'
             return
@@ -49,6 +55,70 @@ contains
         end do
         if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
     end subroutine say_contradiction
+
+    !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; empty if there are none.
+    subroutine say_lines(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text
+
+        integer :: i
+
+        text = ''
+        do i = 1, size(report%noises)
+            associate (test => report%noises(i))
+                if (test%subject < FIRST_LINE .or. test%state /= CONTRADICTED) cycle
+                text = text//'; a '//trim(NOISE_SUBJECTS(test%subject))//' at '//rounded_text(test%frequency, 4)//' Hz'
+                if (test%at_a_rod) text = text//', the frequency of a rod'
+            end associate
+        end do
+    end subroutine say_lines
+
+    !> The beliefs that cannot be tested here, those with the largest effects first; empty if there are none.
+    subroutine say_untested(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text
+
+        logical :: left(size(report%values))
+        integer :: i, n
+
+        text = ''
+        left = report%values%state == UNTESTED
+        n = count(left)
+        do i = 1, min(n, MOST_NAMED)
+            call add_one(largest_left())
+        end do
+        if (n > MOST_NAMED) text = text//' and '//integer_text(n - MOST_NAMED)//' more'
+        if (report%signs_known) return
+        if (text /= '') text = text//'; '
+        text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
+            'does, then set signs_known in &a_priori)'
+
+    contains
+
+        integer function largest_left() result(place)
+            integer :: k
+
+            place = 0
+            do k = 1, size(left)
+                if (.not. left(k)) cycle
+                if (place > 0) then
+                    if (maxval(abs(report%values(k)%effect)) <= maxval(abs(report%values(place)%effect))) cycle
+                end if
+                place = k
+            end do
+            left(place) = .false.
+        end function largest_left
+
+        subroutine add_one(place)
+            integer, intent(in) :: place
+
+            if (text /= '') text = text//', '
+            associate (test => report%values(place))
+                text = text//trim(BELIEFS(test%belief)%subject)//' ('// &
+                    rounded_text(maxval(abs(test%effect))/MILLIMETRE, 2)//' mm)'
+            end associate
+        end subroutine add_one
+    end subroutine say_untested
 
     !> The belief with the largest score.
     subroutine say_worst(report, text)
@@ -114,16 +184,16 @@ contains
         type(belief_report_t), intent(in) :: report
         character(:), allocatable, intent(out) :: text
 
-        real(dp) :: effect(3)
         integer :: axis
 
-        effect = report%undetected()/MILLIMETRE
         text = ''
         do axis = 1, 3
             if (report%largest(axis) == 0) cycle
             if (text /= '') text = text//', '
-            text = text//AXES(axis)//' '//rounded_text(effect(axis), 2)//' mm ('// &
-                trim(BELIEFS(report%values(report%largest(axis))%belief)%subject)//')'
+            associate (test => report%values(report%largest(axis)))
+                text = text//AXES(axis)//' '//rounded_text(abs(test%effect(axis))/MILLIMETRE, 2)//' mm ('// &
+                    trim(BELIEFS(test%belief)%subject)//')'
+            end associate
         end do
     end subroutine say_undetected
 end module gracecg_estimation_belief_words

@@ -55,7 +55,7 @@ module gracecg_estimation_physical_model
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         real(dp), allocatable :: shape(:, :, :)
-        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_DELAY, (3, 0:2n, parameter); of size 0 unless some of
+        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SHEARS, (3, 0:2n, parameter); of size 0 unless some of
         !! them are asked for
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
@@ -129,12 +129,16 @@ contains
         type(fitting_data_t), intent(in) :: data
         type(physical_model_t), intent(inout) :: model
 
-        real(dp), parameter :: TURN_STEP = 1e-6_dp, DELAY_STEP = 1e-4_dp, FREQUENCY_STEP = 1e-7_dp  ! rad, s, Hz
+        real(dp), parameter :: TURN_STEP = 1e-6_dp, FREQUENCY_STEP = 1e-7_dp    ! rad, Hz
         real(dp), parameter :: UNIT_MATRIX(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
         type(torque_rods_t) :: rods, up, down
+        real(dp) :: delay_step
         integer :: i
 
-        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_DELAY), source=0.0_dp)
+        ! the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
+        ! Runge-Kutta steps are those of a step wherever they lie
+        delay_step = model%interval/2
+        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SHEARS(3)), source=0.0_dp)
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
         do i = 1, 3
@@ -145,9 +149,9 @@ contains
             call difference(1.0_dp, ROD_GAINS(i))
             up = rods
             down = rods
-            up%delay(i) = rods%delay(i) + DELAY_STEP
-            down%delay(i) = rods%delay(i) - DELAY_STEP
-            call difference(2*DELAY_STEP, ROD_DELAYS(i))
+            up%delay(i) = rods%delay(i) + delay_step
+            down%delay(i) = rods%delay(i) - delay_step
+            call difference(2*delay_step, ROD_DELAYS(i))
             up = rods
             down = rods
             where (rods%activations%axis == i)
@@ -168,6 +172,12 @@ contains
                 model%shape(:, i, FIELD_TURN(1)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 1), b(:, i + 1)))
                 model%shape(:, i, FIELD_TURN(2)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 2), b(:, i + 1)))
                 model%shape(:, i, FIELD_TURN(3)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 3), b(:, i + 1)))
+                model%shape(:, i, FIELD_SCALES(1)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 1)*b(1, i + 1))
+                model%shape(:, i, FIELD_SCALES(2)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 2)*b(2, i + 1))
+                model%shape(:, i, FIELD_SCALES(3)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 3)*b(3, i + 1))
+                model%shape(:, i, FIELD_SHEARS(1)) = cross(model%dipole(:, i), [-b(2, i + 1), -b(1, i + 1), 0.0_dp])
+                model%shape(:, i, FIELD_SHEARS(2)) = cross(model%dipole(:, i), [0.0_dp, -b(3, i + 1), -b(2, i + 1)])
+                model%shape(:, i, FIELD_SHEARS(3)) = cross(model%dipole(:, i), [-b(3, i + 1), 0.0_dp, -b(1, i + 1)])
                 ! samples that are tagged late show the field of an earlier time: the field at t stands at t + delay
                 model%shape(:, i, FIELD_DELAY) = cross(model%dipole(:, i), (b(:, min(n, i + 1) + 1) - b(:, max(0, i - 1) + 1))/ &
                                                        ((min(n, i + 1) - max(0, i - 1))*model%interval/2))
@@ -464,7 +474,7 @@ contains
                     cross(omega, matmul(dj, omega))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
                 f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
-            case (ROD_GAINS(1):FIELD_DELAY)
+            case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3))
                 f = model%shape(:, half, parameter)
             case (ALL_RODS_DELAY)
                 f = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
@@ -492,12 +502,13 @@ contains
         real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), t
-        logical :: drag_changes
-        integer :: i, k
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), t
+        logical :: drag_changes, side_forces
+        integer :: i, k, axis
 
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
+        side_forces = any(model%estimated == SIDE_FORCE(1))
         changes = 0
         drag = 0
         do i = 1, size(epoch)
@@ -507,8 +518,18 @@ contains
             if (drag_changes) then
                 changes = drag_partials(model, state, trajectory, k)
                 drag = matmul(changes(:, :3), state%value([DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE]))
+                along = airflow_at(model, trajectory%q(:, k), k)
+                drag(2:) = drag(2:) + state%value(AIRFLOW_TURN)*dot_product(along, drag)
             end if
             unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
+            bends = bends_at(model, k)
+            if (side_forces) then
+                along = airflow_at(model, trajectory%q(:, k), k)
+                unscaled(1) = unscaled(1) + dot_product(along(2:), state%value(SIDE_FORCE))
+            end if
+            do axis = 1, 3
+                unscaled(axis) = unscaled(axis) + sum(bends*state%value(FORCE_BENDS), mask=BEND_AXIS == axis)
+            end do
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
@@ -558,6 +579,26 @@ contains
         partials(:, 4) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
     end function drag_partials
 
+    !> The polynomials of FORCE_BENDS at k h.
+    pure function bends_at(model, k) result(values)
+        type(physical_model_t), intent(in) :: model
+        integer, intent(in) :: k
+        real(dp) :: values(size(FORCE_BENDS))
+
+        real(dp) :: x, polynomial(0:6)
+        integer :: n
+
+        x = 2*real(k, dp)/model%steps - 1
+        polynomial(0) = 1
+        polynomial(1) = x
+        do n = 1, 5         ! Bonnet's recursion
+            polynomial(n + 1) = ((2*n + 1)*x*polynomial(n) - n*polynomial(n - 1))/(n + 1)
+        end do
+        do n = 1, size(values)
+            values(n) = polynomial(BEND_DEGREE(n))
+        end do
+    end function bends_at
+
     !> The direction of the airflow at k h.
     pure function airflow_at(model, q, k) result(along)
         type(physical_model_t), intent(in) :: model
@@ -581,7 +622,7 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3)
+        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
         integer :: i, axis
 
         associate (d => state%value(OFFSET), t => k*model%interval)
@@ -617,10 +658,21 @@ contains
                         partials(i, axis) = unscaled(axis)
                     case (DRAG_CURVATURE:WAVE_FREQUENCY)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
+                    case (FORCE_BENDS(1):FORCE_BENDS(12))
+                        bends = bends_at(model, k)
+                        axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
+                        partials(i, axis) = factor(axis)*bends(p - FORCE_BENDS(1) + 1)
+                    case (SIDE_FORCE(1):SIDE_FORCE(2))
+                        along = airflow_at(model, trajectory%q(:, k), k)
+                        partials(i, 1) = factor(1)*along(p - SIDE_FORCE(1) + 2)
+                    case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))
+                        axis = p - AIRFLOW_TURN(1) + 2
+                        partials(i, axis) = factor(axis)*dot_product(airflow_at(model, trajectory%q(:, k), k), drag)
                     case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+                        axis = p - ACCELEROMETER_DELAYS(1) + 1
                         partials(i, axis) = -factor(axis)*slope(axis)
                     case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
-                        partials(i, :) = factor*turned_about(axis, unscaled)
+                        partials(i, :) = factor*turned_about(p - ACCELEROMETER_TURN(1) + 1, unscaled)
                     end select
                 end associate
             end do

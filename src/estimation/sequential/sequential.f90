@@ -41,6 +41,8 @@ module gracecg_estimation_sequential
 
     real(dp), parameter :: NO_CURVATURE = 1e-15_dp
     !! A-priori sigma of the curvature of a drag that is to be a straight line, m/s^2
+    real(dp), parameter :: NO_ERROR = 1e-6_dp
+    !! Part of their a-priori sigmas that scale factors and magnetometer bias may have where they are trusted
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
     integer, parameter :: MOST_EDITING_ROUNDS = 5
     real(dp), parameter :: NEGLIGIBLE = 1e-3_dp
@@ -118,6 +120,7 @@ contains
         given%guess%value(OFFSET) = 0           ! so that the guess has no weight at all
         given%prior_sigma = loose_sigmas(ESTIMATED)
         stated = a_priori_sigmas(observations%knowledge)
+        if (.not. options%sequential%estimate_within_limits) stated = NO_ERROR*stated
         where (stated(ESTIMATED) > 0) given%prior_sigma = stated(ESTIMATED)
         if (options%sequential%acceleration == STRAIGHT_LINE) &
             where (ESTIMATED == DRAG_CURVATURE) given%prior_sigma = NO_CURVATURE
