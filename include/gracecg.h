@@ -332,10 +332,21 @@ gracecg_status gracecg_force_model_rate(const gracecg_force_model *model, double
 
 /* Integrates orbit and attitude (Runge-Kutta-Fehlberg 7(8)) from time 0: states [steps + 1][13], the
    first one the initial state, every `interval` s (> 0). tolerance = 0: one step an interval; else the
-   local error allowed per step, with step-size control. At most 10^6 steps. */
+   local error allowed per step, with step-size control. At most 10^6 steps. Nothing controls the attitude:
+   the torques turn the satellite freely, as in a calibration manoeuvre; over more than some minutes use
+   gracecg_force_model_propagate_nadir. */
 gracecg_status gracecg_force_model_propagate(const gracecg_force_model *model, const double state[13],
                                              double interval, size_t steps, double tolerance,
                                              double *states, gracecg_error *error);
+
+/* Integrates the orbit of a satellite whose attitude is held: body z to the centre of the Earth, y across
+   the orbit, x along the orbit (forward other than 0) or against it (0). Position (m) and velocity (m/s),
+   inertial, at time 0; the rest as in gracecg_force_model_propagate. The states have the attitude and the
+   angular velocity that are held. */
+gracecg_status gracecg_force_model_propagate_nadir(const gracecg_force_model *model, const double position[3],
+                                                   const double velocity[3], int32_t forward, double interval,
+                                                   size_t steps, double tolerance, double *states,
+                                                   gracecg_error *error);
 
 /* ------------------------------------------------------------------ simulation */
 
@@ -371,6 +382,12 @@ gracecg_status gracecg_setup_free(gracecg_setup **setup, gracecg_error *error);
 /* The text of setup.nml, followed by the options; text, size and length as in gracecg_case_text. */
 gracecg_status gracecg_setup_text(const gracecg_setup *setup, char *text, size_t size, size_t *length,
                                   gracecg_error *error);
+
+/* The same setup with measured moments of the torque rods in place of those that they were commanded to: times
+   [count] in s from the epoch, rising, over the whole arc; moments [count][3] along the rods x, y, z in A m^2.
+   They have the rods' gain and delay in them. */
+gracecg_status gracecg_setup_measured(const gracecg_setup *setup, size_t count, const double *time,
+                                      const double *moment, gracecg_setup **measured, gracecg_error *error);
 
 /* The samples of one calibration; times in s from the setup's epoch, rising. */
 typedef struct gracecg_samples {
@@ -567,6 +584,42 @@ gracecg_status gracecg_design_manoeuvre(const gracecg_case *the_case, const grac
 gracecg_status gracecg_map(const gracecg_case *the_case, size_t n, const double *seconds, int32_t threads,
                            double *latitude, double *longitude, double *sigma, double *worst_sigma,
                            double *worst_direction, double *wave, double *force, gracecg_error *error);
+
+/* ------------------------------------------------------------------ Level-1 data of GRACE and GRACE-FO */
+
+/* The records of a Level-1 file in order of time, each epoch once. */
+typedef struct gracecg_level1 gracecg_level1;
+
+/* Reads a file, text or binary, of any product that `gracecg level1 list` knows. span or NULL: first and last
+   time tag that are wanted, in s past 2000-01-01 12:00:00 in the file's own time frame. */
+gracecg_status gracecg_level1_read(const char *path, const double span[2], gracecg_level1 **level1,
+                                   gracecg_error *error);
+gracecg_status gracecg_level1_free(gracecg_level1 **level1, gracecg_error *error);
+
+/* How many records, fields and warnings there are; each or NULL. */
+gracecg_status gracecg_level1_counts(const gracecg_level1 *level1, size_t *records, size_t *fields,
+                                     size_t *warnings, gracecg_error *error);
+
+/* Product, satellite and time frame (R: on-board computer or receiver, G: GPS; none where records do not say),
+   as "MAG1A C R". */
+gracecg_status gracecg_level1_about(const gracecg_level1 *level1, char *text, size_t size, size_t *length,
+                                    gracecg_error *error);
+
+/* The name of field 0 <= index < fields, and what is unusual about the file, 0 <= index < warnings. */
+gracecg_status gracecg_level1_field(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                    size_t *length, gracecg_error *error);
+gracecg_status gracecg_level1_warning(const gracecg_level1 *level1, size_t index, char *text, size_t size,
+                                      size_t *length, gracecg_error *error);
+
+/* Time tags [records]: whole seconds past 2000-01-01 12:00:00, and the rest, 0 <= fraction < 1 s; each or NULL.
+   capacity is the length of the arrays. */
+gracecg_status gracecg_level1_times(const gracecg_level1 *level1, size_t capacity, double *seconds,
+                                    double *fraction, gracecg_error *error);
+
+/* The values [records] of a field, in the units of the file: integers and flags are exact, letters their codes.
+   A value that a record has not is NaN. */
+gracecg_status gracecg_level1_values(const gracecg_level1 *level1, const char *field, size_t capacity,
+                                     double *values, gracecg_error *error);
 
 #ifdef __cplusplus
 }

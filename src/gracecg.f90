@@ -9,6 +9,7 @@
 !>   integrator of one's own: `satellite_dynamics_t%accelerations`; propagation: `propagate_arc`
 !> - instruments, and simulated observations: `new_simulator`, `observe`
 !> - observation sets, from arrays or files: `observation_set_t`, `read_observations`
+!> - Level-1 data of GRACE and GRACE-FO: `read_level1`, `level1_reader_t`, `level1_writer_t`, time, frames
 !> - estimators: `estimate_offset`; how to estimate: `estimation_options_t` with `optimal_options_t` and
 !>   `sequential_options_t` as components, `read_options`; the estimate on the way: `running_estimate_t`
 !> - a case and how it is estimated: `find_calibration`, `report_options`
@@ -62,7 +63,8 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     ! Cases, equations of motion, propagation
@@ -78,6 +80,7 @@ module gracecg
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
         STATE_ATTITUDE => ATTITUDE
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc, check_state
+    use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     ! Instruments
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_simulation_accelerometer, only: accelerometer_t, pmc_acceleration_t, pmc_acceleration
@@ -92,6 +95,19 @@ module gracecg
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
+    ! Level-1 data of GRACE and GRACE-FO
+    use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, level1_product_names
+    use gracecg_observations_level1_header, only: level1_header_t
+    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_observations_level1_records, only: level1_records_t, read_level1
+    use gracecg_observations_level1_writer, only: level1_writer_t
+    use gracecg_observations_level1_conversion, only: convert_level1
+    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
+    use gracecg_observations_level1_frames, only: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, &
+        continuous_quaternions, mounting_of_head, attitude_by_head, calibration_vector, &
+        inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
+    use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
+    use gracecg_observations_level1_check, only: level1_check_t, check_level1
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP
     use gracecg_estimation_report_options, only: report_options
@@ -140,14 +156,21 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES, motion_limits_t
+    public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
+
+    public :: level1_layout_t, level1_layout, level1_product_names, level1_header_t, level1_reader_t, level1_block_t
+    public :: level1_records_t, read_level1, level1_writer_t, convert_level1
+    public :: level1_clock_t, new_level1_clock, to_gps_time, utc_of_gps, gps_date_text
+    public :: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, continuous_quaternions, mounting_of_head
+    public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
+    public :: inertial_velocity, level1_folder_t, open_level1_folder, level1_check_t, check_level1
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t
     public :: STATE_SIZE, STATE_POSITION, STATE_VELOCITY, STATE_OMEGA, STATE_ATTITUDE
-    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state
+    public :: ode_system_t, rkf78_step, rkf78_integrate, truth_arc_t, propagate_arc, check_state, nadir_pointing_t
 
     public :: random_stream_t, new_stream
     public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration

@@ -23,6 +23,7 @@ program tester
     use test_geopotential, only: collect_geopotential
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
+    use test_decimal, only: collect_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
@@ -30,6 +31,11 @@ program tester
     use test_namelist, only: collect_namelist
     use test_arguments, only: collect_arguments
     use test_observation_files, only: collect_observation_files
+    use test_level1_reader, only: collect_level1_reader
+    use test_level1_writer, only: collect_level1_writer
+    use test_level1_time, only: collect_level1_time
+    use test_level1_check, only: collect_level1_check
+    use test_level1_fuzz, only: collect_level1_fuzz
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -118,6 +124,7 @@ program tester
              new_testsuite('geopotential', collect_geopotential), &
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
+             new_testsuite('decimal', collect_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &
@@ -125,6 +132,11 @@ program tester
              new_testsuite('namelist', collect_namelist), &
              new_testsuite('arguments', collect_arguments), &
              new_testsuite('observation-files', collect_observation_files), &
+             new_testsuite('level1-reader', collect_level1_reader), &
+             new_testsuite('level1-writer', collect_level1_writer), &
+             new_testsuite('level1-time', collect_level1_time), &
+             new_testsuite('level1-check', collect_level1_check), &
+             new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &

@@ -11,12 +11,15 @@ is `N passed, N failed`; status 1 on a failure.
 import gzip
 import os
 import pathlib
+import pty
 import re
+import select
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EXAMPLE = ROOT / "example"
@@ -253,6 +256,41 @@ def check_completion(here):
         raise Failure(f"{zsh} does not begin with #compdef")
     if shutil.which("zsh"):
         run(["zsh", "-n", zsh])
+        check_zsh(here, zsh.parent)
+
+
+def check_zsh(here, folder):
+    """An interactive zsh on a terminal of its own: what stands on the line, or is listed, after the tab key."""
+    cases = (("gracecg sim", "gracecg simulate "), ("gracecg model gra", "gracecg model gravity"),
+             ("gracecg help model gra", "gracecg help model gravity"), ("gracecg estimate --alg", "--algorithm"),
+             ("gracecg estimate run1 --algorithm seq", "sequential"), ("gracecg simulate back-", "back-3"),
+             ("gracecg bound --cases front-1,pri", "front-1,printed"), ("gracecg statements one", "one-rod"),
+             ("gracecg montecarlo --algorithms assest-fde,opt", "assest-fde,optimal"),
+             ("gracecg completion b", "gracecg completion bash"), ("gracecg simulate my", "my\\ case.nml"))
+    child, terminal = pty.fork()
+    if child == 0:
+        os.chdir(here.work)
+        os.environ.update(TERM="dumb", PATH=f"{here.prefix}/bin:{os.environ['PATH']}")
+        os.execvp("zsh", ["zsh", "-f", "-i"])
+
+    def typed(text, seconds):
+        os.write(terminal, text.encode())
+        said, end = b"", time.monotonic() + seconds
+        while time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                said += os.read(terminal, 65536)
+        return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]|[\r\x07]", "", said.decode(errors="replace"))
+
+    try:
+        typed(f"stty cols 200 rows 60; fpath=({shlex.quote(str(folder))} $fpath); autoload -Uz compinit; compinit -u -D; "
+              "LISTMAX=0; unsetopt beep\r", 4)
+        for line, expected in cases:
+            if expected not in (said := typed(line + "\t\t", 2)):
+                raise Failure(f"zsh completes {line!r} as {said!r}, expected {expected!r}")
+            typed("\x15\x03", 0.5)
+    finally:
+        os.close(terminal)
+        os.waitpid(child, 0)
 
 
 def check_documents(prefix):
@@ -418,6 +456,13 @@ def check_python(here, expected):
         raise Failure(f"no exception: {output}")
 
 
+def check_level1(here, program, *parts):
+    """The example of Level-1 data reads the file that it has written."""
+    output = here.output(program)
+    if missing := [part for part in parts if part not in output]:
+        raise Failure(f"{missing} is not in: {output}")
+
+
 def check_memory(here, program):
     """No block left, no invalid access, no jump on a value that was never set."""
     run(["valgrind", "--quiet", "--error-exitcode=99", "--leak-check=full",
@@ -457,6 +502,8 @@ def check_examples(checks, here):
             "fortran/calibrate.f90", STRICT_FORTRAN)
     example("bound (Fortran)", check_bound, fortran, "fortran/bound.f90", STRICT_FORTRAN)
     example("design (Fortran)", check_design, fortran, "fortran/design.f90", STRICT_FORTRAN)
+    example("level1 (Fortran)", check_level1, fortran, "fortran/level1.f90", STRICT_FORTRAN, "USO1B", "3 records", "uso_freq")
+    level1 = example("level1 (C)", check_level1, "cc", "c/level1.c", STRICT_C, "CLK1B C", "2 records", "eps_time")
     optimal = example("optimal (C)", check_optimal, "cc", "c/optimal.c", STRICT_C)
     models = example("models (F77)", check_models, fortran, "f77/models.f", STRICT_F77)
     calibrate = example("calibrate (C)", check_c, "cc", "c/calibrate.c", STRICT_C, expected)
@@ -464,7 +511,7 @@ def check_examples(checks, here):
     example("threads (C)", check_threads, "cc", "c/threads.c", [*STRICT_C, "-pthread"], expected)
     checks.run("calibrate (Python) gives the command line's numbers", check_python, here, expected)
     for label, program in (("models (F77)", models), ("calibrate (C)", calibrate),
-                           ("optimal (C)", optimal)):
+                           ("optimal (C)", optimal), ("level1 (C)", level1)):
         if program is not None:
             checks.run(f"{label} under valgrind", check_memory, here, program)
     static = checks.run("calibrate (C) links the static library", here.build, "cc", EXAMPLE / "c/calibrate.c",

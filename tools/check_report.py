@@ -26,16 +26,19 @@ DRAWINGS = ["2_1", "2_2", "3_2", "4_1", "5_1"]
 FIGURES = ["3_1", "5_2", "5_3", "5_4", "5_5", "5_6", "5_7", "5_8", "6_1", "6_2", "6_3", "6_4", "6_5", "6_6",
            "bound", "manoeuvre_map"]
 TABLES = ["1_1", "1_2", "5_1", "6_1", "6_2"]
-MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"]
+STATEMENTS = ["one-rod", "arc-length", "weights", "accuracy", "condition", "two-steps", "stars"]
+MORE_TABLES = ["bound_table", "designed_manoeuvres", "designed_reached"] + [f"statement_{s}" for s in STATEMENTS]
 COLUMNS = {
     "montecarlo.csv": "case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm",
     "montecarlo_runs.csv": "case,algorithm,run,dx_mm,dy_mm,dz_mm,converged",
     "errors.csv": "source,axis,runs,rms_mm,predicted_mm",
+    "statements.csv": "statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm,predicted_y_mm,"
+                      "predicted_z_mm,condition,stars,sigma_x_arcsec,sigma_y_arcsec,sigma_boresight_arcsec",
     "magnetometer_loss.csv": "case,algorithm,magnetometer,axis,runs,rms_mm,predicted_mm",
     "magnetometer_loss_runs.csv": "case,algorithm,magnetometer,run,dx_mm,dy_mm,dz_mm",
     "gravity_gradient.csv": "time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,"
                             "others_r_m_s2,others_t_m_s2,others_n_m_s2",
-    "timing_front.csv": "time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2,"
+    "timing_front.csv": "time_s,utc,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2,"
                         "alpha_y_rad_s2,alpha_z_rad_s2,"
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
@@ -60,7 +63,7 @@ def unit_of(curve):
 for case in ("front-1", "back-1"):
     COLUMNS[f"verify_{case}.csv"] = ",".join(["time_s"] + [f"{c}_{a}_{unit_of(c)}" for c in CURVES for a in "xyz"])
 ROWS = {"verify_front-1.csv": 601, "verify_back-1.csv": 601, "montecarlo.csv": 72, "montecarlo_runs.csv": 24 * int(RUNS),
-        "errors.csv": 15, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
+        "errors.csv": 15, "statements.csv": 76, "bound.csv": 108, "design.csv": 18, "manoeuvre_map_front.csv": 94, "manoeuvre_map_back.csv": 94,
          "magnetometer_loss.csv": 24, "magnetometer_loss_runs.csv": 8 * int(RUNS)}
 
 problems = []

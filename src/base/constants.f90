@@ -18,6 +18,7 @@ module gracecg_base_constants
     real(dp), parameter, public :: NANOMETRE = 1e-9_dp      !! m
     real(dp), parameter, public :: KILOMETRE = 1e3_dp       !! m
     real(dp), parameter, public :: NANOTESLA = 1e-9_dp      !! T
+    real(dp), parameter, public :: MICROTESLA = 1e-6_dp     !! T
     real(dp), parameter, public :: HOUR_ANGLE = PI/12       !! rad for one hour of right ascension
 
     !> Names of the axes of a frame

@@ -41,7 +41,7 @@ module gracecg_cli_arguments
         !! The arguments of one command
         logical :: wants_help = .false.             !! --help or -h was given: nothing else counts
         logical :: wants_version = .false.          !! --version was given
-        character(:), allocatable, private :: command, positionals, summary, example
+        character(:), allocatable, private :: command, positionals, summary, example, choices
         integer, private :: fewest = 0, most = 0
         type(option_t), allocatable, private :: options(:)
         type(string_t), allocatable, private :: words(:)
@@ -92,14 +92,17 @@ contains
     end function process_words
 
     !> Begins the declaration of a command.
-    subroutine describe(self, command, positionals, fewest, most, summary, example)
+    subroutine describe(self, command, positionals, fewest, most, summary, example, choices)
         class(arguments_t), intent(out) :: self
         character(*), intent(in) :: command         !! As typed: 'model gravity'; may be empty
         character(*), intent(in) :: positionals     !! In the usage line: 'CASE', '[CASE ...]', ''
         integer, intent(in) :: fewest, most         !! Allowed number of positional words
         character(*), intent(in) :: summary         !! What the command does
         character(*), intent(in) :: example         !! One or more command lines, by new_line('a')
+        character(*), intent(in), optional :: choices(:)    !! What a positional word may be, for the completion in a shell
 
+        self%choices = ''
+        if (present(choices)) self%choices = join(choices, ' ')
         self%command = trim(PROGRAM_NAME//' '//command)
         self%positionals = positionals
         self%fewest = fewest
@@ -647,7 +650,7 @@ contains
         offered(n + 1)%help = 'shows the help of the command'
         offered(n + 2)%name = ''
         offered(n + 2)%placeholder = self%positionals
-        offered(n + 2)%choices = ''
+        offered(n + 2)%choices = self%choices
         offered(n + 2)%help = ''
     end subroutine completion
 end module gracecg_cli_arguments

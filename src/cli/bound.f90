@@ -12,7 +12,7 @@ module gracecg_cli_bound
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
     use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, console_width, wrapped
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     use gracecg_files_data_table, only: data_table_t
     implicit none
@@ -169,11 +169,12 @@ contains
 
         real(dp), parameter :: NOTHING = 1e-4_dp        ! of the noise: estimates are not iterated farther
         type(consider_check_t) :: check
-        character(160) :: line
+        integer, parameter :: NUMBERS = 59              ! columns
+        character(NUMBERS) :: line
         character(8) :: deviation(3)
         integer :: i, axis
 
-        call console%line('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
+        call console%paragraph('each source drawn in '//integer_text(runs)//' runs: considered sigma, mm, and '// &
                           'drawn minus considered, % (-: less than 1e-4 of the noise)')
         call results%begin_array('checks')
         do i = 1, size(KNOWLEDGE_SOURCES)
@@ -185,9 +186,8 @@ contains
                 if (min(check%rms(axis), check%considered(axis)) > NOTHING*check%noise(axis)) &
                     write (deviation(axis), '(f8.1)') 100*(check%rms(axis)/check%considered(axis) - 1)
             end do
-            write (line, '(t3, 3(f11.6, a8), 2x, a)') (check%considered(axis)/MILLIMETRE, deviation(axis), &
-                axis=1, 3), trim(size_text(check%knowledge_study_t))
-            call console%line(trim(line))
+            write (line, '(t3, 3(f11.6, a8))') (check%considered(axis)/MILLIMETRE, deviation(axis), axis=1, 3)
+            call console%line(line//'  '//wrapped(trim(size_text(check%knowledge_study_t)), NUMBERS + 3, console_width()))
             call results%begin(on_one_line=.true.)
             call results%member('source', trim(KNOWLEDGE_SOURCES(i)%name))
             call results%member('runs', runs)

@@ -5,6 +5,8 @@ module gracecg_cli_calibration_argument
     use gracecg_base_text, only: string_t, append, integer_text, join
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_estimation_options, only: read_options
+    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_instrument_limits, only: instrument_warnings
     use gracecg_simulation_case_library, only: CASE_GROUPS, expanded_cases
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
@@ -12,7 +14,7 @@ module gracecg_cli_calibration_argument
     implicit none
     private
     public :: add_options_option, add_cases_option, take_calibration, take_firing_calibration
-    public :: take_calibrations, take_one_calibration, MOST_CASES
+    public :: take_calibrations, take_one_calibration, warn_of_instruments, MOST_CASES
 
     integer, parameter :: MOST_CASES = 1000     !! Words CASE of a command that takes several
 
@@ -150,6 +152,21 @@ contains
         call arguments%get('--options', path, error)
         if (.not. allocated(error)) call read_options(path, calibration%options, error)
     end subroutine take_calibration
+
+    !> Warns of the settings of a case's instruments that are beyond what the report says of them: for commands that
+    !> draw their samples.
+    subroutine warn_of_instruments(case, console)
+        type(case_t), intent(in) :: case
+        type(console_t), intent(inout) :: console
+
+        type(string_t), allocatable :: warnings(:)
+        integer :: i
+
+        call instrument_warnings(case%satellite, warnings)
+        do i = 1, size(warnings)
+            call console%warn('case '//trim(case%name)//': '//warnings(i)%text)
+        end do
+    end subroutine warn_of_instruments
 
     !> The same for who estimates: fails, too, when all torque rods of the case are off.
     subroutine take_firing_calibration(arguments, name, console, calibration, error)

@@ -57,7 +57,7 @@ contains
         do i = 1, size(campaign%cases)
             associate (case => campaign%cases(i))
                 if (case%published == '' .and. any(REPORT_CASE_NAMES == case%name)) &
-                    call console%line(trim(case%name)//': edited or switched, not the case of the report: nothing is '// &
+                    call console%paragraph(trim(case%name)//': edited or switched, not the case of the report: nothing is '// &
                                       'published for it')
             end associate
         end do
@@ -210,7 +210,7 @@ contains
         call console%line('')
         write (row, '(a, f0.2, a)') 'mean of the errors squared in units of the estimates'' own covariances (3 if '// &
             'those are honest; one sigma ', sqrt(6.0_dp/most_runs(campaign)), ')'
-        call console%line(trim(row))
+        call console%paragraph(row)
         do i = 1, size(campaign%cases)
             write (row, '(t17, *(a12))') (or_dash(campaign%entries(a, i)%normalised), a=1, n)
             call console%line(wide(trim(campaign%cases(i)%name), width)//trim(row))

@@ -5,7 +5,12 @@ module gracecg_cli_command
     use gracecg_cli_console, only: console_t
     implicit none
     private
-    public :: command_t
+    public :: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
+
+    !> First words of commands of two words, and what stands behind them
+    character(6), parameter :: COMMAND_GROUPS(2) = [character(6) :: 'model', 'level1']
+    character(40), parameter :: GROUP_SUMMARIES(2) = [character(40) :: 'single models of the environment', &
+                                                      'Level-1 data of GRACE and GRACE-FO']
 
     !> A command of the program.
     type :: command_t

@@ -7,7 +7,7 @@ module gracecg_cli_command_line
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
     use gracecg_cli_interruption, only: caught_signal, INTERRUPTED
-    use gracecg_cli_command, only: command_t
+    use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     use gracecg_cli_cases, only: declare_cases, run_cases
     use gracecg_cli_verify, only: declare_verify, run_verify
     use gracecg_cli_simulate, only: declare_simulate, run_simulate
@@ -26,14 +26,15 @@ module gracecg_cli_command_line
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
         declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
+    use gracecg_cli_level1, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
+        declare_level1_convert, run_level1_convert
+    use gracecg_cli_level1_check, only: declare_level1_check, run_level1_check
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
 
     !> Exit statuses: done, the work failed, wrong usage
     integer, parameter :: STATUS_DONE = 0, STATUS_FAILED = 1, STATUS_MISUSED = 2
-    character(*), parameter :: MODEL = 'model'
-    !! First word of the commands of the single models
 
 contains
 
@@ -80,7 +81,15 @@ contains
                       declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
             command_t('model star-camera', 'one noisy frame of a star camera', &
-                      declare_star_camera, run_star_camera)]
+                      declare_star_camera, run_star_camera), &
+            command_t('level1 list', 'what Level-1 files of GRACE and GRACE-FO hold', &
+                      declare_level1_list, run_level1_list), &
+            command_t('level1 dump', 'the values of a Level-1 file, or their statistics, as CSV', &
+                      declare_level1_dump, run_level1_dump), &
+            command_t('level1 check', 'a day of Level-1 data in numbers, with a verdict each', &
+                      declare_level1_check, run_level1_check), &
+            command_t('level1 convert', 'Level-1 text as binary, binary as text', &
+                      declare_level1_convert, run_level1_convert)]
     end function all_commands
 
     !> Arguments and help of `gracecg completion`.
@@ -90,7 +99,7 @@ contains
         call arguments%describe('completion', 'bash|zsh', 1, 1, &
                                 'Prints a script that completes commands, options and their values. `make install` '// &
                                 'puts it where bash and zsh look; otherwise: source <(gracecg completion bash)', &
-                                'gracecg completion bash > gracecg.bash')
+                                'gracecg completion bash > gracecg.bash', SHELLS)
     end subroutine declare_completion
 
     !> The work of `gracecg completion`.
@@ -130,8 +139,10 @@ contains
             call run_command(commands(position), asked(used + 1:), console, misuse, error)
         else if (wants_version(asked)) then
             call console%line('gracecg '//VERSION)
+        else if (size(asked) > 0) then
+            call console%line(overview(commands, findloc(COMMAND_GROUPS == asked(1)%text, .true., 1)))
         else
-            call console%line(overview(commands))
+            call console%line(overview(commands, 0))
         end if
         call console%finish(output_error)
 
@@ -180,7 +191,7 @@ contains
         end if
     end subroutine run_command
 
-    !> The command that the first word, or `model` and the second word, names. Position 0: none is
+    !> The command that the first word, or that of a group and the second word, names. Position 0: none is
     !> named, but help or the version is asked for.
     subroutine find_command(words, commands, position, used, misuse)
         type(string_t), intent(in) :: words(:)
@@ -198,14 +209,14 @@ contains
         if (is_help(words(1)%text) .or. words(1)%text == '--version') return
         name = words(1)%text
         used = 1
-        if (name == MODEL) then
+        if (any(COMMAND_GROUPS == name)) then
             if (size(words) < 2) then
-                call fail(misuse, 'which model? There are'//model_names(commands)//new_line('a')// &
-                          'usage: gracecg model NAME [OPTIONS]')
+                call fail(misuse, 'which '//name//'? There are'//names_of_group(name, commands)//new_line('a')// &
+                          'usage: gracecg '//name//' NAME [OPTIONS]')
                 return
             end if
             if (is_help(words(2)%text) .or. words(2)%text == '--version') return
-            name = MODEL//' '//words(2)%text
+            name = name//' '//words(2)%text
             used = 2
         end if
         names = commands%name
@@ -215,7 +226,8 @@ contains
                       new_line('a')//'commands: gracecg --help')
     end subroutine find_command
 
-    function model_names(commands) result(names)
+    function names_of_group(group, commands) result(names)
+        character(*), intent(in) :: group       !! First word
         type(command_t), intent(in) :: commands(:)
         character(:), allocatable :: names
 
@@ -223,10 +235,9 @@ contains
 
         names = ''
         do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') == 1) &
-                names = names//' '//trim(commands(i)%name(len(MODEL) + 2:))
+            if (index(commands(i)%name, group//' ') == 1) names = names//' '//trim(commands(i)%name(len(group) + 2:))
         end do
-    end function model_names
+    end function names_of_group
 
     pure logical function is_help(word)
         character(*), intent(in) :: word
@@ -245,14 +256,26 @@ contains
         end do
     end function wants_version
 
-    !> The help of the program itself.
-    function overview(commands) result(text)
+    !> The help of the program itself, or of one of its groups of commands alone.
+    function overview(commands, group) result(text)
         type(command_t), intent(in) :: commands(:)
+        integer, intent(in) :: group            !! Of COMMAND_GROUPS; 0: all commands
         character(:), allocatable :: text
 
         character(*), parameter :: LF = new_line('a')
+        character(:), allocatable :: name
         integer :: i
 
+        if (group > 0) then
+            name = trim(COMMAND_GROUPS(group))
+            text = 'usage: gracecg '//name//' NAME [OPTIONS]'//LF//LF//trim(GROUP_SUMMARIES(group))//':'
+            do i = 1, size(commands)
+                if (index(commands(i)%name, name//' ') == 1) &
+                    text = text//LF//'  '//commands(i)%name//trim(commands(i)%summary)
+            end do
+            text = text//LF//LF//'gracecg help '//name//' NAME shows the options of one of them and an example.'
+            return
+        end if
         text = 'gracecg '//VERSION//': centre-of-gravity calibration of GRACE-type satellites'// &
             LF//LF//'usage: gracecg COMMAND [ARGUMENTS] [OPTIONS]'//LF//LF//'commands:'
         do i = 1, size(commands)

@@ -1,19 +1,20 @@
 !> Completion of the command line in a shell, made of what the commands declare.
 !>
 !> A value that an option names FILE or DIR is completed as a path, CASE as a built-in case or a file, one with
-!> choices by these; of numbers nothing is known.
+!> choices by these, a LIST after each comma anew; of numbers nothing is known.
 module gracecg_cli_completion
-    use gracecg_base_text, only: string_t, split_words
+    use gracecg_base_text, only: string_t, join, split_words
     use gracecg_base_version, only: VERSION
+    use gracecg_simulation_case_library, only: CASE_GROUPS
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_cli_arguments, only: arguments_t, offered_t
-    use gracecg_cli_command, only: command_t
+    use gracecg_cli_command, only: command_t, COMMAND_GROUPS, GROUP_SUMMARIES
     implicit none
     private
     public :: completion_script, SHELLS
 
     character(4), parameter :: SHELLS(2) = [character(4) :: 'bash', 'zsh']    !! That are completed
-    character(*), parameter :: LF = new_line('a'), MODEL = 'model'
+    character(*), parameter :: LF = new_line('a')
     character(1), parameter :: BACKSLASH = achar(92)
 
 contains
@@ -40,13 +41,17 @@ contains
 
         words = ''
         do i = 1, size(commands)
-            if (index(commands(i)%name, ' ') <= len_trim(commands(i)%name)) cycle
+            if (in_group(commands(i))) cycle
             words = words//trim(commands(i)%name)//' '
         end do
-        words = words//MODEL//' help'
+        do i = 1, size(COMMAND_GROUPS)
+            words = words//trim(COMMAND_GROUPS(i))//' '
+        end do
+        words = words//'help'
     end function first_words
 
-    function model_words(commands) result(words)
+    function words_of_group(group, commands) result(words)
+        character(*), intent(in) :: group       !! First word
         type(command_t), intent(in) :: commands(:)
         character(:), allocatable :: words
 
@@ -54,10 +59,17 @@ contains
 
         words = ''
         do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') == 1) words = words//' '//trim(commands(i)%name(len(MODEL) + 2:))
+            if (index(commands(i)%name, group//' ') == 1) words = words//' '//trim(commands(i)%name(len(group) + 2:))
         end do
         words = words(2:)
-    end function model_words
+    end function words_of_group
+
+    !> Whether a command has two words.
+    pure logical function in_group(command)
+        type(command_t), intent(in) :: command
+
+        in_group = index(trim(command%name), ' ') > 0
+    end function in_group
 
     function case_words() result(words)
         character(:), allocatable :: words
@@ -71,12 +83,16 @@ contains
         words = words(2:)
     end function case_words
 
-    !> How a value is completed: files, folders, cases, nothing, or the words themselves behind `words `.
+    !> How a value is completed: files, folders, cases, nothing, or the words themselves behind `words `, of values
+    !> with commas between them behind `list `.
     function kind_of(offered) result(kind)
         type(offered_t), intent(in) :: offered
         character(:), allocatable :: kind
 
-        if (offered%choices /= '') then
+        if (offered%placeholder == 'LIST' .and. (offered%choices /= '' .or. offered%name == '--cases')) then
+            kind = 'list '//case_words()//' '//join(CASE_GROUPS, ' ')
+            if (offered%choices /= '') kind = 'list '//offered%choices
+        else if (offered%choices /= '') then
             kind = 'words '//offered%choices
         else if (index(offered%placeholder, 'FILE') > 0) then
             kind = 'files'
@@ -107,13 +123,17 @@ contains
             '        command=${COMP_WORDS[2]}'//LF// &
             '        place=3'//LF// &
             '    fi'//LF// &
-            '    if [[ $command == '//MODEL//' ]]; then'//LF// &
-            '        command="'//MODEL//' ${COMP_WORDS[place]}"'//LF// &
-            '        place=$((place + 1))'//LF// &
-            '    fi'//LF// &
+            '    case $command in '//join(COMMAND_GROUPS, ' | ')//')'//LF// &
+            '        command="$command ${COMP_WORDS[place]}"'//LF// &
+            '        place=$((place + 1)) ;;'//LF// &
+            '    esac'//LF// &
             '    if ((COMP_CWORD < place)); then'//LF// &
-            '        options="'//first_words(commands)//' --help --version"'//LF// &
-            '        [[ $command == "'//MODEL//' "* ]] && options="'//model_words(commands)//'"'//LF// &
+            '        options="'//first_words(commands)//' --help --version"'//LF
+        do i = 1, size(COMMAND_GROUPS)
+            script = script//'        [[ $command == "'//trim(COMMAND_GROUPS(i))//' "* ]] && options="'// &
+                     words_of_group(trim(COMMAND_GROUPS(i)), commands)//'"'//LF
+        end do
+        script = script// &
             '        mapfile -t COMPREPLY < <(compgen -W "$options" -- "$current")'//LF// &
             '        return'//LF// &
             '    fi'//LF// &
@@ -151,6 +171,11 @@ contains
             '            mapfile -t COMPREPLY < <(compgen -W "'//case_words()//'" -- "$current"; compgen -f -- "$current")'// &
             LF//'            ;;'//LF// &
             '        "words "*) mapfile -t COMPREPLY < <(compgen -W "${kind#words }" -- "$current") ;;'//LF// &
+            '        "list "*)'//LF// &
+            '            local before='//LF// &
+            '            [[ $current == *,* ]] && before=${current%,*},'//LF// &
+            '            mapfile -t COMPREPLY < <(compgen -P "$before" -W "${kind#list }" -- "${current##*,}")'//LF// &
+            '            ;;'//LF// &
             '    esac'//LF//'}'//LF//'complete -F _gracecg gracecg'
     end subroutine write_bash
 
@@ -180,30 +205,38 @@ contains
             '# Completion of gracecg '//VERSION//' for zsh, written by: gracecg completion zsh'//LF//LF// &
             '_gracecg_cases() {'//LF// &
             "    _alternative 'cases:built-in case:("//case_words()//")' 'files:case file:_files'"//LF//'}'//LF//LF// &
-            '_gracecg() {'//LF//'    local -a commands models'//LF//'    local command'//LF//'    commands=('//LF
+            '_gracecg() {'//LF//'    local -a commands '//join(COMMAND_GROUPS, ' ')//LF//'    local command'//LF// &
+            '    commands=('//LF
         do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') == 1) cycle
+            if (in_group(commands(i))) cycle
             script = script//"        '"//trim(commands(i)%name)//':'//zsh_text(trim(commands(i)%summary))//"'"//LF
         end do
-        script = script//"        '"//MODEL//":single models of the environment'"//LF// &
-            "        'help:shows the help of a command')"//LF//'    models=('//LF
-        do i = 1, size(commands)
-            if (index(commands(i)%name, MODEL//' ') /= 1) cycle
-            script = script//"        '"//trim(commands(i)%name(len(MODEL) + 2:))//':'// &
-                     zsh_text(trim(commands(i)%summary))//"'"//LF
+        do k = 1, size(COMMAND_GROUPS)
+            script = script//"        '"//trim(COMMAND_GROUPS(k))//':'//trim(GROUP_SUMMARIES(k))//"'"//LF
         end do
-        script = script//'    )'//LF// &
+        script = script//"        'help:shows the help of a command')"//LF
+        do k = 1, size(COMMAND_GROUPS)
+            script = script//'    '//trim(COMMAND_GROUPS(k))//'=('//LF
+            do i = 1, size(commands)
+                if (index(commands(i)%name, trim(COMMAND_GROUPS(k))//' ') /= 1) cycle
+                script = script//"        '"//trim(commands(i)%name(len_trim(COMMAND_GROUPS(k)) + 2:))//':'// &
+                         zsh_text(trim(commands(i)%summary))//"'"//LF
+            end do
+            script = script//'    )'//LF
+        end do
+        script = script// &
             '    if [[ $words[2] == help ]] && ((CURRENT > 2)); then'//LF// &
             '        shift words'//LF//'        ((CURRENT -= 1))'//LF// &
             '        ((CURRENT == 2)) && _describe command commands'//LF// &
-            '        [[ $words[2] == '//MODEL//' ]] && ((CURRENT == 3)) && _describe model models'//LF// &
+            '        case $words[2] in '//join(COMMAND_GROUPS, ' | ')// &
+            ') ((CURRENT == 3)) && _describe command $words[2] ;; esac'//LF// &
             '        return'//LF//'    fi'//LF// &
             '    if ((CURRENT == 2)); then'//LF//'        _describe command commands'//LF//'        return'//LF//'    fi'//LF// &
             '    command=$words[2]'//LF// &
-            '    if [[ $command == '//MODEL//' ]]; then'//LF// &
-            '        if ((CURRENT == 3)); then'//LF//'            _describe model models'//LF//'            return'//LF// &
-            '        fi'//LF//'        command="'//MODEL//' $words[3]"'//LF//'        shift words'//LF// &
-            '        ((CURRENT -= 1))'//LF//'    fi'//LF// &
+            '    case $command in '//join(COMMAND_GROUPS, ' | ')//')'//LF// &
+            '        if ((CURRENT == 3)); then'//LF//'            _describe command $command'//LF//'            return'//LF// &
+            '        fi'//LF//'        command="$command $words[3]"'//LF//'        shift words'//LF// &
+            '        ((CURRENT -= 1)) ;;'//LF//'    esac'//LF// &
             '    shift words'//LF//'    ((CURRENT -= 1))'//LF//'    case $command in'//LF
         do i = 1, size(commands)
             call commands(i)%declare(arguments)
@@ -253,7 +286,11 @@ contains
         case ('nothing')
             action = ' '
         case default
-            action = '('//action(len('words ') + 1:)//')'
+            if (index(action, 'list ') == 1) then
+                action = '_values -s , LIST '//action(len('list ') + 1:)
+            else
+                action = '('//action(len('words ') + 1:)//')'
+            end if
         end select
     end function zsh_action
 

@@ -8,13 +8,14 @@ module gracecg_cli_design
     use gracecg_files_file, only: check_writable, output_file_t
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t, integer_text, real_text
-    use gracecg_environment_time, only: utc_text
+    use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
+    use gracecg_planning_scan, only: rods_at_place
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration, &
@@ -27,7 +28,7 @@ module gracecg_cli_design
     public :: declare_design, run_design
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
-    character(*), parameter :: QUALITY_COLUMNS = 'time_s,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
+    character(*), parameter :: QUALITY_COLUMNS = 'time_s,utc,latitude_deg,longitude_deg,sigma_x_mm,sigma_y_mm,'// &
                                'sigma_z_mm,worst_sigma_mm,worst_x,worst_y,worst_z,wave_x_mm,wave_y_mm,'// &
                                'wave_z_mm,force_x_mm,force_y_mm,force_z_mm,rate_deg_s,pointing_deg'
 
@@ -57,9 +58,12 @@ contains
                                 'gracecg design front-2 --waveforms sine --map map.csv'//new_line('a')// &
                                 'gracecg design --manoeuvre front-1 --revolutions 15 --map day.csv')
         call add_cases_option(arguments, 'front-1', single=.true.)
-        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE')
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, instead of a CASE', &
+                                  choices=SATELLITES)
         call arguments%add_option('--manoeuvre', 'CASE', 'judge the manoeuvre of this case, do not search; '// &
                                   'without --satellite and CASE on the orbit of this case')
+        call arguments%add_option('--pattern', 'NAME', 'judge the report''s two rods as a rule of its section 4.2 chooses them '// &
+                                  'at the place, do not search: y-z, as in the report, or general', choices=PATTERN_RULES)
         call arguments%add_option('--at', 'S', 'start of the calibration, seconds from the epoch (default 0)')
         call arguments%add_option('--anywhere', '', 'choose the start along the revolutions, too')
         call arguments%add_option('--everywhere', '', 'one manoeuvre for the worst axis along all revolutions')
@@ -71,7 +75,7 @@ contains
         call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2 (default 30)')
         call arguments%add_option('--frequencies', 'LOW HIGH', 'Hz, allowed (default 0.05 0.2)')
         call arguments%add_option('--waveforms', 'LIST', 'allowed: of sine, cosine, tapered, square (default '// &
-                                  'sine,tapered,square)')
+                                  'sine,tapered,square)', choices=WAVEFORM_NAMES)
         call arguments%add_option('--taper', 'S', 'of the smooth start and stop of tapered (default 5)')
         call arguments%add_option('--rise-time', 'S', 'of the edges of square (default 1)')
         call arguments%add_option('--rate-limit', 'DEG_S', 'angular velocity about any axis (default: of the '// &
@@ -132,7 +136,7 @@ contains
         type(string_t), allocatable :: waveforms(:)
         integer :: i
 
-        request%plan%search = .not. arguments%has('--manoeuvre')
+        request%plan%search = .not. (arguments%has('--manoeuvre') .or. arguments%has('--pattern'))
         if (arguments%has('--anywhere')) request%plan%place = ANYWHERE
         if (arguments%has('--everywhere')) request%plan%place = EVERYWHERE
         call arguments%get('--at', request%plan%time, misuse, default=0.0_dp, low=0.0_dp, unit='s')
@@ -188,9 +192,13 @@ contains
         call refuse_if(arguments%has('--target-mm') .and. (arguments%has('--anywhere') .or. &
                                                            arguments%has('--everywhere')), &
                        'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
+        call refuse_if(arguments%has('--manoeuvre') .and. arguments%has('--pattern'), 'options --manoeuvre and '// &
+                       '--pattern exclude each other: each gives the manoeuvre to judge', misuse)
         do i = 1, size(OF_THE_SEARCH)
             call refuse_if(arguments%has('--manoeuvre') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
                            trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)
+            call refuse_if(arguments%has('--pattern') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
+                           trim(OF_THE_SEARCH(i))//' is for the search, and --pattern does not search', misuse)
         end do
     end subroutine check_combination
 
@@ -203,17 +211,17 @@ contains
         type(error_t), allocatable, intent(out) :: misuse, error
 
         type(calibration_t) :: of_manoeuvre
-        character(:), allocatable :: satellite, name, manoeuvre
+        character(:), allocatable :: satellite, name, manoeuvre, pattern
         real(dp) :: duration, rate, pointing
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
         call arguments%get('--manoeuvre', manoeuvre, misuse, default='')
         if (allocated(misuse)) return
         name = satellite//'-1'
-        if (.not. (request%plan%search .or. arguments%has('--satellite'))) name = manoeuvre
+        if (manoeuvre /= '' .and. .not. arguments%has('--satellite')) name = manoeuvre
         call take_one_calibration(arguments, name, console, calibration, misuse, error, may_rest=.true.)
         if (allocated(misuse) .or. allocated(error)) return
-        if (.not. request%plan%search) then
+        if (manoeuvre /= '') then
             call take_firing_calibration(arguments, manoeuvre, console, of_manoeuvre, error)
             if (allocated(error)) return
             call take_manoeuvre(of_manoeuvre%case%satellite%rods, calibration%case%satellite%rods)
@@ -226,6 +234,12 @@ contains
         call arguments%get('--pointing-limit', pointing, misuse, default=calibration%case%limits%pointing/DEGREE, &
                            low=1e-6_dp, high=180.0_dp, unit='deg')
         calibration%case%duration = duration
+        if (arguments%has('--pattern')) then
+            call arguments%get('--pattern', pattern, misuse, choices=PATTERN_RULES)
+            if (.not. allocated(misuse)) call rods_at_place(calibration%case, pattern, request%plan%time, &
+                                                            request%plan%revolutions, calibration%case%satellite%rods, error)
+            if (allocated(misuse) .or. allocated(error)) return
+        end if
         if (arguments%has('--rate-limit')) calibration%case%limits%rate = rate*DEGREE
         if (arguments%has('--pointing-limit')) calibration%case%limits%pointing = pointing*DEGREE
     end subroutine take_cases
@@ -256,11 +270,11 @@ contains
         type(manoeuvre_design_t) :: other
         character(160) :: row
 
-        write (row, '(a, f6.1, a, f6.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, '// &
-            integer_text(nint(points(1)%time))//' s after '//utc_text(plan%calibration%case%epoch)//' (', &
-            abs(points(1)%latitude)/DEGREE, merge(' N,', ' S,', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
+        write (row, '(a, f4.1, a, f5.1, a)') trim(plan%calibration%case%satellite%name)//' satellite, '// &
+            time_of(plan%calibration%case, points(1))//' UTC, '//integer_text(nint(points(1)%time))//' s after the epoch (', &
+            abs(points(1)%latitude)/DEGREE, merge(' N, ', ' S, ', points(1)%latitude >= 0), abs(points(1)%longitude)/DEGREE, &
             merge(' E)', ' W)', points(1)%longitude >= 0)//', an arc of '//real_text(plan%arc%knowledge%duration)//' s'
-        call console%line(trim(row))
+        call console%paragraph(row)
         call console%line('')
         call show_rods(plan%design%rods, console)
         call console%line('')
@@ -283,7 +297,7 @@ contains
         call console%paragraph(row)
         if (request%plan%search) &
             call console%line(integer_text(plan%design%evaluations)//' evaluations of a manoeuvre at a place')
-        if (size(points) > 1) call show_map(points(2:), plan%orbit%revolutions, console)
+        if (size(points) > 1) call show_map(plan%calibration%case, points(2:), plan%orbit%revolutions, console)
         if (request%out /= '') then
             call console%line('')
             if (request%plan%search) &
@@ -340,7 +354,8 @@ contains
     end subroutine show_quality
 
     !> The best and the worst place of a map.
-    subroutine show_map(points, revolutions, console)
+    subroutine show_map(case, points, revolutions, console)
+        type(case_t), intent(in) :: case
         type(map_point_t), intent(in) :: points(:)
         integer, intent(in) :: revolutions
         type(console_t), intent(inout) :: console
@@ -351,46 +366,58 @@ contains
 
         call console%line('')
         call console%line('map: '//integer_text(size(points))//' places of '// &
-                          integer_text(revolutions)//' revolutions')
-        call console%line('                     time  latitude  longitude   sigma x        y        z  '// &
-                          'greatest direction, mm')
+                          integer_text(revolutions)//trim(merge(' revolution ', ' revolutions', revolutions == 1)))
+        call console%line('             time, s  UTC                  lat.     long.  sigma x        y        z  greatest, mm')
         do i = 1, size(points)
             greatest(i) = maxval(points(i)%quality%sigma)
         end do
         do i = 1, 2
             place = merge(minloc(greatest, 1), maxloc(greatest, 1), i == 1)
             associate (point => points(place))
-                write (row, '(a, t17, i9, f10.1, f11.1, 1x, 4f9.5)') merge('best place ', 'worst place', i == 1), &
-                    nint(point%time), point%latitude/DEGREE, point%longitude/DEGREE, &
+                write (row, '(a, t13, i8, 2x, a19, f6.1, f10.1, 4f9.5)') merge('best place ', 'worst place', i == 1), &
+                    nint(point%time), time_of(case, point), point%latitude/DEGREE, point%longitude/DEGREE, &
                     min(point%quality%sigma, 99.0_dp)/MILLIMETRE, min(point%worst_sigma, 99.0_dp)/MILLIMETRE
                 call console%line(trim(row))
             end associate
         end do
     end subroutine show_map
 
+    !> The time of a place in UTC.
+    function time_of(case, point) result(text)
+        type(case_t), intent(in) :: case            !! From whose epoch the time counts
+        type(map_point_t), intent(in) :: point
+        character(:), allocatable :: text
+
+        text = utc_text(utc_plus(case%epoch, point%time))
+    end function time_of
+
+    !> All but the time.
     pure function quality_values(point) result(values)
         type(map_point_t), intent(in) :: point
-        real(dp) :: values(18)
+        real(dp) :: values(17)
 
         associate (quality => point%quality)
-            values = [point%time, point%latitude/DEGREE, point%longitude/DEGREE, quality%sigma/MILLIMETRE, &
+            values = [point%latitude/DEGREE, point%longitude/DEGREE, quality%sigma/MILLIMETRE, &
                       point%worst_sigma/MILLIMETRE, point%worst_direction, quality%wave/MILLIMETRE, &
                       quality%force/MILLIMETRE, quality%motion%rate/DEGREE, quality%motion%excursion/DEGREE]
         end associate
     end function quality_values
 
     !> The manoeuvre at its places, a row each.
-    function quality_table(points, case) result(table)
+    function quality_table(points, case, named) result(table)
         type(map_point_t), intent(in) :: points(:)
-        type(case_t), intent(in), optional :: case  !! Its name goes first
+        type(case_t), intent(in) :: case            !! From whose epoch the times count
+        logical, intent(in) :: named                !! The case's name goes first
         type(data_table_t) :: table
 
         integer :: i
 
-        if (present(case)) call table%column('case')
+        if (named) call table%column('case')
         call table%columns_of(QUALITY_COLUMNS)
         do i = 1, size(points)
-            if (present(case)) call table%add(case%name)
+            if (named) call table%add(case%name)
+            call table%add(points(i)%time)
+            call table%add(time_of(case, points(i)))
             call table%add(quality_values(points(i)))
         end do
     end function quality_table
@@ -433,9 +460,9 @@ contains
             end associate
         end do
         call results%end()
-        map = quality_table(points(2:))
+        map = quality_table(points(2:), plan%calibration%case, .false.)
         call map%to_json(results, 'map')
-        call results%publish(quality_table(points(:1), plan%calibration%case), console, error)
+        call results%publish(quality_table(points(:1), plan%calibration%case, .true.), console, error)
     end subroutine publish
 
     subroutine write_map(request, case, points, error)
@@ -446,7 +473,7 @@ contains
 
         type(data_table_t) :: table
 
-        table = quality_table(points)
+        table = quality_table(points, case, .false.)
         call table%write(request%map, &
                          [character(160) :: 'gracecg '//VERSION//' design', trim(case%satellite%name)// &
                           ' satellite, orbit of case '//trim(case%name)//' from '// &

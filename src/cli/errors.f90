@@ -11,9 +11,10 @@ module gracecg_cli_errors
     use gracecg_studies_error_sources, only: error_study_t, study_all_errors, error_table, write_error_sources, &
         STUDY_NAMES
     use gracecg_files_file, only: check_writable
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration, &
+        warn_of_instruments
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, console_width, wrapped
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -71,6 +72,7 @@ contains
         call check_writable(path, error)
         if (.not. allocated(error)) call take_one_calibration(arguments, 'front-1', console, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        call warn_of_instruments(calibration%case, console)
         call console%expect_parts(2, 'parts')
         call study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, console)
         call console%next_part()
@@ -115,17 +117,17 @@ contains
         type(knowledge_study_t), intent(in) :: studies(:)
         type(console_t), intent(inout) :: console
 
-        character(160) :: row
+        integer, parameter :: NUMBERS = 58      ! Columns
+        character(NUMBERS) :: row
         integer :: i, axis
 
         call console%line('')
-        call console%line('Knowledge of the operator that is wrong, each source alone, without noise: '// &
-                          'RMS change of the CG offset, mm')
-        call console%line('            x here  x theory    y here  y theory    z here  z theory  source')
+        call console%paragraph('Knowledge of the operator that is wrong, each source alone, without noise: RMS change of '// &
+                               'the CG offset, mm')
+        call console%line('  x here  x theory    y here  y theory    z here  z theory  source')
         do i = 1, size(studies)
-            write (row, '(t9, 6f10.5, 2x, a)') (studies(i)%rms(axis)/MILLIMETRE, &
-                studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3), trim(size_text(studies(i)))
-            call console%line(trim(row))
+            write (row, '(f8.5, 5f10.5)') (studies(i)%rms(axis)/MILLIMETRE, studies(i)%predicted(axis)/MILLIMETRE, axis=1, 3)
+            call console%line(row//'  '//wrapped(trim(size_text(studies(i))), NUMBERS + 3, console_width()))
         end do
     end subroutine show_knowledge
 end module gracecg_cli_errors

@@ -12,7 +12,7 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
         say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
-    use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, STATE_NAMES, STATE_UNITS, &
+    use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t
@@ -135,7 +135,7 @@ contains
         call table%column('unit', 'a', 'unit')
         sigma = state_sigmas(solution)
         q_sigma = quaternion_sigmas(solution)
-        do i = 1, 4
+        do i = 1, merge(4, 0, has_attitude(solution))
             call add_row('q'//achar(iachar('0') + i), 'attitude, inertial to body', solution%quaternion(i), q_sigma(i), '')
         end do
         call add_axes('omega_', 'angular velocity, body axes', solution%angular_velocity, sigma(STATE_RATE), 'rad/s')
@@ -250,7 +250,13 @@ contains
         call table%add(solution%condition)
         call table%add(solution%residual_rms)
         call table%add([solution%drift, sigma(STATE_DRIFT), solution%bias, sigma(STATE_BIAS)])
-        call table%add([solution%quaternion, quaternion_sigmas(solution)])
+        if (has_attitude(solution)) then
+            call table%add([solution%quaternion, quaternion_sigmas(solution)])
+        else
+            do i = 1, 2*size(solution%quaternion)
+                call table%add_nothing()
+            end do
+        end if
         call table%add([solution%angular_velocity, sigma(STATE_RATE)])
         if (solution%variance_factor > 0) then
             call table%add(solution%variance_factor)
@@ -277,7 +283,7 @@ contains
         call results%member('units', STATE_UNITS)
         call results%member('matrix', solution%state_covariance)
         call results%end()
-        call results%member('sigma_attitude_rad', sigma(STATE_ATTITUDE))
+        if (has_attitude(solution)) call results%member('sigma_attitude_rad', sigma(STATE_ATTITUDE))
         call results%begin_array('parameters')
         if (allocated(solution%parameters)) then
             do i = 1, size(solution%parameters)

@@ -5,11 +5,12 @@ module gracecg_cli_magnetometer_loss
     use gracecg_base_error, only: error_t
     use gracecg_environment_magnetic_storm, only: storm_field_deviation
     use gracecg_files_file, only: check_writable
-    use gracecg_base_text, only: integer_text, real_text
+    use gracecg_base_text, only: integer_text, real_text, rounded_text
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_loss_of_cases, field_table, write_field_studies, &
         names_of_loss_cases, MODEL_FIELD_ERROR, FIELD_SOURCES
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, &
+        warn_of_instruments, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_campaign_tables, only: wide
     use gracecg_cli_console, only: console_t
@@ -46,7 +47,8 @@ contains
                                 'gracecg magnetometer-loss front-2 back-2 --runs 20')
         call add_cases_option(arguments, 'cases 2 and 3 of --satellite')
         call arguments%add_option('--runs', 'N', 'of each case (default 100)')
-        call arguments%add_option('--satellite', 'NAME', 'front (default) or back: its cases 2 and 3, where no CASE is named')
+        call arguments%add_option('--satellite', 'NAME', 'front (default) or back: its cases 2 and 3, where no CASE is named', &
+                                  choices=SATELLITES)
         call arguments%add_option('--field-error', 'NT', 'standard deviation of the model''s error on each '// &
                                   'axis, nT (default 150, as in the report)')
         call arguments%add_option('--kp', 'KP', 'in its place: that of a geomagnetic index Kp, 0 to 9, by (6.1) of '// &
@@ -68,6 +70,7 @@ contains
         type(field_study_t), allocatable :: studies(:)
         type(calibration_t), allocatable :: calibrations(:)
         type(results_t) :: results
+        integer :: i
 
         call read_request(arguments, request, misuse)
         call take_format(arguments, console, misuse)
@@ -76,6 +79,9 @@ contains
         if (.not. allocated(error)) &
             call take_calibrations(arguments, names_of_loss_cases(request%satellite), console, calibrations, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        do i = 1, size(calibrations)
+            call warn_of_instruments(calibrations(i)%case, console)
+        end do
         call study_loss_of_cases(calibrations, request%deviation_nt*NANOTESLA, request%seed, request%runs, &
                                      request%threads, studies, error, console)
         if (allocated(error)) return
@@ -122,9 +128,9 @@ contains
 
         index_text = ''
         if (request%kp >= 0) index_text = ', by (6.1) at Kp = '//real_text(request%kp)
-        call console%line('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
-                          ' runs; error of the field model '//real_text(request%deviation_nt)// &
-                          ' nT on each axis'//index_text)
+        call console%paragraph('RMS error of the CG offset, mm: '//integer_text(request%runs)// &
+                               ' runs; error of the field model '//rounded_text(request%deviation_nt, 6)// &
+                               ' nT on each axis'//index_text)
         width = max(9, maxval(len_trim(studies%case_name)) + 2)
         call console%line(wide('case', width)//'algorithm  field       x here  x theory    y here  y theory    z here'// &
                           '  z theory')

@@ -54,7 +54,7 @@ contains
                                 'gracecg model gravity '//EXAMPLE_PLACE//' --degree 20')
         call add_position(arguments)
         call arguments%add_option('--model', 'NAME', join(GRAVITY_MODELS, ', ')//' (default '// &
-                                  trim(GRAVITY_MODELS(1))//')')
+                                  trim(GRAVITY_MODELS(1))//')', choices=GRAVITY_MODELS)
         call arguments%add_option('--degree', 'N', 'highest degree (default '// &
                                   integer_text(DEFAULT_DEGREE)//')')
         call arguments%add_option('--order', 'M', 'highest order (default: the degree)')
@@ -105,7 +105,7 @@ contains
         call add_date(arguments)
         call add_position(arguments)
         call arguments%add_option('--table', 'NAME', 'igrf95 (default; 1985 to 2000) or igrf14 '// &
-                                  '(1900 to 2030)')
+                                  '(1900 to 2030)', choices=GEOMAGNETIC_MODELS)
         call arguments%add_option('--file', 'FILE', 'model in SHC format instead of a table')
         call add_format_option(arguments, default='csv')
     end subroutine declare_field
@@ -154,7 +154,7 @@ contains
         call add_date(arguments)
         call add_position(arguments)
         call arguments%add_option('--model', 'NAME', join(DENSITY_MODELS, ', ')//' (default '// &
-                                  trim(DENSITY_MODELS(1))//')')
+                                  trim(DENSITY_MODELS(1))//')', choices=DENSITY_MODELS)
         call arguments%add_option('--f107', 'V', 'observed solar flux F10.7 of the day before, sfu')
         call arguments%add_option('--f107a', 'V', 'its mean over 81 days, sfu')
         call arguments%add_option('--kp', 'V', 'Kp three hours before, 0 to 9')

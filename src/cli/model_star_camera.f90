@@ -37,7 +37,7 @@ contains
                                   required=.true.)
         call arguments%add_option('--head', 'N', '1 looks to +y, 2 to -y of the body (default 1)')
         call arguments%add_option('--selection', 'NAME', 'which 20 stars: the first of the catalogue (default), as in '// &
-                                  'the report, or the best')
+                                  'the report, or the best', choices=STAR_SELECTIONS)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--run', 'K', 'other random numbers of the same seed (default 1)')
         call add_format_option(arguments, default='csv')

@@ -21,7 +21,8 @@ module gracecg_cli_montecarlo
     use gracecg_studies_campaign_files, only: write_table, write_runs, read_runs, journal_t, journal_path
     use gracecg_studies_campaign_merge, only: check_settings
     use gracecg_cli_campaign_tables, only: show_campaign, publish_campaign, read_campaign_files, wide, REPORT_RUNS
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, &
+        warn_of_instruments, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: add_format_option, take_format
@@ -44,6 +45,8 @@ module gracecg_cli_montecarlo
         character(:), allocatable :: resumed_file       !! Runs file of a campaign to go on with; empty: none
     end type request_t
 
+    integer, parameter :: NAME_WIDTH = 15       !! Of a case, in the table of single calibrations
+
 contains
 
     !> Arguments and help of `gracecg montecarlo`.
@@ -60,12 +63,12 @@ contains
                                 'gracecg montecarlo front-3 back-3 --algorithms assest-fde --runs 100')
         call add_cases_option(arguments, 'all, the six built-in cases')
         call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')// &
-                                  ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')')
+                                  ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')', choices=ESTIMATOR_NAMES)
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
                                   'of the whole campaign')
         call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
-                                  join(SOURCE_NAMES, ', ')//' (the three others that are no noise)')
+                                  join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine); '// &
                                   'the numbers do not depend on it')
@@ -91,6 +94,7 @@ contains
         type(journal_t) :: journal
         type(error_t), allocatable :: incomplete
         logical :: keeps
+        integer :: i
 
         call read_request(arguments, request, misuse)
         call take_format(arguments, console, misuse)
@@ -100,6 +104,9 @@ contains
         if (allocated(error)) return
         call take_calibrations(arguments, join(REPORT_CASE_NAMES, ','), console, calibrations, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        do i = 1, size(calibrations)
+            call warn_of_instruments(calibrations(i)%case, console)
+        end do
         call catch_interruption()
         call prepare_cases(request, calibrations, simulators, campaign, error)
         if (.not. allocated(error)) call prepare_theory(calibrations, simulators, campaign, console, error)
@@ -373,9 +380,9 @@ contains
         type(request_t), intent(in) :: request
         type(console_t), intent(inout) :: console
 
-        call console%line('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated '// &
-                          'calibration: '//request%algorithms(1)%text//', run 1, seed '//integer_text(request%seed))
-        call console%line('case          d_x true  estimate  error*    d_y true  estimate  error*    '// &
+        call console%paragraph('CG offset d (centre of mass to proof mass, body axes, mm) of one simulated '// &
+                               'calibration: '//request%algorithms(1)%text//', run 1, seed '//integer_text(request%seed))
+        call console%line(wide('case', NAME_WIDTH)//'  d_x true  estimate  error*  d_y true  estimate  error*  '// &
                           'd_z true  estimate  error*')
     end subroutine show_heading
 
@@ -400,9 +407,9 @@ contains
         own%covariance = .false.
         call estimate_offset(request%algorithms(1)%text, observations, own, solution, error)
         if (allocated(error)) return
-        write (row, '(3(f10.4, f10.4, f8.4, :, 2x))') &
+        write (row, '(3(f8.4, f10.4, f8.4, :, 2x))') &
             (simulator%case%satellite%offset(i)/MILLIMETRE, solution%offset(i)/MILLIMETRE, &
              predicted(i), i=1, 3)
-        call console%line(wide(trim(simulator%case%name), 12)//trim(row))
+        call console%line(wide(trim(simulator%case%name), NAME_WIDTH)//'  '//trim(row))
     end subroutine show_one_calibration
 end module gracecg_cli_montecarlo

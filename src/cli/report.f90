@@ -21,6 +21,7 @@ module gracecg_cli_report
     use gracecg_studies_limit, only: limit_study_t, study_limit
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, &
         MODEL_FIELD_ERROR
+    use gracecg_studies_statements, only: statement_t, examine_statement, STATEMENT_NAMES
     use gracecg_studies_window_sensitivity, only: variation_t, study_window_sensitivity, VARIATIONS
     use gracecg_studies_timing, only: timing_study_t, study_timing
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
@@ -40,6 +41,7 @@ module gracecg_cli_report
     use gracecg_cli_chapter_accuracy, only: add_accuracy_chapter
     use gracecg_cli_chapter_sources, only: add_sources_chapter, SOURCES_CASE, SOURCES_ALGORITHM
     use gracecg_cli_chapter_loss, only: add_loss_chapter
+    use gracecg_cli_chapter_statements, only: add_statements_chapter, page_runs
     use gracecg_cli_chapter_limit, only: add_limit_chapter
     use gracecg_cli_chapter_design, only: add_design_chapter
     implicit none
@@ -63,8 +65,8 @@ contains
                                 '6.2, Figures 3.1, 5.2 to 5.8 and 6.1 to 6.6 - and writes one HTML '// &
                                 'page, '//PAGE_NAME//', with each beside the published numbers, a CSV '// &
                                 'file for every figure, and the figures as SVG with the gnuplot scripts '// &
-                                'that draw them; then, beyond the report, every estimator against the '// &
-                                'theoretical limit, and a designed manoeuvre. '// &
+                                'that draw them; what it states without them; then, beyond the report, '// &
+                                'every estimator against the theoretical limit, and a designed manoeuvre. '// &
                                 'Without gnuplot the page has its tables, and says what '// &
                                 'is missing.', &
                                 'gracecg report --out report --runs 30')
@@ -132,10 +134,11 @@ contains
         type(campaign_t) :: campaign
         type(error_study_t) :: sources(size(STUDY_NAMES))
         type(field_study_t) :: losses(LOSS_STUDIES)
+        type(statement_t) :: statements(size(STATEMENT_NAMES))
         type(calibration_t) :: calibration
         integer :: i
 
-        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3, 'parts')
+        call console%expect_parts(2*size(SATELLITES) + 2*size(REPORT_CASE_NAMES) + 3 + size(STATEMENT_NAMES), 'parts')
         call add_simulation_chapter(book, error)
         if (allocated(error)) return
         call add_budget_chapter(book)
@@ -164,6 +167,13 @@ contains
                                                                  threads, losses, error, console)
         call console%next_part()
         if (.not. allocated(error)) call add_loss_chapter(book, losses, error)
+        do i = 1, size(STATEMENT_NAMES)
+            if (allocated(error)) return
+            call examine_statement(STATEMENT_NAMES(i), page_runs(STATEMENT_NAMES(i), book%runs), book%seed, threads, &
+                                   statements(i), error, console)
+            call console%next_part()
+        end do
+        if (.not. allocated(error)) call add_statements_chapter(book, statements, error)
         if (.not. allocated(error)) call add_chapters_beyond(book, threads, console, error)
     end subroutine add_chapters
 

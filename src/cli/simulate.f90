@@ -1,18 +1,20 @@
 !> gracecg simulate: the true arc of a case and one noisy observation set.
 module gracecg_cli_simulate
-    use gracecg_base_kinds, only: i8
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: make_directory, remove_file
+    use gracecg_spacecraft_moment_series, only: has_moments
     use gracecg_spacecraft_torque_rods, only: moves_rods
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES
+    use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_estimation_options, only: estimation_options_t, write_options
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, measure_rods
+    use gracecg_simulation_instrument_limits, only: full_scale_warnings
     use gracecg_simulation_truth_file, only: write_truth
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_cli_calibration_argument, only: take_calibration
+    use gracecg_cli_calibration_argument, only: take_calibration, warn_of_instruments
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t, quoted_word
     implicit none
@@ -40,6 +42,8 @@ contains
         call arguments%add_option('--run', 'K', &
                                   'number of the run: other random numbers of the same seed '// &
                                   '(default 1)')
+        call arguments%add_option('--rods', 'S', 'also writes rods.csv, the moments that the torque rods truly '// &
+                                  'had, every S seconds: estimate takes them in place of those commanded')
     end subroutine declare_simulate
 
     !> The work of `gracecg simulate`.
@@ -51,22 +55,33 @@ contains
         type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
+        type(string_t), allocatable :: warnings(:)
         character(:), allocatable :: folder
         integer(i8) :: seed        !! Of the random numbers
-        integer :: run
+        real(dp) :: rods_interval
+        integer :: run, i
 
         call arguments%get('--out', folder, misuse)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get('--run', run, misuse, default=1, low=0)
+        call arguments%get('--rods', rods_interval, misuse, default=0.0_dp, low=1e-3_dp, high=10.0_dp)
         if (allocated(misuse)) return
 
         call take_calibration(arguments, arguments%positional(1), console, calibration, error)
         if (.not. allocated(error)) call make_directory(folder, error)
         if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call observe(simulator, seed, run, observations, error)
+        if (.not. allocated(error) .and. rods_interval > 0) &
+            call measure_rods(simulator, rods_interval, observations, error)
         if (.not. allocated(error)) &
             call write_run(folder, simulator, seed, run, observations, calibration%options, error)
-        if (.not. allocated(error)) call report(folder, observations, console)
+        if (allocated(error)) return
+        call warn_of_instruments(calibration%case, console)
+        call full_scale_warnings(calibration%case%satellite, observations, warnings)
+        do i = 1, size(warnings)
+            call console%warn(warnings(i)%text)
+        end do
+        call report(folder, observations, console)
     end subroutine run_simulate
 
     !> Writes the truth and the observation set; after a failure none of them.
@@ -108,7 +123,11 @@ contains
             call console%line('  '//OBSERVATION_FILES(i)//'  '//integer_text(samples(i))// &
                               trim(merge(' positions', ' samples  ', i == 4)))
         end do
-        call console%line('  '//OBSERVATION_FILES(5)//'  what the operator knows')
+        associate (measured => observations%knowledge%rods%measured)
+            if (has_moments(measured)) call console%line('  '//OBSERVATION_FILES(5)//'  '// &
+                                                         integer_text(size(measured%time))//' samples')
+        end associate
+        call console%line('  '//OBSERVATION_FILES(SETUP_FILE)//'  what the operator knows')
         call console%line('  '//OPTIONS_FILE//'        how the case is estimated')
         if (moves_rods(observations%knowledge%rods, observations%knowledge%duration)) then
             call console%line('next: gracecg estimate '//quoted_word(folder)//' --algorithm assest-fde --options '// &

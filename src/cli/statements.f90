@@ -1,14 +1,15 @@
 !> gracecg statements: statements of CSR-TM-00-01 that have neither table nor figure, examined.
 module gracecg_cli_statements
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text, join
     use gracecg_files_value, only: did_you_mean
     use gracecg_files_file, only: check_writable
-    use gracecg_studies_statements, only: statement_t, examine_statement, write_statements, STATEMENT_NAMES
+    use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, write_statements, &
+        STATEMENT_NAMES, VERDICT_WORDS
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_statements, run_statements
@@ -26,14 +27,16 @@ contains
                                 'Examines statements of CSR-TM-00-01 that have neither table nor figure, and says whether '// &
                                 'they hold: one-rod (one rod alone is not enough), arc-length (60 s are the trade-off), '// &
                                 'weights (the accuracy depends on them), accuracy (0.02, 0.01, 0.02 mm), condition (the '// &
-                                'full state is not singular), two-steps (two places together). The verdicts follow from '// &
+                                'full state is not singular), two-steps (two places together), stars (70 in a field, and '// &
+                                'the best 20 of them). The verdicts follow from '// &
                                 'the covariance analysis; Monte Carlo runs stand beside it. All when none is named.', &
-                                'gracecg statements one-rod --runs 10')
+                                'gracecg statements one-rod --runs 10', STATEMENT_NAMES)
         call arguments%add_option('--runs', 'N', 'of every Monte Carlo (default '//integer_text(DEFAULT_RUNS)// &
                                   '); 0: the covariance analysis alone')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the numbers')
+        call add_format_option(arguments)
     end subroutine declare_statements
 
     !> The work of `gracecg statements`.
@@ -52,17 +55,22 @@ contains
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         call arguments%get('--out', path, misuse, default='')
+        call take_format(arguments, console, misuse)
         call read_names(arguments, names, misuse)
         if (allocated(misuse)) return
         call check_writable(path, error)
         if (allocated(error)) return
         allocate (statements(size(names)))
+        call console%expect_parts(size(names), 'statements')
         do i = 1, size(names)
             call examine_statement(names(i)%text, runs, seed, threads, statements(i), error, console)
             if (allocated(error)) return
+            call console%next_part()
             if (i > 1) call console%line('')
             call show(statements(i), console)
         end do
+        call publish(statements, seed, console, error)
+        if (allocated(error)) return
         if (path /= '') call write_statements(path, COMMAND, seed, statements, error)
     end subroutine run_statements
 
@@ -92,51 +100,44 @@ contains
         type(statement_t), intent(in) :: statement
         type(console_t), intent(inout) :: console
 
-        character(100) :: line
-        integer :: i, axis
+        integer :: i
 
-        call say(trim(statement%name)//' ('//trim(statement%place)//'): '//trim(statement%claim))
-        call say('here: '//trim(statement%method))
-        if (any(statement%rows%condition > 0)) then
-            call console%line('case      setting                                  condition')
-        else if (any(statement%rows%runs > 0)) then
-            call console%line('errors of d, mm: RMS of '//integer_text(maxval(statement%rows%runs))//' runs, and theory')
-            call console%line('case      setting                      x here  theory    y here  theory    z here  theory')
-        else
-            call console%line('errors of d by theory, mm')
-            call console%line('case      setting                           x         y         z')
+        call console%paragraph(trim(statement%name)//' ('//trim(statement%place)//'): '//trim(statement%claim))
+        call console%paragraph('here: '//trim(statement%method))
+        if (any(statement%rows%runs > 0)) then
+            call console%line('errors of d: RMS of '//integer_text(maxval(statement%rows%runs))//' runs, and theory')
+        else if (any([(any(statement%rows(i)%predicted > 0), i=1, size(statement%rows))])) then
+            call console%line('errors of d by theory')
         end if
-        do i = 1, size(statement%rows)
-            associate (row => statement%rows(i))
-                line = row%case_name(:10)//row%setting
-                if (row%condition > 0) then
-                    write (line(46:), '(es14.3)') row%condition
-                else if (row%runs > 0) then
-                    write (line(34:), '(3(2f9.4, 2x))') (row%rms(axis)/MILLIMETRE, row%predicted(axis)/MILLIMETRE, axis=1, 3)
-                else
-                    write (line(34:), '(3f10.4)') row%predicted/MILLIMETRE
-                end if
-            end associate
-            call console%line(trim(line))
-        end do
-        call say(trim(statement%found))
-
-    contains
-
-        !> A sentence in lines of the console's width.
-        subroutine say(text)
-            character(*), intent(in) :: text
-
-            integer, parameter :: WIDTH = 98
-            integer :: first, last
-
-            first = 1
-            do while (len(text) - first + 1 > WIDTH)
-                last = first + index(text(first:first + WIDTH), ' ', back=.true.) - 1
-                call console%line(text(first:last - 1))
-                first = last + 1
-            end do
-            call console%line(text(first:))
-        end subroutine say
+        call console%table(statement_table([statement]))
+        call console%paragraph(trim(statement%found)//' '//trim(statement%details))
     end subroutine show
+
+    !> All numbers as CSV; claims and verdicts, too, as JSON.
+    subroutine publish(statements, seed, console, error)
+        type(statement_t), intent(in) :: statements(:)
+        integer(i8), intent(in) :: seed             !! Of the random numbers
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        type(results_t) :: results
+        integer :: i
+
+        call results%open(COMMAND)
+        call results%member('seed', seed)
+        call results%begin_array('statements')
+        do i = 1, size(statements)
+            call results%begin()
+            call results%member('statement', trim(statements(i)%name))
+            call results%member('place', trim(statements(i)%place))
+            call results%member('claim', trim(statements(i)%claim))
+            call results%member('method', trim(statements(i)%method))
+            call results%member('verdict', trim(VERDICT_WORDS(statements(i)%verdict)))
+            call results%member('found', trim(statements(i)%found))
+            call results%member('details', trim(statements(i)%details))
+            call results%end()
+        end do
+        call results%end()
+        call results%publish(statement_table(statements), console, error)
+    end subroutine publish
 end module gracecg_cli_statements

@@ -4,8 +4,10 @@ module gracecg_cli_timing
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
     use gracecg_base_text, only: integer_text
-    use gracecg_environment_time, only: utc_text
-    use gracecg_planning_scan, only: orbit_place_t, x_is_weakest
+    use gracecg_base_kinds, only: dp
+    use gracecg_environment_time, only: utc_plus, utc_text
+    use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
+    use gracecg_planning_scan, only: x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
@@ -33,7 +35,10 @@ contains
                                 'and the predicted standard deviation of the CG offset.', &
                                 'gracecg timing front-1 --step 60 --out timing.csv')
         call add_cases_option(arguments, 'front-1', single=.true.)
-        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named')
+        call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named', &
+                                  choices=SATELLITES)
+        call arguments%add_option('--pattern', 'NAME', 'rule of section 4.2 that chooses the two rods at each place, in place '// &
+                                  'of the case''s: y-z, as in the report, or general', choices=PATTERN_RULES)
         call arguments%add_option('--step', 'S', 'whole seconds from place to place (default 10)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for all places')
@@ -49,10 +54,11 @@ contains
 
         type(timing_study_t) :: study
         type(calibration_t) :: calibration
-        character(:), allocatable :: satellite, path
+        character(:), allocatable :: satellite, pattern, path
         integer :: step, threads
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
+        call arguments%get('--pattern', pattern, misuse, default=trim(PATTERN_RULES(1)), choices=PATTERN_RULES)
         call arguments%get('--step', step, misuse, default=DEFAULT_STEP, low=1, high=LONGEST_STEP)
         call arguments%get('--out', path, misuse, default='')
         call take_format(arguments, console, misuse)
@@ -63,15 +69,16 @@ contains
         call check_writable(path, error)
         if (.not. allocated(error)) call take_one_calibration(arguments, satellite//'-1', console, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        if (arguments%has('--pattern')) calibration%case%pattern_rule = pattern
 
         call study_timing(calibration, step, threads, study, error, console)
         if (allocated(error)) return
         call show_heading(study, console)
-        call show_table(study%of_cases, study%places, console)
-        call show_weakest_x(study%places, step, console)
+        call show_table(study, console)
+        call show_weakest_x(study, step, console)
         call publish(study, step, console, error)
         if (allocated(error)) return
-        if (path /= '') call write_places(path, 'timing', trim(study%case%satellite%name), study%places, error)
+        if (path /= '') call write_places(path, 'timing', study%case, study%places, error)
     end subroutine run_timing
 
     !> All places as CSV or JSON.
@@ -81,8 +88,10 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
+        character(3), parameter :: OF_WHAT(4) = [character(3) :: 'x', 'y', 'z', 'all']
         type(results_t) :: results
         type(data_table_t) :: of_cases
+        integer :: i
 
         call results%open('timing')
         call results%member('satellite', trim(study%case%satellite%name))
@@ -90,18 +99,20 @@ contains
         call results%member('duration_s', study%case%duration)
         call results%member('revolution_s', study%orbit%revolution)
         call results%member('step_s', step)
-        of_cases = places_table(study%of_cases)
+        call results%member('pattern', trim(study%case%pattern_rule))
+        of_cases = places_table(study%of_cases, study%case%epoch)
         call of_cases%to_json(results, 'cases')
         call results%begin('best_places')
         associate (best => best_places(study%places))
-            call results%member('x_time_s', study%places(best(1))%time)
-            call results%member('y_time_s', study%places(best(2))%time)
-            call results%member('z_time_s', study%places(best(3))%time)
-            call results%member('all_time_s', study%places(best(4))%time)
+            do i = 1, size(best)
+                call results%member(trim(OF_WHAT(i))//'_time_s', study%places(best(i))%time)
+                call results%member(trim(OF_WHAT(i))//'_utc', utc_text(utc_plus(study%case%epoch, &
+                                                                                real(study%places(best(i))%time, dp))))
+            end do
         end associate
         call results%end()
         call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*step)
-        call results%publish(places_table(study%places), console, error)
+        call results%publish(places_table(study%places, study%case%epoch), console, error)
     end subroutine publish
 
     subroutine show_heading(study, console)
@@ -115,50 +126,62 @@ contains
                               integer_text(nint(case%duration))//' s at every '// &
                               integer_text(study%step)//' s')
         end associate
-        call console%paragraph('field in body axes; amplitude of the angular acceleration; predicted sigma of the CG offset')
+        call console%paragraph('rods by the rule '//trim(study%case%pattern_rule)//'; field in body axes; '// &
+                               'amplitude of the angular acceleration; predicted sigma of the CG offset')
         call console%line('')
     end subroutine show_heading
 
     !> The places of the report's cases and the best ones.
-    subroutine show_table(of_cases, places, console)
-        type(orbit_place_t), intent(in) :: of_cases(:), places(:)
+    subroutine show_table(study, console)
+        type(timing_study_t), intent(in) :: study
         type(console_t), intent(inout) :: console
 
-        character(8) :: labels(size(of_cases) + 4)
+        character(8) :: labels(size(study%of_cases) + 4)
         integer :: i
 
-        do i = 1, size(of_cases)
+        do i = 1, size(study%of_cases)
             labels(i) = 'case '//integer_text(i)
         end do
-        labels(size(of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
-        call console%table(places_table([of_cases, places(best_places(places))], labels))
+        labels(size(study%of_cases) + 1:) = [character(8) :: 'best x', 'best y', 'best z', 'best all']
+        call console%table(places_table([study%of_cases, study%places(best_places(study%places))], study%case%epoch, labels))
         call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
     end subroutine show_table
 
     !> When the angular acceleration about x is the smallest of the three: section 6.2 expects about
     !> 100 s of a revolution.
-    subroutine show_weakest_x(places, step, console)
-        type(orbit_place_t), intent(in) :: places(:)
+    subroutine show_weakest_x(study, step, console)
+        type(timing_study_t), intent(in) :: study
         integer, intent(in) :: step             !! s
         type(console_t), intent(inout) :: console
 
-        logical :: weakest(0:size(places) + 1)
-        character(:), allocatable :: text
+        logical :: weakest(0:size(study%places) + 1)
+        character(:), allocatable :: text, last
         integer :: i
 
-        weakest = [.false., x_is_weakest(places), .false.]
+        weakest = [.false., x_is_weakest(study%places), .false.]
         text = ''
-        do i = 1, size(places)
-            if (.not. weakest(i)) cycle
-            if (.not. weakest(i - 1)) then
-                text = text//', '//integer_text(places(i)%time)
-            else if (.not. weakest(i + 1)) then
-                text = text//' to '//integer_text(places(i)%time)
-            end if
+        do i = 1, size(study%places)
+            if (.not. weakest(i) .or. weakest(i - 1)) cycle
+            last = time_of(i + findloc(weakest(i:), .false., 1) - 2)
+            text = text//'; '//time_of(i)
+            if (last /= time_of(i)) text = text//' to '//last
         end do
         call console%line('')
         call console%line('angular acceleration smaller about x than about y and z: '// &
                           integer_text(count(weakest)*step)//' s of the revolution')
-        if (text /= '') call console%paragraph('(places at'//text(2:)//' s)')
+        if (text /= '') call console%paragraph('(places at'//text(2:)//')')
+
+    contains
+
+        !> "1360 s (00:22:40)".
+        function time_of(i) result(time)
+            integer, intent(in) :: i
+            character(:), allocatable :: time
+
+            character(:), allocatable :: utc
+
+            utc = utc_text(utc_plus(study%case%epoch, real(study%places(i)%time, dp)))
+            time = integer_text(study%places(i)%time)//' s ('//utc(index(utc, 'T') + 1:)//')'
+        end function time_of
     end subroutine show_weakest_x
 end module gracecg_cli_timing

@@ -12,7 +12,8 @@ module gracecg_cli_trim
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
         SIGMAS_OF_THRESHOLD, repeat_trim
-    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
+    use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration, &
+        warn_of_instruments
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
     use gracecg_cli_results, only: results_t, add_format_option, take_format
@@ -50,7 +51,7 @@ contains
         call arguments%add_option('--balance-noise-mm', 'MM', 'absolute error of the mass balancing of each '// &
                                   'axis, standard deviation (default 0)')
         call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')// &
-                                  ' (default assest-fde)')
+                                  ' (default assest-fde)', choices=ESTIMATOR_NAMES)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--runs', 'N', 'trim N times, with the seeds from S on, and show the RMS '// &
                                   'over the runs of as many rounds as --rounds says (then default 2); the '// &
@@ -86,11 +87,13 @@ contains
 
         call take_one_calibration(arguments, 'front-1', console, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
+        call warn_of_instruments(calibration%case, console)
         if (runs > 1) then
             call run_many(calibration, algorithm, settings, runs, threads, path, console, error)
             return
         end if
-        call trim_offset(calibration%case, algorithm, calibration%options, settings, rounds, error)
+        call tell(console, 'trim of '//trim(calibration%case%name)//', '//algorithm)
+        call trim_offset(calibration%case, algorithm, calibration%options, settings, rounds, error, console)
         if (allocated(error)) return
         name = trim(calibration%case%name)//', '//algorithm
         call show(name, rounds, console)
@@ -121,9 +124,9 @@ contains
         call repeat_trim(calibration%case, algorithm, calibration%options, settings, runs, threads, statistics, error, &
                          console)
         if (allocated(error)) return
-        call console%line('RMS over '//integer_text(runs)//' trims of '//name//', '// &
-                          algorithm//' (body axes, mm): true CG offset before each calibration, error of its')
-        call console%line('estimate, and sigma that the estimator states')
+        call console%paragraph('RMS over '//integer_text(runs)//' trims of '//name//', '//algorithm// &
+                               ' (body axes, mm): true CG offset before each calibration, error of its estimate, and '// &
+                               'sigma that the estimator states')
         call console%line('round     d_x true     error  sigma     d_y true     error  sigma     '// &
                           'd_z true     error  sigma')
         do i = 1, settings%rounds
@@ -201,7 +204,7 @@ contains
         integer :: axis
 
         threshold = trim_threshold(settings, rounds(size(rounds)))
-        if (settings%by_sigma) call console%line('threshold chosen: three times the sigma of each axis, x '// &
+        if (settings%by_sigma) call console%paragraph('threshold chosen: three times the sigma of each axis, x '// &
                                                  millimetres(threshold(1))//', y '//millimetres(threshold(2))//', z '// &
                                                  millimetres(threshold(3))//' mm (another one: --threshold-mm)')
         associate (latest => rounds(size(rounds)))

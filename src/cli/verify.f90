@@ -2,32 +2,33 @@
 module gracecg_cli_verify
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_base_error, only: error_t
+    use gracecg_base_progress, only: tell
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: make_directory
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_case_library, only: find_case, expanded_cases
     use gracecg_simulation_report_cases, only: published_name
     use gracecg_studies_campaign, only: campaign_t, report_campaign
     use gracecg_studies_curves, only: verification_t, verify_case, window_check_t, &
-        check_windows, window_counts_t, count_windows, write_curves, curves_file_name, CURVE_NAMES
+        check_windows, window_counts_t, count_windows, write_curves, curves_file_name, &
+        CURVE_NAMES, curve_column
     use gracecg_studies_estimate_windows, only: estimate_window_t, campaign_windows, loss_windows, estimate_counts_t, &
         count_estimate_windows, LEAST_SHARE_INSIDE, POINTS_OF_CASE
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, LOSS_STUDIES, MODEL_FIELD_ERROR
     use gracecg_studies_published_case, only: built_in_case, changed_settings
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_cli_calibration_argument, only: add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
     use gracecg_cli_number_text, only: percent_text, share_text, fixed_text, pick_text, decimal_exponent
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_units, only: unit_of_column
-    use gracecg_studies_curves, only: curve_column
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
     public :: declare_verify, run_verify, window_verdict, estimate_counts_words
 
-    character(*), parameter :: DEFAULT_CASES(2) = [character(7) :: 'front-1', 'back-1']
-    integer, parameter :: MOST_CASES = 100
+    character(*), parameter :: DEFAULT_CASES = 'front-1,back-1'
     character(*), parameter :: COLUMNS = 'case,quantity,axis,unit,least,greatest,mean,figure,low,high,fill,inside,'// &
                                          'on_ticks,automatic'
     integer, parameter :: CASE_WITH_WINDOWS = 1     !! Figures 5.2-5.8 show case 1 of each satellite
@@ -52,8 +53,7 @@ contains
                                 'and named as edited: that measures what the comparison can see. When no case is '// &
                                 'named, the points of Figures 6.2, 6.3 and 6.6 are compared as well.', &
                                 'gracecg verify front-1 back-1 --out curves')
-        call arguments%add_option('--cases', 'LIST', 'the cases, names or namelist files, separated by commas, in '// &
-                                  'place of CASE ...; printed: the six with the input cards as printed')
+        call add_cases_option(arguments, 'front-1,back-1')
         call arguments%add_option('--runs', 'N', 'of Figures 6.2, 6.3 and 6.6, for whose points no case may be '// &
                                   'named (default '//integer_text(POINTS_OF_CASE)//', as in the report, and at least that)')
         call arguments%add_option('--seed', 'S', 'of their random numbers (default 1)')
@@ -69,45 +69,46 @@ contains
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: misuse, error
 
-        type(case_t), allocatable :: cases(:)
+        type(calibration_t), allocatable :: calibrations(:)
         type(verification_t) :: verification
-        type(string_t), allocatable :: names(:)
         type(results_t) :: results
         type(data_table_t) :: table
         character(:), allocatable :: folder, path
         integer :: i, runs, threads
         integer(i8) :: seed
+        logical :: named
 
         call arguments%get('--out', folder, misuse, default='')
         call arguments%get('--runs', runs, misuse, default=POINTS_OF_CASE, low=POINTS_OF_CASE, high=MOST_RUNS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
         call arguments%get_threads(threads, misuse)
         call take_format(arguments, console, misuse)
-        call read_names(arguments, names, misuse)
-        call refuse_if(size(names) > 0 .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
+        named = arguments%positional_count() > 0 .or. arguments%has('--cases')
+        call refuse_if(named .and. arguments%has('--runs'), 'option --runs: it is of Figures 6.2, 6.3 and '// &
                        '6.6, which stay away when a case is named', misuse)
         if (allocated(misuse)) return
-        call find_cases(names, cases, error)
+        call take_calibrations(arguments, DEFAULT_CASES, console, calibrations, misuse, error, may_rest=.true.)
+        if (allocated(misuse)) return
         if (.not. allocated(error) .and. folder /= '') call make_directory(folder, error)
         if (allocated(error)) return
         call table%columns_of(COLUMNS)
-        do i = 1, size(cases)
-            call console%progress('verify: '//trim(cases(i)%name))
-            call verify_case(cases(i), verification, error)
+        do i = 1, size(calibrations)
+            call tell(console, 'verify: '//trim(calibrations(i)%case%name))
+            call verify_case(calibrations(i)%case, verification, error)
             if (allocated(error)) return
             if (i > 1) call console%line('')
-            call show(cases(i), verification, console, error)
+            call show(calibrations(i)%case, verification, console, error)
             if (allocated(error)) return
-            call add_rows(cases(i), verification, table)
+            call add_rows(calibrations(i)%case, verification, table)
             if (folder == '') cycle
-            path = folder//'/'//curves_file_name(cases(i)%name)
-            call write_curves(path, 'verify', cases(i)%name, verification, error)
+            path = folder//'/'//curves_file_name(calibrations(i)%case%name)
+            call write_curves(path, 'verify', calibrations(i)%case%name, verification, error)
             if (allocated(error)) return
             call console%line('written: '//path)
         end do
-        if (size(names) == 0) call show_estimates(runs, seed, threads, console, error)
-        if (allocated(error)) return
         call results%open('verify')
+        if (.not. named) call add_estimates(runs, seed, threads, results, console, error)
+        if (allocated(error)) return
         call results%publish(table, console, error)
     end subroutine run_verify
 
@@ -159,48 +160,6 @@ contains
             call table%add(range)
         end subroutine add_curve
     end subroutine add_rows
-
-    !> The names or files that are given, as arguments or by --cases.
-    subroutine read_names(arguments, names, misuse)
-        type(arguments_t), intent(in) :: arguments
-        type(string_t), allocatable, intent(out) :: names(:)
-        type(error_t), allocatable, intent(inout) :: misuse
-
-        integer :: i
-
-        allocate (names(0))
-        do i = 1, arguments%positional_count()
-            call append(names, arguments%positional(i))
-        end do
-        if (.not. arguments%has('--cases')) return
-        call refuse_if(size(names) > 0, 'the cases are given twice, as arguments and by --cases', misuse)
-        call arguments%get('--cases', names, misuse)
-    end subroutine read_names
-
-    !> The cases named, each once.
-    subroutine find_cases(names, cases, error)
-        type(string_t), intent(in) :: names(:)
-        type(case_t), allocatable, intent(out) :: cases(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(string_t), allocatable :: wanted(:)
-        integer :: i, k
-
-        call expanded_cases(names, wanted)
-        do i = 1, size(DEFAULT_CASES)
-            if (size(names) == 0) call append(wanted, trim(DEFAULT_CASES(i)))
-        end do
-        allocate (cases(size(wanted)))
-        do i = 1, size(wanted)
-            call find_case(wanted(i)%text, cases(i), error)
-            if (allocated(error)) return
-            do k = 1, i - 1
-                if (cases(k)%name /= cases(i)%name) cycle
-                call fail(error, 'two of the cases have the name "'//trim(cases(i)%name)//'"')
-                return
-            end do
-        end do
-    end subroutine find_cases
 
     subroutine show(case, verification, console, error)
         type(case_t), intent(in) :: case
@@ -290,17 +249,21 @@ contains
                           share_text(counts%surface_near, counts%surface))
     end subroutine show_counts
 
-    !> The points of Figures 6.2, 6.3 and 6.6.
-    subroutine show_estimates(runs, seed, threads, console, error)
+    !> The points of Figures 6.2, 6.3 and 6.6, as text and as members of the result.
+    subroutine add_estimates(runs, seed, threads, results, console, error)
         integer, intent(in) :: runs, threads
         integer(i8), intent(in) :: seed
+        type(results_t), intent(inout) :: results
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(campaign_t) :: campaign
         type(field_study_t) :: losses(LOSS_STUDIES)
+        type(data_table_t) :: panels
 
+        call console%expect_parts(2, 'parts')
         call report_campaign(seed, runs, threads, campaign, error, console)
+        call console%next_part()
         if (.not. allocated(error)) call study_magnetometer_loss('front', MODEL_FIELD_ERROR, seed, runs, threads, losses, &
                                                                  error, console)
         if (allocated(error)) return
@@ -317,7 +280,36 @@ contains
         call console%line('Figure 6.2: '//estimate_counts_words(count_estimate_windows(campaign_windows(campaign, 1))))
         call console%line('Figure 6.3: '//estimate_counts_words(count_estimate_windows(campaign_windows(campaign, 2))))
         call console%line('Figure 6.6: '//estimate_counts_words(count_estimate_windows(loss_windows(losses))))
-    end subroutine show_estimates
+        call results%member('runs', runs)
+        call results%member('seed', seed)
+        panels = panel_table([campaign_windows(campaign, 1), campaign_windows(campaign, 2), loss_windows(losses)])
+        call panels%to_json(results, 'estimates')
+    end subroutine add_estimates
+
+    !> The panels of Figures 6.2, 6.3 and 6.6, a row each.
+    function panel_table(windows) result(table)
+        type(estimate_window_t), intent(in) :: windows(:)
+        type(data_table_t) :: table
+
+        integer :: i
+
+        call table%columns_of('figure,satellite,algorithm,axis,low_mm,high_mm,least_mm,greatest_mm,fill,points,inside,'// &
+                              'on_ticks,automatic')
+        do i = 1, size(windows)
+            associate (w => windows(i))
+                call table%add(w%figure)
+                call table%add(w%satellite)
+                call table%add(w%algorithm)
+                call table%add(w%axis)
+                call table%add([w%low, w%high, w%least, w%greatest]/MILLIMETRE)
+                call table%add(w%fill)
+                call table%add(w%points)
+                call table%add(w%inside)
+                call table%add(w%on_ticks)
+                call table%add(w%automatic)
+            end associate
+        end do
+    end function panel_table
 
     subroutine show_panels(windows, console)
         type(estimate_window_t), intent(in) :: windows(:)

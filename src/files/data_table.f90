@@ -26,7 +26,8 @@ module gracecg_files_data_table
     type :: column_t
         character(:), allocatable :: name       !! As in the files, the unit at its end: sigma_x_mm
         character(:), allocatable :: heading    !! For people; a vertical bar parts two lines
-        character(:), allocatable :: layout     !! Fortran's format of a number, or of a text 'a'; empty: not shown
+        character(:), allocatable :: layout
+        !! Fortran's format of a number; of a text 'a', or 'clock': of 1989-01-02T00:00:00 the time of day; empty: not shown
         real(dp) :: factor = 1                  !! For people: numbers are shown times this
     end type column_t
 
@@ -57,7 +58,7 @@ contains
     subroutine add_column(self, name, layout, heading, factor)
         class(data_table_t), intent(inout) :: self
         character(*), intent(in) :: name                !! As in the files, the unit at its end: sigma_x_mm
-        character(*), intent(in), optional :: layout    !! For people, of one value: 'f10.5', 'a'; absent: not shown
+        character(*), intent(in), optional :: layout    !! For people, of one value: 'f10.5', 'a', 'clock'; absent: not shown
         character(*), intent(in), optional :: heading
         !! For people; a vertical bar parts two lines, of which the first may reach over columns that have none
         real(dp), intent(in), optional :: factor        !! For people: numbers are shown times this
@@ -366,6 +367,10 @@ contains
 
         do k = 1, size(self%columns)
             associate (column => self%columns(k))
+                shown(k, -1)%text = ''
+                shown(k, 0)%text = ''
+                widths(k) = 0
+                if (column%layout == '') cycle
                 bar = index(column%heading, '|')
                 shown(k, -1)%text = column%heading(:bar - 1)
                 shown(k, 0)%text = column%heading(bar + 1:)
@@ -374,7 +379,9 @@ contains
                     associate (cell => self%cells((i - 1)*size(self%columns) + k))
                         if (cell%kind == NOTHING) then
                             shown(k, i)%text = '-'
-                        else if (column%layout == '' .or. column%layout == 'a' .or. cell%kind == TEXT) then
+                        else if (column%layout == 'clock') then
+                            shown(k, i)%text = cell%text(index(cell%text, 'T') + 1:)
+                        else if (column%layout == 'a' .or. cell%kind == TEXT) then
                             shown(k, i)%text = cell%text
                         else if (column%layout(1:1) == 'i') then
                             write (buffer, '('//column%layout//')') nint(cell%value, i8)
@@ -386,7 +393,6 @@ contains
                         widths(k) = max(widths(k), len(shown(k, i)%text))
                     end associate
                 end do
-                if (column%layout == '') widths(k) = 0
             end associate
         end do
         do k = 1, size(widths)

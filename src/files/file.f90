@@ -12,7 +12,7 @@ module gracecg_files_file
     implicit none
     private
     public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device
-    public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t
+    public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, input_stream_t
 
     type :: text_file_t
         !! A text and where its lines begin and end
@@ -26,6 +26,18 @@ module gracecg_files_file
         procedure :: fail_at => fail_at_line    !! A failure at a line
     end type text_file_t
 
+    type :: input_stream_t
+        !! A file that is read in large pieces, for what is too long to be held whole
+        private
+        character(:), allocatable :: path
+        type(c_ptr) :: stream = c_null_ptr
+    contains
+        procedure :: open => open_input         !! Begins at its first byte
+        procedure :: read => read_input         !! The next bytes
+        procedure :: close => close_input       !! Ends it
+        final :: finalise_input
+    end type input_stream_t
+
     type :: output_file_t
         !! A text file being written under a temporary name in the folder of the final one.
         !! `commit` gives it its name; without that, nothing is left.
@@ -37,6 +49,7 @@ module gracecg_files_file
     contains
         procedure :: open => open_output        !! Begins the file
         procedure :: line => write_line         !! Writes a line
+        procedure :: bytes => write_bytes       !! Writes what a text holds, without a line end
         procedure :: commit => commit_output    !! Ends the file and gives it its name
         procedure :: discard => discard_output  !! Leaves nothing behind
         final :: finalise_output
@@ -215,6 +228,24 @@ contains
         integer(c_int) :: status
         logical :: failed
 
+        call open_to_read(path, stream, error)
+        if (allocated(error)) return
+        call read_stream(stream, size_of(path), content, failed)
+        status = c_fclose(stream)
+        if (failed) then
+            call fail(error, trim(path)//': cannot be read as a text file')
+            return
+        end if
+        file = text_file_of(content, trim(path))
+    end subroutine read_text_file
+
+    !> Opens a file. Fails when it is missing, is a folder, or may not be read.
+    subroutine open_to_read(path, stream, error)
+        character(*), intent(in) :: path
+        type(c_ptr), intent(out) :: stream
+        type(error_t), allocatable, intent(out) :: error
+
+        stream = c_null_ptr
         if (path == '') then
             call fail(error, 'the name of the file is empty')
         else if (directory_exists(path)) then
@@ -224,18 +255,52 @@ contains
         end if
         if (allocated(error)) return
         stream = c_fopen(trim(path)//c_null_char, 'rb'//c_null_char)
-        if (.not. c_associated(stream)) then
+        if (.not. c_associated(stream)) &
             call fail(error, trim(path)//': cannot be opened; check that you may read it')
-            return
+    end subroutine open_to_read
+
+    !> Begins a file at its first byte. Fails when it is missing, is a folder, or may not be read.
+    subroutine open_input(self, path, error)
+        class(input_stream_t), intent(inout) :: self
+        character(*), intent(in) :: path    !! Of the file
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%close()
+        self%path = trim(path)
+        call open_to_read(path, self%stream, error)
+    end subroutine open_input
+
+    !> The next bytes, as many as the text holds; fewer at the end of the file alone.
+    subroutine read_input(self, bytes, count, error)
+        class(input_stream_t), intent(inout) :: self
+        character(*), intent(inout) :: bytes    !! Its first `count` characters are what was read
+        integer, intent(out) :: count           !! 0 behind the end
+        type(error_t), allocatable, intent(out) :: error
+
+        count = 0
+        if (.not. c_associated(self%stream) .or. len(bytes) == 0) return
+        count = int(c_fread(bytes, ONE_BYTE, len(bytes, c_size_t), self%stream))
+        if (count < len(bytes)) then
+            if (c_ferror(self%stream) /= 0) call fail(error, self%path//': cannot be read to its end')
         end if
-        call read_stream(stream, size_of(path), content, failed)
-        status = c_fclose(stream)
-        if (failed) then
-            call fail(error, trim(path)//': cannot be read as a text file')
-            return
-        end if
-        file = text_file_of(content, trim(path))
-    end subroutine read_text_file
+    end subroutine read_input
+
+    !> Ends it. Does nothing when none is open.
+    subroutine close_input(self)
+        class(input_stream_t), intent(inout) :: self
+
+        integer(c_int) :: status
+
+        if (.not. c_associated(self%stream)) return
+        status = c_fclose(self%stream)
+        self%stream = c_null_ptr
+    end subroutine close_input
+
+    subroutine finalise_input(self)
+        type(input_stream_t), intent(inout) :: self
+
+        call self%close()
+    end subroutine finalise_input
 
     !> Bytes of a file; 0 where that has no meaning.
     integer(i8) function size_of(path)
@@ -434,14 +499,22 @@ contains
         class(output_file_t), intent(inout) :: self
         character(*), intent(in) :: text    !! Without the end of the line; may hold several lines
 
+        call self%bytes(text)
+        call self%bytes(LF)
+    end subroutine write_line
+
+    !> Writes what a text holds. A failure is remembered and reported by `commit`.
+    subroutine write_bytes(self, text)
+        class(output_file_t), intent(inout) :: self
+        character(*), intent(in) :: text    !! Any bytes
+
         integer(c_size_t) :: length
 
         self%incomplete = self%incomplete .or. .not. c_associated(self%stream)
         if (self%incomplete) return
         length = len(text, c_size_t)
         if (c_fwrite(text, ONE_BYTE, length, self%stream) /= length) self%incomplete = .true.
-        if (c_fwrite(LF, ONE_BYTE, ONE_BYTE, self%stream) /= ONE_BYTE) self%incomplete = .true.
-    end subroutine write_line
+    end subroutine write_bytes
 
     !> Completes the file and gives it its name, in place of an older file of that name. After a
     !> failure (disk full, no permission) an older file is still there, unharmed.

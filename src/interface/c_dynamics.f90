@@ -1,10 +1,11 @@
 !> The C interface: cases, force model, propagation. Documented in include/gracecg.h.
 module gracecg_interface_c_dynamics
-    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
     use gracecg, only: dp, error_t, calibration_t, find_calibration, calibration_from_text, calibration_text, &
         initial_state, build_dynamics, satellite_dynamics_t, accelerations_t, loads_t, truth_arc_t, &
-        propagate_arc, check_state, STATE_SIZE, STATE_ATTITUDE, STATE_OMEGA
+        propagate_arc, check_state, nadir_pointing_t, STATE_SIZE, STATE_ATTITUDE, STATE_OMEGA
     use gracecg_base_kinds, only: i8
+    use gracecg_base_vectors, only: cross
     use gracecg_simulation_arc, only: MAX_STEPS
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_VALUE, LONGEST_NAME, &
@@ -16,7 +17,7 @@ module gracecg_interface_c_dynamics
     public :: case_object_t, keep_case
     public :: c_case_open, c_case_parse, c_case_free, c_case_text, c_case_values
     public :: c_force_model_open, c_force_model_free, c_force_model_epoch, c_force_model_evaluate
-    public :: c_force_model_torques, c_force_model_rate, c_force_model_propagate
+    public :: c_force_model_torques, c_force_model_rate, c_force_model_propagate, c_force_model_propagate_nadir
 
     !> A case behind a handle, with how it is estimated.
     type, extends(object_t) :: case_object_t
@@ -367,13 +368,72 @@ contains
         integer(c_int) :: status
 
         class(object_t), pointer :: object
-        type(truth_arc_t) :: arc
-        type(error_t), allocatable :: failure
-        integer :: k
 
         call start(status, error)
         call need(present(state), 'state', status, error)
         call need(present(states), 'states', status, error)
+        call check_propagation(interval, steps, tolerance, status, error)
+        if (status /= STATUS_OK) return
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (force_object_t)
+            call check_motion(object%dynamics, 0.0_dp, state, status, error)
+            if (status == STATUS_OK) &
+                call propagate(object%dynamics, state, interval, int(steps), tolerance, states, status, error)
+        class default
+            call refuse_handle(FORCE_NAME, status, error)
+        end select
+        call release(int(handle, i8), object)
+    end function c_force_model_propagate
+
+    !> gracecg_force_model_propagate_nadir
+    function c_force_model_propagate_nadir(handle, position, velocity, forward, interval, steps, tolerance, states, &
+                                           error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
+        integer(c_intptr_t), intent(in), value :: handle
+        real(c_double), intent(in), optional :: position(3), velocity(3)
+        integer(c_int32_t), intent(in), value :: forward
+        real(c_double), intent(in), value :: interval, tolerance
+        integer(c_size_t), intent(in), value :: steps
+        real(c_double), intent(inout), optional :: states(STATE_SIZE, *)
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        class(object_t), pointer :: object
+        type(nadir_pointing_t) :: held
+        real(dp) :: state(STATE_SIZE)
+
+        call start(status, error)
+        call need(present(position), 'position', status, error)
+        call need(present(velocity), 'velocity', status, error)
+        call need(present(states), 'states', status, error)
+        call check_propagation(interval, steps, tolerance, status, error)
+        if (status /= STATUS_OK) return
+        if (.not. norm2(cross(position, velocity)) > 0) then
+            call raise(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit', status, error)
+            return
+        end if
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (force_object_t)
+            held%satellite_dynamics_t = object%dynamics
+            held%forward = forward /= 0
+            state = [position, velocity, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+            call check_motion(object%dynamics, 0.0_dp, state, status, error)
+            if (status == STATUS_OK) &
+                call propagate(held, state, interval, int(steps), tolerance, states, status, error)
+        class default
+            call refuse_handle(FORCE_NAME, status, error)
+        end select
+        call release(int(handle, i8), object)
+    end function c_force_model_propagate_nadir
+
+    !> Refuses what no arc can have.
+    subroutine check_propagation(interval, steps, tolerance, status, error)
+        real(dp), intent(in) :: interval, tolerance
+        integer(c_size_t), intent(in) :: steps
+        integer(c_int), intent(inout) :: status
+        type(c_error_t), intent(inout), optional :: error
+
         call check_count(steps, 'steps', status, error, MAX_STEPS)
         if (status == STATUS_OK .and. .not. (tolerance >= 0 .and. tolerance < 1)) then
             call raise(STATUS_BAD_VALUE, 'tolerance has to lie in 0 to 1; 0 means one step an interval', &
@@ -381,27 +441,27 @@ contains
         else if (status == STATUS_OK .and. .not. abs(interval) <= huge(interval)) then
             call raise(STATUS_BAD_VALUE, 'interval is NaN or infinite', status, error)
         end if
-        if (status /= STATUS_OK) return
-        call acquire(int(handle, i8), object)
-        select type (object)
-        type is (force_object_t)
-            call check_motion(object%dynamics, 0.0_dp, state, status, error)
-            if (status == STATUS_OK) then
-                if (tolerance > 0) then
-                    call propagate_arc(object%dynamics, state, interval, int(steps), arc, failure, tolerance)
-                else
-                    call propagate_arc(object%dynamics, state, interval, int(steps), arc, failure)
-                end if
-                call pass_on(failure, status, error)
-            end if
-            if (status == STATUS_OK) then
-                do k = 0, int(steps)
-                    states(:, k + 1) = arc%state(:, k)
-                end do
-            end if
-        class default
-            call refuse_handle(FORCE_NAME, status, error)
-        end select
-        call release(int(handle, i8), object)
-    end function c_force_model_propagate
+    end subroutine check_propagation
+
+    !> The states of an arc.
+    subroutine propagate(dynamics, state, interval, steps, tolerance, states, status, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: state(STATE_SIZE)
+        real(dp), intent(in) :: interval, tolerance     !! s; 0: one step an interval
+        integer, intent(in) :: steps
+        real(dp), intent(inout) :: states(STATE_SIZE, *)
+        integer(c_int), intent(inout) :: status
+        type(c_error_t), intent(inout), optional :: error
+
+        type(truth_arc_t) :: arc
+        type(error_t), allocatable :: failure
+
+        if (tolerance > 0) then
+            call propagate_arc(dynamics, state, interval, steps, arc, failure, tolerance)
+        else
+            call propagate_arc(dynamics, state, interval, steps, arc, failure)
+        end if
+        call pass_on(failure, status, error)
+        if (status == STATUS_OK) states(:, 1:steps + 1) = arc%state
+    end subroutine propagate
 end module gracecg_interface_c_dynamics

@@ -5,7 +5,8 @@ module gracecg_interface_c_estimation
     use gracecg, only: dp, error_t, simulator_t, new_simulator, observe, observation_set_t, &
         operator_knowledge_t, check_observations, read_observations, write_observations, read_setup, &
         setup_from_text, setup_text, estimation_options_t, read_options, write_options, options_from_text, &
-        options_text, OF_SETUP, solution_t, estimate_offset, ESTIMATOR_NAMES, STATE_SIZE
+        options_text, OF_SETUP, solution_t, estimate_offset, ESTIMATOR_NAMES, STATE_SIZE, moment_series_t, &
+        new_moment_series, take_measured_moments
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: time_tag
@@ -20,7 +21,7 @@ module gracecg_interface_c_estimation
     private
     public :: c_samples_t, c_solution_t, create_observations
     public :: c_simulator_open, c_simulator_free, c_simulator_truth
-    public :: c_setup_read, c_setup_parse, c_setup_free, c_setup_text
+    public :: c_setup_read, c_setup_parse, c_setup_free, c_setup_text, c_setup_measured, setup_with_moments
     public :: c_observations_create, c_observations_read, c_observations_write, c_observations_simulate
     public :: c_observations_free, c_observations_setup, c_observations_counts
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
@@ -267,6 +268,57 @@ contains
         end if
         call keep(object, handle, status, error)
     end subroutine keep_setup
+
+    !> gracecg_setup_measured
+    function c_setup_measured(handle, n, time, moment, new_handle, error) result(status) &
+        bind(c, name='gracecg_setup_measured')
+        integer(c_intptr_t), intent(in), value :: handle
+        integer(c_size_t), intent(in), value :: n
+        real(c_double), intent(in), optional :: time(*), moment(3, *)
+        integer(c_intptr_t), intent(inout), optional :: new_handle
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        call start(status, error)
+        call need(present(new_handle), SETUP_NAME, status, error)
+        if (present(new_handle)) new_handle = 0
+        call check_count(n, 'the number of moments', status, error, MOST_SAMPLES)
+        call need(present(time) .and. present(moment), 'time or moment', status, error)
+        if (status == STATUS_OK) call setup_with_moments(handle, time(:n), moment(:, :n), new_handle, status, error)
+    end function c_setup_measured
+
+    !> A setup with measured moments of the rods, for C and Fortran 77.
+    subroutine setup_with_moments(handle, time, moment, new_handle, status, error)
+        integer(c_intptr_t), intent(in) :: handle           !! Of the setup without
+        real(dp), intent(in) :: time(:), moment(:, :)       !! s; (3, n), along the rods, A m^2
+        integer(c_intptr_t), intent(out) :: new_handle      !! Of the setup with them; 0 after a failure
+        integer(c_int), intent(inout) :: status             !! Of the call so far: nothing is done after a failure
+        type(c_error_t), intent(inout), optional :: error
+
+        class(object_t), pointer :: object
+        type(operator_knowledge_t) :: knowledge
+        type(estimation_options_t) :: options
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: failure
+
+        new_handle = 0
+        if (status /= STATUS_OK) return
+        call new_moment_series(series, time, moment, failure)
+        call pass_on(failure, status, error, STATUS_BAD_VALUE)
+        if (status /= STATUS_OK) return
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (setup_object_t)
+            knowledge = object%knowledge
+            options = object%options
+        class default
+            call refuse_handle(SETUP_NAME, status, error)
+        end select
+        call release(int(handle, i8), object)
+        if (status /= STATUS_OK) return
+        call take_measured_moments(series, knowledge%rods)
+        call keep_setup(knowledge, options, new_handle, status, error)
+    end subroutine setup_with_moments
 
     !> gracecg_setup_free
     function c_setup_free(handle, error) result(status) bind(c, name='gracecg_setup_free')

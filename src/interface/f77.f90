@@ -794,7 +794,7 @@ subroutine gcrate(ifrc, t, x, xdot, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcrate
 
-!> Propagates orbit and attitude from the case's epoch, one Runge-Kutta 7(8) step an interval.
+!> Propagates orbit and free attitude from the case's epoch, one Runge-Kutta 7(8) step an interval.
 subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t
     use gracecg_base_kinds, only: dp
@@ -816,6 +816,32 @@ subroutine gcprop(ifrc, x, dt, n, xout, istat, msg)
     status = c_force_model_propagate(c_handle(ifrc), x, dt, int(n, c_size_t), 0.0_dp, xout, error=error)
     call finish(status, error, istat, msg)
 end subroutine gcprop
+
+!> Propagates the orbit with nadir pointing: body z to the centre of the Earth, x along the orbit or against it.
+subroutine gcprna(ifrc, xinr, vinr, iforw, dt, n, xout, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_dynamics, only: c_force_model_propagate_nadir
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: ifrc    !! Handle: force model
+    real(dp), intent(in) :: xinr(3)    !! Inertial at the case's epoch, m and m/s
+    real(dp), intent(in) :: vinr(3)    !! Inertial at the case's epoch, m and m/s
+    integer, intent(in) :: iforw    !! 1: body x along the orbit, 0: against it
+    real(dp), intent(in) :: dt    !! Interval, s
+    integer, intent(in) :: n    !! Steps
+    real(dp), intent(inout) :: xout(13, *)    !! n + 1 states
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_force_model_propagate_nadir(c_handle(ifrc), xinr, vinr, iforw, dt, int(n, c_size_t), 0.0_dp, &
+        xout, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcprna
 
 !> The simulator of a case: propagates its truth.
 subroutine gcsimo(icas, isim, istat, msg)
@@ -878,6 +904,29 @@ subroutine gcsetr(file, iset, istat, msg)
     status = c_setup_read(c_text(file), handle, error=error)
     call finish_handle(status, error, handle, iset, istat, msg)
 end subroutine gcsetr
+
+!> The same setup with measured moments of the torque rods, which stand in for those commanded.
+subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, finish_handle, measured_setup
+    implicit none
+    integer, intent(in) :: iset    !! Handle: setup
+    integer, intent(in) :: n    !! Samples
+    real(dp), intent(in) :: t(*)    !! s from the setup's epoch; moment of each rod, A m^2
+    real(dp), intent(in) :: xm(3, *)    !! s from the setup's epoch; moment of each rod, A m^2
+    integer, intent(out) :: isetm    !! Handle: setup
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = measured_setup(c_handle(iset), n, t, xm, handle, error=error)
+    call finish_handle(status, error, handle, isetm, istat, msg)
+end subroutine gcsetm
 
 !> Reads an observation set from its folder.
 subroutine gcobsr(dir, iobs, istat, msg)

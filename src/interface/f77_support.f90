@@ -5,13 +5,14 @@ module gracecg_interface_f77_support
     use gracecg_base_kinds, only: dp
     use gracecg_interface_c_support, only: c_error_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
         STATUS_NOT_CONVERGED, free_object, start, raise
-    use gracecg_interface_c_estimation, only: c_solution_t, c_estimate, c_observations_counts, create_observations
+    use gracecg_interface_c_estimation, only: c_solution_t, c_estimate, c_observations_counts, create_observations, &
+        setup_with_moments
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
         c_design_t, c_design_manoeuvre, c_rod_t, c_case_rods, c_map
     implicit none
     private
     public :: c_text, c_handle, finish, finish_handle
-    public :: free_any, observation_counts, observation_arrays, estimate_arrays
+    public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays
     public :: bound_arrays, design_defaults_arrays, design_arrays, rod_arrays, map_arrays
 
 contains
@@ -112,6 +113,25 @@ contains
                                      b(:, :nm), to(:no), xo(:, :no), iobs, status, error)
         end if
     end function observation_arrays
+
+    !> A setup with measured moments of the rods.
+    function measured_setup(iset, n, t, xm, isetm, error) result(status)
+        integer(c_intptr_t), intent(in) :: iset
+        !! Handle of a setup
+        integer, intent(in) :: n                        !! Samples
+        real(dp), intent(in) :: t(*), xm(3, *)          !! s; along the rods, A m^2
+        integer(c_intptr_t), intent(out) :: isetm       !! 0 when it fails
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        call start(status, error)
+        isetm = 0
+        if (n < 0) then
+            call raise(STATUS_BAD_SIZE, 'a number of samples is negative', status, error)
+        else
+            call setup_with_moments(iset, t(:n), xm(:, :n), isetm, status, error)
+        end if
+    end function measured_setup
 
     !> An estimate; with STATUS_OK the message holds its warnings.
     function estimate_arrays(algo, iobs, d, cov, rms, cond, niter, iconv, error) result(status)

@@ -82,7 +82,13 @@ module gracecg_observations_knowledge
         character(16) :: field_model = NO_FIELD_MODEL
         !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
         real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
+        real(dp) :: angular_velocity(3) = 0
+        !! At the epoch (time tag 0 of the accelerometer), body axes, rad/s, where it is known from other means
+        !! than the star camera
+        real(dp) :: angular_velocity_sigma(3) = 0       !! Its standard deviation, rad/s; 0: not known
         type(a_priori_t) :: a_priori                    !! How well it is known
+    contains
+        procedure :: knows_angular_velocity             !! It is known from other means
     end type operator_knowledge_t
 
 contains
@@ -96,6 +102,13 @@ contains
         if (self%years_since_calibration > 0) sigmas = hypot(sigmas, self%years_since_calibration*self%scale_stability)
     end function aged_scale_sigmas
 
+    !> True when the angular velocity at the epoch is known from other means than the star camera.
+    pure logical function knows_angular_velocity(self)
+        class(operator_knowledge_t), intent(in) :: self
+
+        knows_angular_velocity = all(self%angular_velocity_sigma > 0)
+    end function knows_angular_velocity
+
     !> The settings of satellite and manoeuvre: groups calibration, mass_properties, rods, rod and limits.
     subroutine describe_satellite(settings, knowledge)
         class(settings_t), intent(inout) :: settings
@@ -108,7 +121,7 @@ contains
     end subroutine describe_satellite
 
     !> What an operator knows of the instruments: groups accelerometer, star_camera, magnetometer,
-    !> geomagnetic_field.
+    !> geomagnetic_field; and angular_velocity, where that is known.
     subroutine describe_instruments(settings, knowledge)
         class(settings_t), intent(inout) :: settings
         type(operator_knowledge_t), intent(inout) :: knowledge
@@ -149,6 +162,14 @@ contains
         call settings%real_values('change', knowledge%torque_change, -1.0_dp, 1.0_dp, &
                                   'N m, from the beginning to the end of the arc', unit='N m')
         call settings%end_group()
+        if (knowledge%knows_angular_velocity() .or. settings%holds('angular_velocity')) then
+            call settings%group('angular_velocity', 'At time 0, known from other means: ASSEST needs no star camera')
+            call settings%real_values('value', knowledge%angular_velocity, -10.0_dp, 10.0_dp, 'rad/s, body axes', &
+                                      unit='rad/s', required=.true.)
+            call settings%real_values('sigma', knowledge%angular_velocity_sigma, 1e-12_dp, 1.0_dp, &
+                                      'rad/s, its standard deviation', unit='rad/s', required=.true.)
+            call settings%end_group()
+        end if
         call settings%group('geomagnetic_field', 'Model of the field where the magnetometer fails')
         call settings%text_value('model', knowledge%field_model, 'of the field; needs the orbit', &
                                  [character(16) :: GEOMAGNETIC_MODELS, NO_FIELD_MODEL])

@@ -1,6 +1,7 @@
 !> An observation set as a folder of files: accelerometer.csv, star_camera.csv, magnetometer.csv,
-!> orbit.csv, and setup.nml with what the operator knows. A series without samples has no file; the
-!> orbit may be missing, and with an orbit the magnetometer.
+!> orbit.csv, rods.csv, and setup.nml with what the operator knows. A series without samples has no file;
+!> the orbit may be missing, and with an orbit the magnetometer. Measured moments of the rods, where there are
+!> any, stand in for the waveforms of the setup.
 module gracecg_observations_observation_files
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -9,6 +10,9 @@ module gracecg_observations_observation_files
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_files_table, only: table_file_t, read_csv
     use gracecg_files_settings, only: settings_t
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, has_moments, median_spacing, &
+        FEWEST_MOMENTS
+    use gracecg_spacecraft_torque_rods, only: take_measured_moments
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
     use gracecg_observations_knowledge, only: operator_knowledge_t, describe_satellite, &
         describe_instruments, describe_a_priori, ESTIMATION_GROUPS, HEADS
@@ -19,12 +23,12 @@ module gracecg_observations_observation_files
     public :: write_observations, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
-    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4
+    integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5
     !> What an operator knows
-    integer, parameter :: TABLE_COUNT = 4, SETUP_FILE = 5
+    integer, parameter :: TABLE_COUNT = 5, SETUP_FILE = 6
     !> The files of an observation set, in its folder
-    character(17), parameter :: OBSERVATION_FILES(5) = [character(17) :: &
-        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'setup.nml']
+    character(17), parameter :: OBSERVATION_FILES(6) = [character(17) :: &
+        'accelerometer.csv', 'star_camera.csv', 'magnetometer.csv', 'orbit.csv', 'rods.csv', 'setup.nml']
 
     character(8), parameter :: ACCELEROMETER_COLUMNS(4) = &
         [character(8) :: 'time_s', 'ax_m_s2', 'ay_m_s2', 'az_m_s2']
@@ -34,6 +38,10 @@ module gracecg_observations_observation_files
         [character(8) :: 'time_s', 'bx_tesla', 'by_tesla', 'bz_tesla']
     character(8), parameter :: ORBIT_COLUMNS(4) = &
         [character(8) :: 'time_s', 'rx_m', 'ry_m', 'rz_m']
+    character(8), parameter :: RODS_COLUMNS(4) = &
+        [character(8) :: 'time_s', 'mx_a_m2', 'my_a_m2', 'mz_a_m2']
+    !> The same without units, which are read, too
+    character(8), parameter :: BARE_RODS(4) = [character(8) :: 'time_s', 'mx', 'my', 'mz']
     !> The same in files of version 0.1, which are read, too
     character(8), parameter :: FORMER_ACCELEROMETER(4) = [character(8) :: 'time_s', 'ax', 'ay', 'az']
     character(8), parameter :: FORMER_MAGNETOMETER(4) = [character(8) :: 'time_s', 'bx', 'by', 'bz']
@@ -88,6 +96,8 @@ contains
                                            NO_COMMENTS, error)
         if (.not. allocated(error)) &
             call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), NO_COMMENTS, error)
+        if (.not. allocated(error)) &
+            call tables(RODS)%open(path_of(folder, RODS), join(RODS_COLUMNS, ','), NO_COMMENTS, error)
     end subroutine open_tables
 
     subroutine write_rows(observations, tables)
@@ -109,10 +119,17 @@ contains
             call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
                                            observations%field(:, i)])
         end do
-        if (.not. has_orbit(observations)) return
-        do i = 1, size(observations%orbit_time)
-            call tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
-        end do
+        if (has_orbit(observations)) then
+            do i = 1, size(observations%orbit_time)
+                call tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
+            end do
+        end if
+        associate (measured => observations%knowledge%rods%measured)
+            if (.not. has_moments(measured)) return
+            do i = 1, size(measured%time)
+                call tables(RODS)%row([measured%time(i), measured%moment(:, i)])
+            end do
+        end associate
     end subroutine write_rows
 
     !> Gives the files their names. When one fails, those that have theirs are removed again. Of a
@@ -127,8 +144,9 @@ contains
         integer :: i, committed
 
         filled = [size(observations%accelerometer_time), size(observations%star_camera_time), &
-                  size(observations%magnetometer_time), 0] > 0
+                  size(observations%magnetometer_time), 0, 0] > 0
         filled(ORBIT) = has_orbit(observations)
+        filled(RODS) = has_moments(observations%knowledge%rods%measured)
         committed = 0
         do i = 1, size(tables)
             if (filled(i)) call tables(i)%commit(error)
@@ -193,6 +211,7 @@ contains
         if (.not. allocated(error)) call read_orbit(folder, observations, error)
         if (.not. allocated(error)) call read_magnetometer(folder, observations, error)
         if (.not. allocated(error)) call read_star_camera(folder, observations, error)
+        if (.not. allocated(error)) call read_rods(folder, observations%knowledge, error)
         if (allocated(error)) return
         call check_observations(observations, error)
         call add_context(error, trim(folder))
@@ -262,6 +281,10 @@ contains
 
         type(series_t) :: series
 
+        if (observations%knowledge%knows_angular_velocity() .and. .not. file_exists(path_of(folder, STAR_CAMERA))) then
+            allocate (observations%star_camera_time(0), observations%star_camera_head(0), observations%quaternion(4, 0))
+            return
+        end if
         call read_series(path_of(folder, STAR_CAMERA), STAR_CAMERA_COLUMNS, series, error)
         if (.not. allocated(error)) call check_star_camera(series, error)
         if (.not. allocated(error)) &
@@ -272,6 +295,32 @@ contains
         observations%star_camera_head = nint(series%table(:, 2))
         observations%quaternion = transpose(series%table(:, 3:6))
     end subroutine read_star_camera
+
+    !> What was measured of the rods takes the place of what they were commanded to.
+    subroutine read_rods(folder, knowledge, error)
+        character(*), intent(in) :: folder
+        type(operator_knowledge_t), intent(inout) :: knowledge
+        type(error_t), allocatable, intent(out) :: error
+
+        type(series_t) :: series
+        type(moment_series_t) :: measured
+        integer :: i
+        real(dp), allocatable :: rows(:, :)     ! without those that are given twice
+
+        if (.not. file_exists(path_of(folder, RODS))) return
+        call read_series(path_of(folder, RODS), RODS_COLUMNS, series, error, BARE_RODS)
+        if (.not. allocated(error)) call check_times(series, error)
+        if (allocated(error)) return
+        associate (all_rows => series%table, n => size(series%table, 1))
+            rows = all_rows(pack([(i, i=1, n)], [.true., all_rows(2:, 1) > all_rows(:n - 1, 1)]), :)
+        end associate
+        if (size(rows, 1) >= FEWEST_MOMENTS) &
+            call check_coverage(series, median_spacing(rows(:, 1)), knowledge%duration, error)
+        if (allocated(error)) return
+        call new_moment_series(measured, rows(:, 1), transpose(rows(:, 2:4)), error)
+        call add_context(error, path_of(folder, RODS))
+        if (.not. allocated(error)) call take_measured_moments(measured, knowledge%rods)
+    end subroutine read_rods
 
     !> Reads a setup.nml. Fails, with file, line and key, for a key that is not known, a value that is
     !> missing or not allowed, and for mass properties that no body has.

@@ -7,11 +7,12 @@ module gracecg_observations_observation_set
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_mass_properties, only: mass_properties_t, validate_mass_properties
+    use gracecg_spacecraft_moment_series, only: has_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
     private
-    public :: observation_set_t, check_observations, has_orbit, SAMPLE_TOLERANCE
+    public :: observation_set_t, check_observations, has_orbit, has_star_camera, SAMPLE_TOLERANCE
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.
@@ -43,10 +44,18 @@ contains
         if (has_orbit) has_orbit = size(observations%orbit_time) > 0
     end function has_orbit
 
+    !> True when a star camera delivered something.
+    pure logical function has_star_camera(observations)
+        type(observation_set_t), intent(in) :: observations
+
+        has_star_camera = size(observations%star_camera_time) > 0
+    end function has_star_camera
+
     !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
     !> two different samples of one time, values of another unit, quaternions that are not unit, an
     !> impossible inertia tensor.
-    !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit.
+    !> A sample that is given twice, alike, passes. Without a magnetometer there must be an orbit, without a
+    !> star camera the operator must know the angular velocity.
     subroutine check_observations(observations, error)
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
@@ -115,6 +124,8 @@ contains
             if (.not. allocated(error)) call check_instruments(knowledge, error)
             if (.not. allocated(error)) &
                 call check_rod_sampling(knowledge%rods, knowledge%accelerometer_interval, error)
+            if (.not. allocated(error) .and. has_moments(knowledge%rods%measured)) &
+                call check_moments_cover(knowledge%rods%measured, knowledge%duration, error)
         end if
     end subroutine check_setup
 
@@ -127,8 +138,9 @@ contains
             call fail(error, 'the scale factors of the accelerometer must be positive')
         else if (.not. all(abs([knowledge%accelerometer_scale, knowledge%accelerometer_delay, &
                                 knowledge%magnetometer_bias, knowledge%torque_change, knowledge%rods%gain, &
-                                knowledge%rods%misalignment, knowledge%rods%delay]) <= huge(1.0_dp))) then
-            call fail(error, 'what is known of accelerometer, magnetometer, rods and torque must be finite')
+                                knowledge%rods%misalignment, knowledge%rods%delay, &
+                                knowledge%angular_velocity, knowledge%angular_velocity_sigma]) <= huge(1.0_dp))) then
+            call fail(error, 'what is known of accelerometer, magnetometer, rods, torque and rotation must be finite')
         end if
     end subroutine check_instruments
 
@@ -208,7 +220,8 @@ contains
                   'or correct its range in setup.nml')
     end subroutine check_saturation
 
-    !> Each head is a series of its own. One head may be lost altogether.
+    !> Each head is a series of its own. One head may be lost altogether, both if the operator knows the
+    !> angular velocity.
     subroutine check_star_camera(observations, error)
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
@@ -216,8 +229,11 @@ contains
         integer :: head, i
 
         associate (times => observations%star_camera_time, heads_of => observations%star_camera_head)
-            if (size(times) < 2) then
-                call fail(error, 'star camera: fewer than two samples')
+            if (size(times) == 0 .and. observations%knowledge%knows_angular_velocity()) then
+                return
+            else if (size(times) < 2) then
+                call fail(error, 'star camera: fewer than two samples, and no angular velocity from other means '// &
+                          'for ASSEST')
                 return
             else if (any(heads_of < 1 .or. heads_of > HEADS)) then
                 call fail(error, 'star camera: a sample of a head that does not exist; there are '// &

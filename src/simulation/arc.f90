@@ -6,6 +6,7 @@ module gracecg_simulation_arc
     use gracecg_spacecraft_torque_rods, only: shortest_rod_period
     use gracecg_base_runge_kutta, only: rkf78_step, rkf78_integrate
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, STATE_SIZE, OMEGA, POSITION
+    use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
     private
     public :: truth_arc_t, propagate_arc, check_state, MAX_STEPS
@@ -28,8 +29,8 @@ module gracecg_simulation_arc
 
 contains
 
-    !> Integrates from t = 0 over `steps` intervals, with one Runge-Kutta step an interval, or, when
-    !> `tolerance` is given, with step-size control between the epochs.
+    !> Integrates from t = 0 over `steps` intervals, the attitude free or held as `dynamics` has it, with one
+    !> Runge-Kutta step an interval, or, when `tolerance` is given, with step-size control between the epochs.
     !>
     !> Fails when there are too many steps, the satellite hits the ground, leaves the range of its models,
     !> or a number is not finite.
@@ -48,6 +49,7 @@ contains
         call make_room(interval, steps, arc, error)
         if (allocated(error)) return
         arc%state(:, 0) = initial_state
+        call hold_attitude(dynamics, 0.0_dp, arc%state(:, 0))
         do k = 0, steps
             if (k > 0) then
                 if (present(tolerance)) then
@@ -60,6 +62,7 @@ contains
                     call rkf78_step(dynamics, (k - 1)*interval, arc%state(:, k - 1), interval, &
                                     arc%state(:, k))
                 end if
+                call hold_attitude(dynamics, k*interval, arc%state(:, k))
             end if
             call check_state(dynamics, k*interval, arc%state(:, k), error)
             if (allocated(error)) return
@@ -67,6 +70,19 @@ contains
             arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
         end do
     end subroutine propagate_arc
+
+    !> Of a satellite whose attitude is held, attitude and angular velocity follow from the orbit; that of others is
+    !> free.
+    pure subroutine hold_attitude(dynamics, t, state)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: t           !! s
+        real(dp), intent(inout) :: state(:) !! 13
+
+        select type (dynamics)
+        class is (nadir_pointing_t)
+            call dynamics%hold(t, state)
+        end select
+    end subroutine hold_attitude
 
     !> An arc without values yet.
     subroutine make_room(interval, steps, arc, error)

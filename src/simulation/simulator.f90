@@ -9,7 +9,8 @@ module gracecg_simulation_simulator
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, POSITION, VELOCITY, OMEGA, ATTITUDE
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, FEWEST_MOMENTS
+    use gracecg_spacecraft_torque_rods, only: check_rod_sampling, rod_moments, take_measured_moments
     use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
@@ -24,7 +25,7 @@ module gracecg_simulation_simulator
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
-    public :: lose_magnetometer, tell_operator, operator_of_run
+    public :: lose_magnetometer, measure_rods, tell_operator, operator_of_run
     public :: propagate_case, disturbance_at
 
     !> Streams of random numbers of one run
@@ -299,6 +300,34 @@ contains
         observations%magnetometer_time = observations%magnetometer_time(:kept)
         observations%field = observations%field(:, :kept)
     end subroutine lose_magnetometer
+
+    !> Tells the operator what the rods truly did, in place of what they were commanded to: their moments at
+    !> equal intervals. Fails when the intervals are too few.
+    subroutine measure_rods(self, interval, observations, error)
+        type(simulator_t), intent(in) :: self
+        real(dp), intent(in) :: interval        !! s, shortened so that the last sample is at the end of the arc
+        type(observation_set_t), intent(inout) :: observations
+        type(error_t), allocatable, intent(out) :: error
+
+        type(moment_series_t) :: measured
+        real(dp), allocatable :: time(:), moment(:, :)
+        integer :: n, i
+
+        n = ceiling(self%case%duration/interval*(1 - 1e-9_dp))
+        if (n + 1 < FEWEST_MOMENTS) then
+            call fail(error, 'an interval of '//number_text(interval)//' s gives only '//integer_text(n + 1)// &
+                      ' moments of the torque rods in '//number_text(self%case%duration)//' s; at least '// &
+                      integer_text(FEWEST_MOMENTS)//' are needed')
+            return
+        end if
+        allocate (moment(3, 0:n))
+        time = [(i*self%case%duration/n, i=0, n)]
+        do i = 0, n
+            moment(:, i) = rod_moments(self%case%satellite%rods, time(i + 1))
+        end do
+        call new_moment_series(measured, time, moment, error)
+        if (.not. allocated(error)) call take_measured_moments(measured, observations%knowledge%rods)
+    end subroutine measure_rods
 
     !> Epochs, heads and the operator's knowledge; no values yet.
     subroutine lay_out(self, operator, observations, only_used_head)

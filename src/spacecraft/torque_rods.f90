@@ -5,10 +5,12 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
+    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, median_spacing
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
-    public :: dipole_moment, moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
+    public :: dipole_moment, rod_moments, take_measured_moments
+    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
@@ -55,6 +57,8 @@ module gracecg_spacecraft_torque_rods
         real(dp) :: misalignment(6) = 0
         !! Turns of the x rod about y and z, of the y rod about z and x, of the z rod about x and y, rad
         real(dp) :: delay(3) = 0        !! From command to moment, s
+        type(moment_series_t) :: measured
+        !! What the rods did, where it was measured: it stands in for the activations
     end type torque_rods_t
 
 contains
@@ -201,23 +205,57 @@ contains
         real(dp), intent(in) :: time        !! s
         real(dp) :: moment(3)
 
-        real(dp) :: t, along
+        real(dp) :: along(3)
+        integer :: axis
+
+        along = rod_moments(self, time)
+        moment = 0
+        do axis = 1, 3
+            if (any(abs(self%misalignment(2*axis - 1:2*axis)) > 0)) then
+                moment = moment + along(axis)*rod_direction(self, axis)
+            else
+                moment(axis) = moment(axis) + along(axis)
+            end if
+        end do
+    end function dipole_moment
+
+    !> The moments of the rods along themselves at a time, x, y, z, A m^2: measured, or else commanded, times the
+    !> gain, after the delay.
+    pure function rod_moments(self, time) result(along)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: time        !! s
+        real(dp) :: along(3)
+
+        real(dp) :: t, measured(3)
         integer :: i
 
-        moment = 0
+        along = 0
+        if (has_moments(self%measured)) then
+            do i = 1, 3
+                measured = series_moments(self%measured, time - self%delay(i))
+                along(i) = self%gain(i)*measured(i)
+            end do
+            return
+        end if
         do i = 1, self%count
             associate (a => self%activations(i))
                 t = time - self%delay(a%axis)
                 if (.not. (t >= a%start .and. t <= a%stop)) cycle
-                along = self%gain(a%axis)*(a%amplitude*waveform_value(a, t))
-                if (any(abs(self%misalignment(2*a%axis - 1:2*a%axis)) > 0)) then
-                    moment = moment + along*rod_direction(self, a%axis)
-                else
-                    moment(a%axis) = moment(a%axis) + along
-                end if
+                along(a%axis) = along(a%axis) + self%gain(a%axis)*(a%amplitude*waveform_value(a, t))
             end associate
         end do
-    end function dipole_moment
+    end function rod_moments
+
+    !> Takes moments that were measured in place of those commanded. They have the rods' gain and delay in them,
+    !> which lie between command and moment: these become 1 and 0. The rods' directions stay.
+    pure subroutine take_measured_moments(series, rods)
+        type(moment_series_t), intent(in) :: series
+        type(torque_rods_t), intent(inout) :: rods
+
+        rods%measured = series
+        rods%gain = 1
+        rods%delay = 0
+    end subroutine take_measured_moments
 
     !> The unit vector along a rod, body axes: its axis turned by the misalignment.
     pure function rod_direction(self, axis) result(direction)
@@ -248,6 +286,7 @@ contains
 
         rods%count = manoeuvre%count
         rods%activations = manoeuvre%activations
+        rods%measured = manoeuvre%measured
     end subroutine take_manoeuvre
 
     !> What the amplitude is multiplied with, from -1 to 1:
@@ -297,7 +336,7 @@ contains
         end associate
     end function smooth_step
 
-    !> Is a moment other than zero asked for during an arc that lasts from 0 to `duration`?
+    !> Is a moment other than zero asked for, or measured, during an arc that lasts from 0 to `duration`?
     pure logical function moves_rods(self, duration)
         type(torque_rods_t), intent(in) :: self
         real(dp), intent(in) :: duration    !! s
@@ -305,6 +344,10 @@ contains
         integer :: i
 
         moves_rods = .false.
+        if (has_moments(self%measured)) then
+            moves_rods = any(abs(self%measured%moment) > 0)
+            return
+        end if
         do i = 1, self%count
             associate (a => self%activations(i))
                 if (a%start + self%delay(a%axis) >= duration .or. .not. abs(a%amplitude) > 0) cycle
@@ -322,11 +365,12 @@ contains
         if (moves_rods(self, duration)) return
         call fail(error, 'all torque rods are off from 0 to '//number_text(duration)//' s: without a '// &
                   'manoeuvre the CG offset cannot be seen; give at least one group &rod with an '// &
-                  'amplitude other than 0 and a start before the end of the arc')
+                  'amplitude other than 0 and a start before the end of the arc, or rods.csv with what was measured')
     end subroutine check_rods_fire
 
     !> Fails when samples at equal intervals cannot follow the manoeuvre: a frequency that is not
-    !> below half the sampling frequency, an edge or a taper shorter than EDGE_INTERVALS intervals.
+    !> below half the sampling frequency, an edge or a taper shorter than EDGE_INTERVALS intervals. Of moments
+    !> that were measured the samples have to speak for themselves.
     subroutine check_rod_sampling(self, interval, error)
         type(torque_rods_t), intent(in) :: self
         real(dp), intent(in) :: interval    !! Of the accelerometer, s
@@ -336,6 +380,7 @@ contains
         real(dp) :: shortest
         integer :: i
 
+        if (has_moments(self%measured)) return
         shortest = EDGE_INTERVALS*interval*(1 - 1e-9_dp)
         do i = 1, self%count
             name = 'torque rod activation '//integer_text(i)//': '
@@ -358,7 +403,8 @@ contains
         end do
     end subroutine check_rod_sampling
 
-    !> The shortest time in which a moment goes to and fro, s: a period, or twice an edge or a taper.
+    !> The shortest time in which a moment goes to and fro, s: a period, or twice an edge or a taper, or four
+    !> samples of what was measured.
     !> huge(1.0) when no moment changes.
     pure real(dp) function shortest_rod_period(self) result(period)
         type(torque_rods_t), intent(in) :: self
@@ -366,6 +412,10 @@ contains
         integer :: i
 
         period = huge(1.0_dp)
+        if (has_moments(self%measured)) then
+            period = 4*median_spacing(self%measured%time)
+            return
+        end if
         do i = 1, self%count
             associate (a => self%activations(i))
                 if (a%frequency > 0) period = min(period, 1/a%frequency)

@@ -2,15 +2,15 @@
 !> its verdict follows from the numbers.
 module gracecg_studies_statements
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_constants, only: MILLIMETRE, ARCSECOND, AXES
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_base_progress, only: progress_t, tell
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_quaternion, only: normalised
     use gracecg_base_text, only: integer_text, join
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_version, only: file_comments
-    use gracecg_files_csv, only: csv_writer_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_files_value, only: did_you_mean
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre
@@ -19,7 +19,12 @@ module gracecg_studies_statements
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY
+    use gracecg_simulation_arc, only: truth_arc_t
+    use gracecg_simulation_case_models, only: case_star_catalogue
+    use gracecg_simulation_dynamics, only: ATTITUDE
+    use gracecg_simulation_report_cases, only: ROD_AMPLITUDE, ROD_FREQUENCY, REPORT_CASE_NAMES
+    use gracecg_simulation_star_camera, only: star_camera_t, STAR_SELECTIONS
+    use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
@@ -27,14 +32,15 @@ module gracecg_studies_statements
         prediction_t, predict_errors
     implicit none
     private
-    public :: statement_t, statement_row_t, examine_statement, write_statements, STATEMENT_NAMES
-    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT
+    public :: statement_t, statement_row_t, examine_statement, statement_table, write_statements, STATEMENT_NAMES
+    public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
 
     !> The statements, as on the command line
-    character(12), parameter :: STATEMENT_NAMES(6) = [character(12) :: 'one-rod', 'arc-length', 'weights', 'accuracy', &
-                                                      'condition', 'two-steps']
+    character(12), parameter :: STATEMENT_NAMES(7) = [character(12) :: 'one-rod', 'arc-length', 'weights', 'accuracy', &
+                                                      'condition', 'two-steps', 'stars']
 
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
+    character(13), parameter :: VERDICT_WORDS(3) = [character(13) :: 'holds', 'holds in part', 'does not hold']
 
     !> One setting of a statement's study.
     type :: statement_row_t
@@ -44,6 +50,8 @@ module gracecg_studies_statements
         real(dp) :: rms(3) = 0              !! Error of d in these runs, x, y, z, m
         real(dp) :: predicted(3) = 0        !! By theory, m; 0: not of errors
         real(dp) :: condition = 0           !! Of a normal matrix; 0: not asked for
+        real(dp) :: stars = 0               !! In the field of a star camera, on average; 0: not asked for
+        real(dp) :: camera_sigma(3) = 0     !! Of its attitude, about camera x, y, boresight, rad; 0: not asked for
     end type statement_row_t
 
     !> A statement and what is found.
@@ -53,7 +61,8 @@ module gracecg_studies_statements
         character(240) :: claim = ''        !! What the report says
         character(200) :: method = ''       !! What is computed
         integer :: verdict = 0              !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
-        character(480) :: found = ''        !! The verdict in a sentence, with its numbers
+        character(200) :: found = ''        !! The verdict in a sentence, with the numbers that make it
+        character(400) :: details = ''      !! More of them
         type(statement_row_t), allocatable :: rows(:)   !! The numbers behind it
     end type statement_t
 
@@ -66,6 +75,13 @@ module gracecg_studies_statements
     character(7), parameter :: FRONT_CASES(3) = [character(7) :: 'front-1', 'front-2', 'front-3']
     character(*), parameter :: SINGLE_ALGORITHM = 'assest-fde', COMBINED_ALGORITHM = 'ascfest'
     real(dp), parameter :: BEST_ACCURACY(3) = [0.02_dp, 0.01_dp, 0.02_dp]*MILLIMETRE    !! Section 7.1(3), x, y, z
+    ! What the verdicts ask for
+    real(dp), parameter :: NO_CHANGE = 0.01_dp          !! Of errors, relative: so little is no dependence on a weight
+    real(dp), parameter :: DEPENDENCE = 1.1_dp          !! Quotient of errors from which on they depend on a weight
+    real(dp), parameter :: REGULAR = 1e8_dp, SINGULAR = 1e12_dp
+    !! Condition with unit diagonal: below the first half of the digits is left, above the second hardly any
+    real(dp), parameter :: STARS_OF_REPORT = 70, ROUGHLY = 0.25_dp      !! Stars in a field; a relative difference that is rough
+    integer, parameter :: STARS_AT_LEAST = 20           !! In every frame
     real(dp), parameter :: LENGTHS(6) = [60.0_dp, 90.0_dp, 120.0_dp, 180.0_dp, 240.0_dp, 300.0_dp]      !! Of arcs, s
 
 contains
@@ -97,6 +113,8 @@ contains
             call examine_condition(statement, error)
         case ('two-steps')
             call examine_two_steps(statement, error)
+        case ('stars')
+            call examine_stars(statement, error, progress)
         case default
             call fail(error, 'no statement "'//trim(name)//'"; there are '//join(STATEMENT_NAMES, ', ')// &
                       did_you_mean(name, STATEMENT_NAMES))
@@ -122,15 +140,14 @@ contains
         row%case_name = calibration%case%name
         row%setting = setting
         row%runs = settings%runs
-        call tell(progress, 'statements: '//trim(statement%name)//', '//trim(row%case_name)//', '//setting//', '// &
-                  integer_text(settings%runs)//' runs')
+        call tell(progress, trim(statement%name)//', '//trim(row%case_name)//', '//setting)
         call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
         if (allocated(error)) return
         row%predicted = prediction%rms
         if (settings%runs > 0) then
             call run_monte_carlo(simulator, algorithm, calibration%options, settings%seed, [(i, i=1, settings%runs)], &
-                                 settings%threads, results, error)
+                                 settings%threads, results, error, progress=progress)
             if (allocated(error)) return
             statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
             row%rms = statistics%rms*MILLIMETRE
@@ -151,6 +168,7 @@ contains
         statement%place = 'sections 4.1 and 7.1(1)'
         statement%claim = 'activating the magnetic dipole moment along only one axis cannot yield good CG calibration accuracy'
         statement%method = 'one rod of 30 A m^2 at 0.1 Hz in place of the report''s two; '//SINGLE_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*(1 + 3)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (.not. allocated(error)) call add_row(settings, calibration, SINGLE_ALGORITHM, 'both rods', statement, &
@@ -199,7 +217,8 @@ contains
             statement%verdict = HOLDS_IN_PART
             statement%found = 'Holds for all axes together only: the worst axis of one rod is always worse than that of '// &
                 'two, but '//integer_text(better)//' of '//integer_text(3*3*size(statement%rows)/4)// &
-                ' single components are better ('//trim(best)//').'
+                ' single components are better.'
+            statement%details = 'The first of them: '//trim(best)//'.'
         else
             statement%verdict = HOLDS_NOT
             statement%found = 'Does not hold: in '//integer_text(together)//' of '//integer_text(3*size(statement%rows)/4)// &
@@ -221,6 +240,7 @@ contains
         statement%claim = 'longer arcs do not yield good results, since the non-gravitational acceleration is no longer '// &
             'linear: 60 s are the trade-off'
         statement%method = 'the report''s rods for 60 to 300 s; '//SINGLE_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*size(LENGTHS)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (allocated(error)) return
@@ -237,7 +257,8 @@ contains
         call judge_arc_length(statement)
     end subroutine examine_arc_length
 
-    !> Rows by place and length: at which length the largest error is least, and where one is longest enough.
+    !> Rows by place and length: at which length the worst axis is best, and how many components are worse again in the
+    !> longest arc than in a shorter one.
     subroutine judge_arc_length(statement)
         type(statement_t), intent(inout) :: statement
 
@@ -269,11 +290,11 @@ contains
             statement%found = 'Holds: no longer arc is better.'
         else
             statement%verdict = merge(HOLDS_NOT, HOLDS_IN_PART, turns == 0)
-            statement%found = 'The worst axis is best at'//trim(lengths_text)//'. '//integer_text(turns)//' of '// &
-                integer_text(3*n)//' components are worse again at 300 s than at a shorter arc: so the trade-off '// &
-                'exists, but not at 60 s.'
-            if (turns == 0) statement%found = 'Does not hold: the worst axis is best at'//trim(lengths_text)// &
-                ', and no component is worse at 300 s.'
+            statement%found = 'Holds in part: '//integer_text(turns)//' of '//integer_text(3*n)//' components are worse '// &
+                'again at 300 s than at a shorter arc, so the trade-off exists; it lies at 60 s in '// &
+                integer_text(shortest)//' of '//integer_text(n)//' places.'
+            if (turns == 0) statement%found = 'Does not hold: no component is worse at 300 s than at a shorter arc.'
+            statement%details = 'The worst axis is best at'//trim(lengths_text)//'.'
         end if
     end subroutine judge_arc_length
 
@@ -298,6 +319,7 @@ contains
         statement%claim = 'the estimation accuracy is relatively highly dependent on the weight for the accelerometer '// &
             'data and star cameras data'
         statement%method = 'weights of the star camera, then of the accelerometer''s axes; '//COMBINED_ALGORITHM
+        call expect_pieces(progress, (size(STAR) + size(ACC_TEXT))*settings%runs, 'runs')
         call find_calibration('front-1', calibration, error)
         if (allocated(error)) return
         options = calibration%options
@@ -319,12 +341,15 @@ contains
             change = maxval([(abs(rows(i)%predicted/rows(1)%predicted - 1), i=2, n - 1)])
             range = maxval([(rows(i)%predicted/rows(1)%predicted, i=n + 1, size(rows))])
         end associate
-        if (change < 0.01_dp .and. range > 1.1_dp) then
+        if (change < NO_CHANGE .and. range > DEPENDENCE) then
             statement%verdict = HOLDS_IN_PART
             statement%found = 'Holds for the accelerometer only: '
-        else if (range > 1.1_dp) then
+        else if (range > DEPENDENCE) then
             statement%verdict = HOLDS
             statement%found = 'Holds: '
+        else if (change >= NO_CHANGE) then
+            statement%verdict = HOLDS_IN_PART
+            statement%found = 'Holds for the star camera only: '
         else
             statement%verdict = HOLDS_NOT
             statement%found = 'Does not hold: '
@@ -349,6 +374,7 @@ contains
         statement%claim = 'the accuracy can be better than 0.02 mm for x, 0.01 mm for y and 0.02 mm for z, in the best '// &
             'chance of each axis'
         statement%method = 'the cases of the front satellite; '//COMBINED_ALGORITHM
+        call expect_pieces(progress, size(FRONT_CASES)*settings%runs, 'runs')
         do i = 1, size(FRONT_CASES)
             call find_calibration(FRONT_CASES(i), calibration, error)
             if (.not. allocated(error)) call add_row(settings, calibration, COMBINED_ALGORITHM, 'as in the report', &
@@ -376,7 +402,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         character(40), parameter :: SETTINGS(3) = [character(40) :: 'full state (FDE)', 'reduced state (RDE)', &
-                                                   'full state, weighed across q only']
+                                                   'full state weighed across q only']
         type(statement_row_t) :: row
         type(calibration_t) :: calibration
         real(dp) :: full, reduced, across
@@ -399,12 +425,13 @@ contains
         full = maxval(statement%rows(1::3)%condition)
         reduced = maxval(statement%rows(2::3)%condition)
         across = minval(statement%rows(3::3)%condition)
-        statement%verdict = merge(HOLDS, HOLDS_NOT, full < 1e8_dp .and. across > 1e12_dp)
+        statement%verdict = merge(HOLDS, HOLDS_NOT, full < REGULAR .and. across > SINGULAR)
         statement%found = trim(merge('Holds:        ', 'Does not hold:', statement%verdict == HOLDS))// &
-            ' condition of the full state to '//plain_text(full, '(es9.2)')//', of the reduced one to '// &
-            plain_text(reduced, '(es9.2)')//'. With unit weights every observation determines the length of q as well '// &
+            ' condition of the full state to '//plain_text(full, '(f10.1)')//', of the reduced one to '// &
+            plain_text(reduced, '(f10.1)')//'.'
+        statement%details = 'With unit weights every observation determines the length of q as well '// &
             'as its direction; weighed by its own covariance, which has rank three, the full state is singular '// &
-            '(condition '//plain_text(across, '(es9.2)')//' and more).'
+            '(condition '//plain_text(across, '(es9.1)')//' and more).'
     end subroutine examine_condition
 
     !> Condition of the normal matrix of kind 1 full, 2 reduced, 3 full with every observation projected across its
@@ -505,6 +532,103 @@ contains
         end associate
     end subroutine examine_two_steps
 
+    !> How many stars a camera has before it, and what a choice of those in use gains.
+    subroutine examine_stars(statement, error, progress)
+        type(statement_t), intent(inout) :: statement
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(statement_row_t) :: row
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(star_catalogue_t) :: catalogue
+        real(dp) :: mean
+        real(dp) :: gain(size(REPORT_CASE_NAMES))       ! Part of the sigma about the boresight that goes
+        integer :: i, k, range(2), seen(2)
+
+        statement%place = 'section 3.3.2'
+        statement%claim = 'every frame can contain roughly 70 stars, at least 20 will be observed; an optimal choice of 20 '// &
+            'is preferred to increase the accuracy, the first 20 are taken'
+        statement%method = 'stars of the catalogue in the used head''s field; noise of its attitude by QUEST''s '// &
+            'covariance, mean over the frames of the arc; the best 20 have the least trace of it'
+        range = [huge(1), 0]
+        mean = 0
+        do i = 1, size(REPORT_CASE_NAMES)
+            call find_calibration(REPORT_CASE_NAMES(i), calibration, error)
+            if (.not. allocated(error)) call case_star_catalogue(calibration%case, catalogue, error)
+            if (allocated(error)) return
+            call tell(progress, trim(statement%name)//', '//trim(calibration%case%name))
+            mean = calibration%case%satellite%star_camera%mean_stars_in_field(catalogue)
+            do k = 1, size(STAR_SELECTIONS)
+                calibration%case%satellite%star_camera%selection = STAR_SELECTIONS(k)
+                call new_simulator(calibration%case, simulator, error)
+                if (allocated(error)) return
+                associate (camera => calibration%case%satellite%star_camera, head => calibration%case%operator%head)
+                    row = statement_row_t(case_name=calibration%case%name, setting=trim(STAR_SELECTIONS(k))//' '// &
+                                          integer_text(camera%star_count)//' stars', &
+                                          camera_sigma=simulator%star_camera_sigma)
+                    call count_stars(camera, catalogue, simulator%arc, head, row%stars, seen)
+                end associate
+                statement%rows = [statement%rows, row]
+            end do
+            range = [min(range(1), seen(1)), max(range(2), seen(2))]
+            associate (first => statement%rows(2*i - 1)%camera_sigma, best => statement%rows(2*i)%camera_sigma)
+                gain(i) = 1 - best(3)/first(3)
+            end associate
+        end do
+        call judge_stars(mean, range, gain, statement)
+    end subroutine examine_stars
+
+    !> The stars in a head's field over an arc.
+    subroutine count_stars(camera, catalogue, arc, head, mean, range)
+        type(star_camera_t), intent(in) :: camera
+        type(star_catalogue_t), intent(in) :: catalogue
+        type(truth_arc_t), intent(in) :: arc
+        integer, intent(in) :: head
+        real(dp), intent(out) :: mean
+        integer, intent(out) :: range(2)        !! Fewest and most
+
+        integer :: i
+        integer, allocatable :: stars(:)
+
+        stars = [(camera%stars_in_field(catalogue, arc%state(ATTITUDE, i), head), i=1, arc%steps, &
+                  nint(camera%sampling_interval/arc%interval))]
+        mean = real(sum(stars), dp)/size(stars)
+        range = [minval(stars), maxval(stars)]
+    end subroutine count_stars
+
+    !> The number and the choice are two halves of the statement.
+    subroutine judge_stars(mean, range, gain, statement)
+        real(dp), intent(in) :: mean            !! Stars in a field, over all attitudes
+        integer, intent(in) :: range(2)         !! In the cases, fewest and most
+        real(dp), intent(in) :: gain(:)         !! Of sigma about the boresight by the best stars, each case
+        type(statement_t), intent(inout) :: statement
+
+        character(:), allocatable :: found
+        logical :: so_many, better
+        integer :: i
+
+        so_many = abs(mean/STARS_OF_REPORT - 1) <= ROUGHLY .and. range(1) >= STARS_AT_LEAST
+        better = all(gain > 0)
+        statement%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, so_many .or. better), so_many .and. better)
+        found = 'a field has '//plain_text(mean, '(f6.1)')//' stars on average of all attitudes, '// &
+            integer_text(range(1))//' to '//integer_text(range(2))//' in the cases; the best '// &
+            integer_text(STARS_AT_LEAST)//' lower sigma about the boresight by '//plain_text(100*minval(gain), '(f6.0)')// &
+            ' to '//plain_text(100*maxval(gain), '(f6.0)')//' %.'
+        select case (statement%verdict)
+        case (HOLDS)
+            statement%found = 'Holds: '//found
+        case (HOLDS_NOT)
+            statement%found = 'Does not hold: '//found
+        case default
+            statement%found = 'Holds for the '//trim(merge('number', 'choice', so_many))//' only: '//found
+        end select
+        statement%details = 'Across the boresight the choice gains '//plain_text(100*(1 - &
+            sum([(sum(statement%rows(i)%camera_sigma(:2)), i=2, size(statement%rows), 2)])/ &
+            sum([(sum(statement%rows(i)%camera_sigma(:2)), i=1, size(statement%rows), 2)])), '(f6.0)')// &
+            ' % on average. The offset does not feel it: the star camera''s noise is hardly a part of its error (Figure 6.5).'
+    end subroutine judge_stars
+
     !> Millimetres with two significant digits and more.
     pure function mm_text(value) result(text)
         real(dp), intent(in) :: value               !! m
@@ -522,7 +646,81 @@ contains
 
         write (digits, form) value
         text = trim(adjustl(digits))
+        if (index(text, '.') == len(text)) text = text(:len(text) - 1)
     end function plain_text
+
+    !> The rows of statements. For people it has the columns that some row fills; what a row has not stays empty.
+    function statement_table(statements) result(table)
+        type(statement_t), intent(in) :: statements(:)
+        type(data_table_t) :: table
+
+        character(8) :: errors, condition, stars, sigma, runs    ! Formats; blank: no column for people
+        integer :: i, k
+
+        errors = ''
+        condition = ''
+        stars = ''
+        sigma = ''
+        runs = ''
+        do i = 1, size(statements)
+            do k = 1, size(statements(i)%rows)
+                associate (row => statements(i)%rows(k))
+                    if (row%runs > 0) runs = 'f10.4'
+                    if (any(row%predicted > 0)) errors = 'f10.4'
+                    if (row%condition > 0) condition = 'es10.2'
+                    if (row%stars > 0) stars = 'f8.1'
+                    if (any(row%camera_sigma > 0)) sigma = 'f8.3'
+                end associate
+            end do
+        end do
+        call table%column('statement')
+        call table%column('case', 'a', 'case')
+        call table%column('setting', 'a', 'setting')
+        call table%column('runs')
+        call table%column('rms_x_mm', trim(runs), 'RMS of the runs, mm|x')
+        call table%column('rms_y_mm', trim(runs), '|y')
+        call table%column('rms_z_mm', trim(runs), '|z')
+        call table%column('predicted_x_mm', trim(errors), 'theory, mm|x')
+        call table%column('predicted_y_mm', trim(errors), '|y')
+        call table%column('predicted_z_mm', trim(errors), '|z')
+        call table%column('condition', trim(condition), '|condition')
+        call table%column('stars', trim(stars), '|stars')
+        call table%column('sigma_x_arcsec', trim(sigma), 'sigma, arcsec|x')
+        call table%column('sigma_y_arcsec', trim(sigma), '|y')
+        call table%column('sigma_boresight_arcsec', trim(sigma), '|boresight')
+        do i = 1, size(statements)
+            do k = 1, size(statements(i)%rows)
+                associate (row => statements(i)%rows(k))
+                    call table%add(statements(i)%name)
+                    call table%add(row%case_name)
+                    call table%add(row%setting)
+                    call table%add(row%runs)
+                    call add_known(row%rms/MILLIMETRE, row%runs > 0)
+                    call add_known(row%predicted/MILLIMETRE, any(row%predicted > 0))
+                    call add_known([row%condition], row%condition > 0)
+                    call add_known([row%stars], row%stars > 0)
+                    call add_known(row%camera_sigma/ARCSECOND, any(row%camera_sigma > 0))
+                end associate
+            end do
+        end do
+
+    contains
+
+        subroutine add_known(values, known)
+            real(dp), intent(in) :: values(:)
+            logical, intent(in) :: known
+
+            integer :: j
+
+            do j = 1, size(values)
+                if (known) then
+                    call table%add(values(j))
+                else
+                    call table%add_nothing()
+                end if
+            end do
+        end subroutine add_known
+    end function statement_table
 
     !> The rows of statements as CSV.
     subroutine write_statements(path, command, seed, statements, error)
@@ -531,25 +729,9 @@ contains
         type(statement_t), intent(in) :: statements(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
-        character(64) :: labels(3)
-        integer :: i, k
+        type(data_table_t) :: table
 
-        call file%open(path, 'statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm,predicted_y_mm,'// &
-                       'predicted_z_mm,condition', &
-                       file_comments(command, 'seed '//integer_text(seed)//'; 0 runs: theory alone; condition 0: none'), &
-                       error)
-        if (allocated(error)) return
-        do i = 1, size(statements)
-            do k = 1, size(statements(i)%rows)
-                associate (row => statements(i)%rows(k))
-                    labels(1) = statements(i)%name
-                    labels(2) = row%case_name
-                    labels(3) = row%setting
-                    call file%row([real(row%runs, dp), row%rms/MILLIMETRE, row%predicted/MILLIMETRE, row%condition], labels)
-                end associate
-            end do
-        end do
-        call file%commit(error)
+        table = statement_table(statements)
+        call table%write(path, file_comments(command, 'seed '//integer_text(seed)//'; 0 runs: theory alone'), error)
     end subroutine write_statements
 end module gracecg_studies_statements

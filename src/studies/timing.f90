@@ -2,12 +2,12 @@
 !> satellite, the places of the report's cases, and the best ones.
 module gracecg_studies_timing
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA
+    use gracecg_base_constants, only: DEGREE, MILLIMETRE, NANOTESLA, MICROTESLA
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_version, only: file_comments
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_environment_time, only: seconds_between
+    use gracecg_environment_time, only: utc_t, utc_plus, utc_text, seconds_between
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, TIME_OF_CASE
     use gracecg_planning_calibration, only: calibration_t
@@ -121,8 +121,9 @@ contains
     end function best_places
 
     !> Figures 6.1 and 6.4: the calibrations at places of an orbit. For people: their columns.
-    function places_table(places, labels) result(table)
+    function places_table(places, epoch, labels) result(table)
         type(orbit_place_t), intent(in) :: places(:)
+        type(utc_t), intent(in) :: epoch                    !! From which their times count
         character(*), intent(in), optional :: labels(:)     !! Of the places, in a column before the others
         type(data_table_t) :: table
 
@@ -130,11 +131,12 @@ contains
 
         if (present(labels)) call table%column('place', 'a', 'place')
         call table%column('time_s', 'i8', 'time|s')
-        call table%column('latitude_deg', 'f8.1', 'lat.|deg')
-        call table%column('longitude_deg', 'f8.1', 'long.|deg')
-        call table%column('bx_nt', 'i8', 'field, nT|x')
-        call table%column('by_nt', 'i8', '|y')
-        call table%column('bz_nt', 'i8', '|z')
+        call table%column('utc', 'clock', 'UTC|')
+        call table%column('latitude_deg', 'i8', 'lat|deg')
+        call table%column('longitude_deg', 'i8', 'lon|deg')
+        call table%column('bx_nt', 'f8.1', 'field, uT|x', NANOTESLA/MICROTESLA)
+        call table%column('by_nt', 'f8.1', '|y', NANOTESLA/MICROTESLA)
+        call table%column('bz_nt', 'f8.1', '|z', NANOTESLA/MICROTESLA)
         call table%column('alpha_x_rad_s2', 'f8.2', '1e-6 rad/s^2|x', 1e6_dp)
         call table%column('alpha_y_rad_s2', 'f8.2', '|y', 1e6_dp)
         call table%column('alpha_z_rad_s2', 'f8.2', '|z', 1e6_dp)
@@ -145,6 +147,7 @@ contains
             associate (place => places(i))
                 if (present(labels)) call table%add(labels(i))
                 call table%add(place%time)
+                call table%add(utc_text(utc_plus(epoch, real(place%time, dp))))
                 call table%add([place%latitude/DEGREE, place%longitude/DEGREE])
                 call table%add(place%field/NANOTESLA)
                 call table%add(place%acceleration)
@@ -154,15 +157,15 @@ contains
     end function places_table
 
     !> The same as a CSV file.
-    subroutine write_places(path, command, satellite, places, error)
-        character(*), intent(in) :: path, command, satellite
-        !! The file; the command that computed it, and the satellite, for what tells of it
+    subroutine write_places(path, command, case, places, error)
+        character(*), intent(in) :: path, command   !! The file; the command that computed it
+        type(case_t), intent(in) :: case            !! Whose epoch the times count from
         type(orbit_place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
 
         type(data_table_t) :: table
 
-        table = places_table(places)
-        call table%write(path, file_comments(command, trim(satellite)//' satellite; field in body axes'), error)
+        table = places_table(places, case%epoch)
+        call table%write(path, file_comments(command, trim(case%satellite%name)//' satellite; field in body axes'), error)
     end subroutine write_places
 end module gracecg_studies_timing

@@ -7,7 +7,7 @@ module gracecg_studies_trim
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
-    use gracecg_base_progress, only: progress_t
+    use gracecg_base_progress, only: progress_t, expect_pieces, piece_done
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
@@ -127,13 +127,14 @@ contains
     !> or the last one allowed.
     !>
     !> Fails when the simulation or an estimate fails, or an estimate does not converge.
-    subroutine trim_offset(case, algorithm, options, settings, rounds, error)
+    subroutine trim_offset(case, algorithm, options, settings, rounds, error, progress)
         type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
         type(trim_settings_t), intent(in) :: settings
         type(trim_round_t), allocatable, intent(out) :: rounds(:)
         type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the rounds, of all that are allowed
 
         type(case_t) :: current
         type(trim_round_t) :: latest
@@ -141,6 +142,7 @@ contains
 
         allocate (rounds(0))
         current = case
+        call expect_pieces(progress, settings%rounds, 'rounds')
         do i = 1, settings%rounds
             call calibrate(current, algorithm, options, settings%seed, i, latest, error)
             if (allocated(error)) then
@@ -148,6 +150,7 @@ contains
                 return
             end if
             rounds = [rounds, latest]
+            call piece_done(progress)
             if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
             current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do

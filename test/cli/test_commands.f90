@@ -10,7 +10,7 @@ module test_commands
     use gracecg_files_table, only: read_csv
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_curves, only: CURVE_NAMES, curve_column
-    use gracecg_cli_console, only: console_t
+    use gracecg_cli_console, only: console_t, console_width
     use gracecg_cli_gnuplot, only: gnuplot_found, NO_GNUPLOT
     use gracecg_cli_command_line, only: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
     use testdrive, only: unittest_type, error_type, check, new_unittest
@@ -51,6 +51,12 @@ contains
                     new_unittest('unwritable', test_unwritable), &
                     new_unittest('json', test_json), &
                     new_unittest('help-command', test_help_command), &
+                    new_unittest('case-groups', test_case_groups), &
+                    new_unittest('lines-fit', test_lines_fit), &
+                    new_unittest('instruments-beyond-their-limits', test_instruments), &
+                    new_unittest('times-in-utc', test_utc), &
+                    new_unittest('pattern', test_pattern), &
+                    new_unittest('panels-as-json', test_panels), &
                     new_unittest('completion', test_completion), &
                     new_unittest('empty-and-wrong-paths', test_paths), &
                     new_unittest('gravity', test_gravity), &
@@ -189,6 +195,12 @@ contains
         call refused(error, 'model fild', STATUS_MISUSED, &
                      [character(W) :: 'did you mean "model field"?'])
         call refused(error, 'model', STATUS_MISUSED, [character(W) :: 'gravity', 'star-camera'])
+        call refused(error, 'level1', STATUS_MISUSED, [character(W) :: 'which level1?', 'list', 'dump'])
+        call refused(error, 'level1 lst x', STATUS_MISUSED, [character(W) :: 'did you mean "level1 list"?'])
+        call refused(error, 'level1 dump x --format json', STATUS_MISUSED, [character(W) :: 'one of csv, records'])
+        call refused(error, 'level1 convert x', STATUS_MISUSED, [character(W) :: '--out FILE is required'])
+        call refused(error, 'level1 convert x --out x', STATUS_MISUSED, [character(W) :: 'the same file as the input'])
+        call refused(error, 'level1 dump no-such-file', STATUS_FAILED, [character(W) :: 'no such file'])
         call refused(error, 'simulate front-1', STATUS_MISUSED, &
                      [character(W) :: '--out DIR is required', 'usage: gracecg simulate'])
         call refused(error, 'simulate front-1 --out x --seed one', STATUS_MISUSED, &
@@ -521,6 +533,8 @@ contains
         end do
         call refused(error, 'estimate '//FOLDER//'none --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'none: no such folder'])
+        call estimate_without_stars()
+        if (allocated(error)) return
         call remove_file(FOLDER//'run3/magnetometer.csv')
         if (allocated(error)) return
         call run('estimate '//FOLDER//'run3 --algorithm assest-fde', status, output, messages)
@@ -531,6 +545,54 @@ contains
         call remove_file(FOLDER//'run3/orbit.csv')
         call refused(error, 'estimate '//FOLDER//'run3 --algorithm assest-fde', STATUS_FAILED, &
                      [character(W) :: 'run3/magnetometer.csv: no such file'])
+
+    contains
+
+        !> With the angular velocity of the setup, that of the truth file's first row: no star camera, no attitude.
+        subroutine estimate_without_stars()
+            type(text_file_t) :: setup, truth
+            type(string_t), allocatable :: names(:), values(:)
+            character(:), allocatable :: rates
+            type(error_t), allocatable :: failure
+            integer :: i, place, length
+
+            call succeeds(error, 'simulate front-3 --out '//FOLDER//'run4', output)
+            if (allocated(error)) return
+            call remove_file(FOLDER//'run4/star_camera.csv')
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm assest-fde', STATUS_FAILED, &
+                         [character(W) :: 'run4/star_camera.csv: no such file'])
+            call read_text_file(FOLDER//'run4/truth.csv', truth, failure)
+            names = split(truth%line(1), ',')
+            values = split(truth%line(2), ',')
+            rates = ''
+            do i = 1, size(names)
+                if (index(names(i)%text, '_rad_s') > 0 .and. index(names(i)%text, 'wd') == 0) rates = rates//' '//values(i)%text
+            end do
+            call read_text_file(FOLDER//'run4/setup.nml', setup, failure)
+            call make_file(error, 'run4/setup.nml', setup%text//'&angular_velocity value ='//rates// &
+                           ' sigma = 3*1e-8 /'//new_line('a'))
+            if (allocated(error)) return
+            call run('estimate '//FOLDER//'run4 --algorithm assest-fde --format csv', status, output, messages)
+            call check(error, status == STATUS_DONE .and. index(messages, 'from other means') > 0, messages)
+            if (allocated(error)) return
+            text = text_file_of(output, 'output')
+            fields = split(text%line(2), ',')
+            do axis = 1, 3
+                call parse_real(fields(1 + axis)%text, value, ok)
+                call parse_real(fields(4 + axis)%text, sigma, ok)
+                call check(error, ok .and. abs(value - TRUE_OFFSET(axis)) < 5*sigma .and. sigma < 0.1_dp, text%line(2))
+                if (allocated(error)) return
+            end do
+            names = split(text%line(1), ',')
+            place = findloc([(names(i)%text == 'q1', i=1, size(names))], .true., 1)
+            length = 0
+            do i = place, place + 7
+                length = length + len_trim(fields(i)%text)
+            end do
+            call check(error, length, 0, text%line(2))
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, &
+                         [character(W) :: 'ASSEST alone can do without'])
+        end subroutine estimate_without_stars
     end subroutine test_estimate
 
     !> The running estimate: its columns, its last row the estimate; refused of a batch estimator, and not
@@ -671,9 +733,8 @@ contains
         call check(error, maxval(abs(table(:, 23:25) - table(:, 14:16) - table(:, &
                 17:19) - table(:, 20:22))) < 1e-22_dp)
         call refused(error, 'verify front-1 front-1', STATUS_FAILED, &
-                     [character(W) :: 'two of the cases'])
+                     [character(W) :: 'two cases have the name "front-1"'])
         call refused(error, 'verify front-4', STATUS_FAILED, [character(W) :: 'no case "front-4"'])
-        call refused(error, 'verify front-1 --cases front-2', STATUS_MISUSED, [character(W) :: 'given twice'])
         call refused(error, 'verify front-1 --runs 20', STATUS_MISUSED, [character(W) :: '--runs'])
         call refused(error, 'verify --runs 14', STATUS_MISUSED, [character(W) :: '--runs'])
     end subroutine test_verify
@@ -708,6 +769,35 @@ contains
         if (.not. allocated(error)) call check(error, index(output, 'front-1: edited or switched, not the case') > 0 .and. &
                                                index(output, '(95 %): 3 of 3') > 0, output)
     end subroutine test_edited_cases
+
+    !> The file without its second column, which has to be `utc`.
+    subroutine drop_utc(error, name)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name        !! In FOLDER
+
+        type(text_file_t) :: file
+        type(string_t), allocatable :: fields(:)
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: rest
+        integer :: i, k
+
+        call read_text_file(FOLDER//name, file, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        rest = ''
+        do i = 1, file%line_count()
+            fields = split(file%line(i), ',')
+            if (size(fields) < 2) cycle
+            if (i == 1) call check(error, fields(2)%text, 'utc')
+            if (allocated(error)) return
+            rest = rest//fields(1)%text
+            do k = 3, size(fields)
+                rest = rest//','//fields(k)%text
+            end do
+            rest = rest//LF
+        end do
+        call make_file(error, name, rest)
+    end subroutine drop_utc
 
     pure integer function longest_line(text) result(longest)
         character(*), intent(in) :: text
@@ -752,6 +842,8 @@ contains
         if (allocated(error)) return
         call check(error, index(output, 'scale factors, magnetometer bias, which are estimated') > 0, output)
         if (allocated(error)) return
+        call drop_utc(error, 'map.csv')
+        if (allocated(error)) return
         call read_csv(FOLDER//'map.csv', [character(24) :: FIRST_COLUMNS, 'wave_x_mm', 'wave_y_mm', 'wave_z_mm', &
                                           'force_x_mm', 'force_y_mm', 'force_z_mm', 'rate_deg_s', &
                                           'pointing_deg'], table, failure)
@@ -761,7 +853,7 @@ contains
         if (allocated(error)) return
         call succeeds(error, 'design --manoeuvre '//FOLDER//'design.nml --format csv', output)
         if (allocated(error)) return
-        call check(error, index(output, 'case,time_s,latitude_deg') == 1 .and. &
+        call check(error, index(output, 'case,time_s,utc,latitude_deg') == 1 .and. &
                    index(output, 'back-1-design,0,') > 0, output)
 
         call refused(error, QUICK//'front-1 --satellite back', STATUS_MISUSED, &
@@ -825,6 +917,8 @@ contains
         call succeeds(error, 'timing --satellite back --step 300 --out '//FOLDER//'back.csv', output)
         if (allocated(error)) return
         call check(error, index(output, 'case 3') > 0 .and. index(output, 'best y') > 0, output)
+        if (allocated(error)) return
+        call drop_utc(error, 'back.csv')
         if (allocated(error)) return
         call read_csv(FOLDER//'back.csv', COLUMNS, table, failure)
         call check_passes(error, message_of(failure))
@@ -912,6 +1006,13 @@ contains
         if (allocated(error)) return
         call succeeds(error, 'bound front-3 --format json', output)
         call holds('"ellipsoid": {')
+        if (allocated(error)) return
+        call succeeds(error, 'statements two-steps --runs 0 --format json', output)
+        call holds('"place": "section 6.2"')
+        call holds('"verdict": "holds"')
+        call holds('"setting": "case 2 + 3", "runs": 0, "rms_x_mm": null')
+        call holds('"predicted_x_mm": "mm"')
+        if (allocated(error)) return
         call refused(error, 'bound front-3 --format xml', STATUS_MISUSED, [character(W) :: '--format', 'text, csv, json'])
 
     contains
@@ -933,8 +1034,233 @@ contains
         if (.not. allocated(error)) call succeeds(error, 'model gravity --help', help)
         if (.not. allocated(error)) call succeeds(error, 'help model gravity', same)
         if (.not. allocated(error)) call check(error, same, help)
+        if (.not. allocated(error)) call succeeds(error, 'help model', help)
+        if (allocated(error)) return
+        call check(error, index(help, 'usage: gracecg model NAME') == 1 .and. index(help, LF//'  model star-camera') > 0 &
+                   .and. index(help, 'simulate') == 0, help)
+        if (.not. allocated(error)) call succeeds(error, 'model --help', same)
+        if (.not. allocated(error)) call check(error, same, help)
         call refused(error, 'help simulat', STATUS_MISUSED, [character(W) :: 'unknown command "simulat"', 'simulate'])
     end subroutine test_help_command
+
+    !> Groups stand for their cases in their order, beside names and --cases; a name may not come twice, and a command of
+    !> one case takes no group of several.
+    subroutine test_case_groups(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: SINGLE(4) = [character(8) :: 'timing', 'design', 'errors', 'trim']
+        character(*), parameter :: SEVERAL(4) = [character(40) :: 'bound', 'verify', 'magnetometer-loss --runs 1', &
+                                                 'montecarlo --runs 1']
+        character(:), allocatable :: output
+        integer :: i
+
+        call succeeds(error, 'bound front --format csv', output)
+        call in_order([character(16) :: 'front-1', 'front-2', 'front-3'], 3)
+        if (allocated(error)) return
+        call succeeds(error, 'bound front-3 --cases back,front-1 --format csv', output)
+        call in_order([character(16) :: 'front-3', 'back-1', 'back-2', 'back-3', 'front-1'], 5)
+        if (allocated(error)) return
+        call succeeds(error, 'bound ALL --format csv', output)
+        call in_order([character(16) :: REPORT_CASE_NAMES], 6)
+        if (allocated(error)) return
+        call succeeds(error, 'bound printed front-1 --format csv', output)
+        call in_order([character(16) :: 'front-1-printed', 'front-2-printed', 'front-3-printed', 'back-1-printed', &
+                       'back-2-printed', 'back-3-printed', 'front-1'], 7)
+        if (allocated(error)) return
+        call succeeds(error, 'verify front-2 --cases back-2 --format csv', output)
+        call in_order([character(16) :: 'front-2', 'back-2'], 90)
+        do i = 1, size(SINGLE)
+            call refused(error, trim(SINGLE(i))//' front', STATUS_MISUSED, [character(W) :: '3 cases are named'])
+            call refused(error, trim(SINGLE(i))//' front-1 --cases front-2', STATUS_MISUSED, &
+                         [character(W) :: '2 cases are named'])
+        end do
+        do i = 1, size(SEVERAL)
+            call refused(error, trim(SEVERAL(i))//' front front-2', STATUS_FAILED, &
+                         [character(W) :: 'two cases have the name "front-2"'])
+            call refused(error, trim(SEVERAL(i))//' --cases all,back', STATUS_FAILED, &
+                         [character(W) :: 'two cases have the name "back-1"'])
+        end do
+        call refused(error, 'bound middle', STATUS_FAILED, [character(W) :: 'no case "middle"'])
+
+    contains
+
+        !> The rows' cases, each once more or often, in this order.
+        subroutine in_order(names, rows)
+            character(*), intent(in) :: names(:)
+            integer, intent(in) :: rows
+
+            type(text_file_t) :: text
+            type(string_t), allocatable :: fields(:)
+            integer :: row, k, n
+
+            if (allocated(error)) return
+            text = text_file_of(output, 'output')
+            k = 0
+            n = 0
+            do row = 2, text%line_count()
+                if (text%line(row) == '') cycle
+                n = n + 1
+                fields = split(text%line(row), ',')
+                if (k > 0) then
+                    if (fields(1)%text == names(k)) cycle
+                end if
+                k = k + 1
+                call check(error, k <= size(names), output)
+                if (.not. allocated(error)) call check(error, fields(1)%text, trim(names(k)))
+                if (allocated(error)) return
+            end do
+            call check(error, k == size(names) .and. n == rows, output)
+        end subroutine in_order
+    end subroutine test_case_groups
+
+    !> What the commands print fits the console, 100 columns where COLUMNS is not set.
+    subroutine test_lines_fit(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: LINES(17) = [character(96) :: '--help', 'help model', 'cases', 'errors --runs 1', &
+            'bound front-1 --check 1', 'bound back', 'montecarlo --runs 1 --seed 1234567890123456', &
+            'montecarlo printed --runs 1 --algorithms assest-fde,optimal', 'magnetometer-loss --runs 1', 'trim', &
+            'trim --runs 2', 'timing --step 600', 'timing back-1 --step 20 --pattern general', 'verify front-1 back-2', &
+            'statements --runs 1', 'design --frequencies 0.1 0.1 --waveforms sine', &
+            'design --pattern y-z --at 2658 --map map.csv --step 600']
+        character(:), allocatable :: output
+        integer :: i
+
+        call make_folder(error)
+        do i = 1, size(LINES)
+            if (allocated(error)) return
+            if (index(LINES(i), 'map.csv') > 0) then
+                call succeeds(error, 'design --pattern y-z --at 2658 --step 600 --map '//FOLDER//'fit.csv', output)
+            else
+                call succeeds(error, trim(LINES(i)), output)
+            end if
+            if (.not. allocated(error)) call check(error, longest_line(output) <= console_width(), trim(LINES(i))//LF//output)
+        end do
+    end subroutine test_lines_fit
+
+    !> Settings and samples beyond what the report says of an instrument are warned of; its own ones are not.
+    subroutine test_instruments(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: text, output, messages
+        integer :: place, status
+
+        call make_folder(error)
+        if (.not. allocated(error)) call succeeds(error, 'simulate front-1 --out '//FOLDER//'keeps', output)
+        if (.not. allocated(error)) call succeeds(error, 'cases show front-1', text)
+        if (allocated(error)) return
+        call change('bias_nt = 50', 'bias_nt = 150')
+        call change('linearity_nt = 0', 'linearity_nt = 30')
+        ! of the accelerometer, which comes first
+        call change('limited = .false.', 'limited = .true.')
+        call change('range = 0.00005', 'range = 0.00002')
+        call change('quantised = .false.', 'quantised = .true.')
+        call change('resolution = 1e-10', 'resolution = 1e-9')
+        if (.not. allocated(error)) call make_file(error, 'beyond.nml', text)
+        if (allocated(error)) return
+        call run('simulate '//FOLDER//'beyond.nml --out '//FOLDER//'beyond', status, output, messages)
+        call check(error, status == STATUS_DONE, messages)
+        call says('bias, x axis: 150 nT exceeds the limit 100 nT')
+        call says('linearity error: 30 nT exceeds the limit 25 nT')
+        call says('accelerometer resolution: 1.000000E-09 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
+        call says('accelerometer: 600 of 600 samples are cut off at its full scale')
+        if (.not. allocated(error)) call check(error, index(messages, 'scale1') == 0, messages)
+        call change('limited = .true.', 'limited = .false.')        ! at full scale no estimate is made
+        if (.not. allocated(error)) call make_file(error, 'beyond.nml', text)
+        if (allocated(error)) return
+        call run('montecarlo '//FOLDER//'beyond.nml --runs 1', status, output, messages)
+        call check(error, status == STATUS_DONE, messages)
+        call says('warning: case front-1: magnetometer linearity error')
+
+    contains
+
+        subroutine says(part)
+            character(*), intent(in) :: part
+
+            if (.not. allocated(error)) call check(error, index(messages, part) > 0, part//' is not in '//messages)
+        end subroutine says
+
+        subroutine change(old, new)
+            character(*), intent(in) :: old, new
+
+            if (allocated(error)) return
+            place = index(text, old)
+            call check(error, place > 0, old)
+            if (place > 0) text = text(:place - 1)//new//text(place + len(old):)
+        end subroutine change
+    end subroutine test_instruments
+
+    !> Times of the orbit in UTC: 1400 s after midnight are 00:23:20; over the leap second at the end of 1990 a
+    !> revolution takes a second longer on the clock.
+    subroutine test_utc(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: text, output
+        integer :: place
+
+        call make_folder(error)
+        if (.not. allocated(error)) call succeeds(error, 'timing --step 600', output)
+        if (.not. allocated(error)) call check(error, index(output, 'case 2    1400  00:23:20') > 0 .and. &
+                                               index(output, 'case 3    2658  00:44:18') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'timing --step 600 --format csv', output)
+        if (.not. allocated(error)) call check(error, index(output, LF//'1200,1989-01-02T00:20:00,') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'timing --step 600 --format json', output)
+        if (.not. allocated(error)) call check(error, index(output, '"all_utc": "1989-01-02T0') > 0 .and. &
+                                               index(output, '"utc": "1989-01-02T00:23:20"') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'design --manoeuvre front-1 --at 1400 --format csv', output)
+        if (.not. allocated(error)) call check(error, index(output, 'front-1,1400,1989-01-02T00:23:20,89.5') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'cases show front-1', text)
+        if (allocated(error)) return
+        place = index(text, '1989-01-02T00:00:00')
+        call check(error, place > 0, text)
+        if (allocated(error)) return
+        text(place:place + 18) = '1990-12-31T23:50:00'
+        place = index(text, 'density = ''dtm77''')
+        call check(error, place > 0, text)
+        if (allocated(error)) return
+        text = text(:place - 1)//'density = ''none'''//text(place + len('density = ''dtm77'''):)
+        call make_file(error, 'leap.nml', text)
+        if (.not. allocated(error)) call succeeds(error, 'timing '//FOLDER//'leap.nml --step 600 --format csv', output)
+        if (.not. allocated(error)) call check(error, index(output, LF//'600,1990-12-31T23:59:60,') > 0 .and. &
+                                               index(output, LF//'1200,1991-01-01T00:09:59,') > 0, output)
+    end subroutine test_utc
+
+    !> Rods by a rule of section 4.2: y-z gives the report's case at its place; the general rule takes other rods where the
+    !> field's weakest components are others, and both exclude what searches.
+    subroutine test_pattern(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: by_rule, other
+
+        call succeeds(error, 'timing --step 300', other)
+        if (.not. allocated(error)) call succeeds(error, 'timing --step 300 --pattern y-z', by_rule)
+        if (.not. allocated(error)) call check(error, by_rule, other)
+        if (.not. allocated(error)) call succeeds(error, 'timing --step 300 --pattern general', by_rule)
+        if (allocated(error)) return
+        call check(error, by_rule /= other .and. index(by_rule, 'rods by the rule general') > 0, by_rule)
+        if (.not. allocated(error)) call succeeds(error, 'design --pattern y-z --at 2658', by_rule)
+        if (.not. allocated(error)) call succeeds(error, 'design --manoeuvre front-3 --satellite front --at 2658', other)
+        if (.not. allocated(error)) call check(error, by_rule, other)
+        if (.not. allocated(error)) call succeeds(error, 'design --pattern general --at 1400', other)
+        if (.not. allocated(error)) call check(error, index(other, LF//'x    sine') > 0 .and. index(other, LF//'z    sine') == 0, &
+                                               other)
+        call refused(error, 'design --pattern general --manoeuvre front-1', STATUS_MISUSED, &
+                     [character(W) :: '--manoeuvre and --pattern exclude'])
+        call refused(error, 'design --pattern general --anywhere', STATUS_MISUSED, [character(W) :: '--pattern does not search'])
+        call refused(error, 'timing --pattern y', STATUS_MISUSED, [character(W) :: '--pattern', 'y-z, general'])
+    end subroutine test_pattern
+
+    !> JSON of `verify` has the panels of Figures 6.2, 6.3 and 6.6.
+    subroutine test_panels(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(:), allocatable :: output
+        integer :: i, panels
+
+        call succeeds(error, 'verify --format json', output)
+        if (allocated(error)) return
+        panels = 0
+        do i = 1, len(output) - 10
+            if (output(i:i + 9) == '"figure": ') panels = panels + 1
+        end do
+        call check(error, panels, 90 + 30)
+        if (.not. allocated(error)) call check(error, index(output, '"figure": "6.6", "satellite": "front", "algorithm": '// &
+                                               '"ascrest", "axis": "z"') > 0 .and. index(output, '"low_mm": "mm"') > 0, output)
+    end subroutine test_panels
 
     !> The scripts have every command with its options; tools/check_install.py lets bash complete with them.
     subroutine test_completion(error)
@@ -947,6 +1273,7 @@ contains
             call succeeds(error, 'completion '//trim(SHELLS(i)), output)
             if (allocated(error)) return
             call check(error, index(output, "'magnetometer-loss')") > 0 .and. index(output, "'model star-camera')") > 0 .and. &
+                       index(output, "'level1 convert')") > 0 .and. index(output, 'list dump') + index(output, "'list:") > 0 .and. &
                        index(output, '--field-error') > 0 .and. index(output, 'sequential') > 0 .and. &
                        index(output, 'back-3') > 0, output)
             if (allocated(error)) return

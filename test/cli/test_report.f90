@@ -108,14 +108,15 @@ contains
     !> files with their columns; scripts.
     subroutine test_without_gnuplot(error)
         type(error_type), allocatable, intent(out) :: error
-        character(20), parameter :: IDS(34) = [character(20) :: &
+        character(20), parameter :: IDS(37) = [character(20) :: &
             'findings', 'cases', 'table_1_1', 'table_1_2', 'figure_3_1', 'figure_5_2', 'figure_5_3', 'figure_5_4', &
             'figure_5_5', 'figure_5_6', 'figure_5_7', 'figure_5_8', 'figure_5_2_numbers', 'figure_5_3_numbers', &
             'figure_5_4_numbers', 'figure_5_5_numbers', 'figure_5_6_numbers', 'figure_5_7_numbers', &
             'figure_5_8_numbers', 'figure_6_1', 'figure_6_2', 'figure_6_3', 'figure_6_4', 'figure_6_5', 'figure_6_6', &
-            'table_6_1', 'table_6_2', 'error_sources', 'magnetometer_loss', 'figure_bound', 'bound_table', &
+            'table_6_1', 'table_6_2', 'error_sources', 'magnetometer_loss', &
+            'statement_one-rod', 'statement_two-steps', 'statement_stars', 'figure_bound', 'bound_table', &
             'figure_manoeuvre_map', 'designed_manoeuvres', 'designed_reached']
-        character(96), parameter :: FILES(2, 12) = reshape([character(96) :: &
+        character(96), parameter :: FILES(2, 13) = reshape([character(96) :: &
             'montecarlo.csv', 'case,algorithm,axis,runs,rms_mm,mean_error_mm,std_mm,predicted_mm,published_mm', &
             'montecarlo_runs.csv', 'case,algorithm,run,dx_mm,dy_mm,dz_mm,converged', &
             'errors.csv', 'source,axis,runs,rms_mm', &
@@ -124,10 +125,11 @@ contains
             'gravity_gradient.csv', 'time_s,central_r_m_s2,central_t_m_s2,central_n_m_s2,others_r_m_s2,others_t_m_s2', &
             'verify_front-1.csv', 'time_s,drag_x_m_s2,drag_y_m_s2,drag_z_m_s2,srp_x_m_s2', &
             'verify_back-1.csv', 'time_s,drag_x_m_s2,drag_y_m_s2,drag_z_m_s2,srp_x_m_s2', &
-            'timing_back.csv', 'time_s,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2', &
+            'timing_back.csv', 'time_s,utc,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2', &
+            'statements.csv', 'statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm', &
             'bound.csv', 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
             'design.csv', 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
-            'manoeuvre_map_back.csv', 'time_s,latitude_deg,longitude_deg,report_x_mm'], [2, 12])
+            'manoeuvre_map_back.csv', 'time_s,latitude_deg,longitude_deg,report_x_mm'], [2, 13])
         character(:), allocatable :: output, messages, path
         character(4096) :: old_path
         type(text_file_t) :: page, file

@@ -11,7 +11,9 @@ module test_estimators
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
     use statistics, only: chi_square_limits
-    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t
+    use gracecg_spacecraft_torque_rods, only: new_harmonic_manoeuvre, new_torque_rods, rod_activation_t, rod_moments, &
+        take_measured_moments
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_report_options, only: report_options
@@ -56,6 +58,9 @@ contains
                     new_unittest('covariance-of-coloured-accelerometer-noise', &
                                  test_accelerometer_noise), &
                     new_unittest('covariance-of-star-camera-noise', test_star_noise), &
+                    new_unittest('measured-moments-stand-in', test_measured_moments), &
+                    new_unittest('known-angular-velocity', test_known_rate), &
+                    new_unittest('unknown-attitude', test_unknown_attitude), &
                     new_unittest('refusals-go-through', test_refusals)]
     end subroutine collect_estimators
 
@@ -210,6 +215,95 @@ contains
         call recover(observations, 1e-11_dp, error)
         if (.not. allocated(error)) call recover(observations, 1e-11_dp, error, options=report_options('front-1'))
     end subroutine test_exact
+
+    !> Section 4.6: with the angular velocity from other means ASSEST needs no star camera. What its error does to
+    !> the offset is found by trying; the covariance must say the same.
+    subroutine test_known_rate(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: SIGMAS(3) = [1e-6_dp, 2e-6_dp, 0.5e-6_dp], NONE(3) = 1e-12_dp    ! rad/s
+        type(observation_set_t) :: observations, altered
+        type(solution_t) :: sure, unsure, moved
+        type(error_t), allocatable :: failure
+        real(dp) :: expected(3, 3), by_rate(3)
+        integer :: axis, i
+
+        call example(observations, error)
+        if (allocated(error)) return
+        call leave_out_stars(observations)
+        observations%knowledge%angular_velocity = OMEGA_0
+        do i = 1, 2
+            call estimate(REPORT_ESTIMATORS(i), OMEGA_0, NONE, sure)
+            if (allocated(error)) return
+            call check(error, all(abs(sure%offset - OFFSET) < 1e-11_dp) .and. sure%converged, 'offset')
+            if (.not. allocated(error)) &
+                call check(error, all(abs(sure%quaternion) <= 0) .and. size(sure%warnings) == 1, 'attitude')
+            if (.not. allocated(error)) call estimate(REPORT_ESTIMATORS(i), OMEGA_0, SIGMAS, unsure)
+            expected = 0
+            do axis = 1, 3
+                if (allocated(error)) return
+                call estimate(REPORT_ESTIMATORS(i), OMEGA_0 + 0.01_dp*SIGMAS*unit_of(axis), NONE, moved)
+                by_rate = 100*(moved%offset - sure%offset)
+                expected = expected + spread(by_rate, 2, 3)*spread(by_rate, 1, 3)
+            end do
+            call check(error, all(abs(unsure%covariance - sure%covariance - expected) < &
+                                  0.01_dp*sqrt(expected(1, 1)*expected(2, 2))), 'covariance')
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine estimate(algorithm, value, sigma, solution)
+            character(*), intent(in) :: algorithm
+            real(dp), intent(in) :: value(3), sigma(3)
+            type(solution_t), intent(out) :: solution
+
+            altered = observations
+            altered%knowledge%angular_velocity = value
+            altered%knowledge%angular_velocity_sigma = sigma
+            call estimate_offset(algorithm, altered, estimation_options_t(), solution, failure)
+            call check_passes(error, message_of(failure))
+        end subroutine estimate
+
+        pure function unit_of(axis) result(e)
+            integer, intent(in) :: axis
+            real(dp) :: e(3)
+
+            e = 0
+            e(axis) = 1
+        end function unit_of
+    end subroutine test_known_rate
+
+    !> Without a star camera: ASSEST is refused unless the angular velocity is known, the others always.
+    subroutine test_unknown_attitude(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call example(observations, error)
+        if (allocated(error)) return
+        call leave_out_stars(observations)
+        do i = 1, size(ESTIMATOR_NAMES)
+            observations%knowledge%angular_velocity_sigma = 0
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
+            call check_fails(error, message_of(failure), [character(16) :: 'star camera', 'other means'])
+            if (allocated(error)) return
+            if (i <= 2) cycle
+            observations%knowledge%angular_velocity_sigma = 1e-6_dp
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), observations, estimation_options_t(), solution, failure)
+            call check_fails(error, message_of(failure), [character(16) :: 'star camera', 'ASSEST alone'])
+            if (allocated(error)) return
+        end do
+    end subroutine test_unknown_attitude
+
+    subroutine leave_out_stars(observations)
+        type(observation_set_t), intent(inout) :: observations
+
+        observations%star_camera_time = observations%star_camera_time(:0)
+        observations%star_camera_head = observations%star_camera_head(:0)
+        observations%quaternion = observations%quaternion(:, :0)
+    end subroutine leave_out_stars
 
     !> Interpolation of quaternions every 0.5 s costs less than a nanometre.
     subroutine test_interpolated(error)
@@ -474,4 +568,62 @@ contains
         call estimate_offset('assest-fde', observations, options, solution, failure)
         call check_fails(error, message_of(failure), ['NaN'])
     end subroutine test_refusals
+
+    !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the
+    !> fourth derivative, that is of (2 pi 0.1 h)^4/384 of the moment. And they are used: twice the moments give half
+    !> the offset, which only the report's estimators do not refuse.
+    subroutine test_measured_moments(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SPACING(2) = [0.1_dp, 1.0_dp]
+        type(observation_set_t) :: commanded, measured
+        type(solution_t) :: expected, solution
+        type(error_t), allocatable :: failure
+        type(estimation_options_t) :: options
+        integer :: i, k
+
+        call example(commanded, error, star_camera_interval=0.5_dp)
+        if (allocated(error)) return
+        options%covariance = .false.
+        do i = 1, size(ESTIMATOR_NAMES)
+            call estimate_offset(trim(ESTIMATOR_NAMES(i)), commanded, options, expected, failure)
+            call check_passes(error, message_of(failure))
+            do k = 1, size(SPACING)
+                call measure(SPACING(k), 1.0_dp)
+                if (allocated(error)) return
+                call estimate_offset(trim(ESTIMATOR_NAMES(i)), measured, options, solution, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call check(error, norm2(solution%offset - expected%offset) < &
+                           2*(0.1_dp*TWO_PI*SPACING(k))**4/384*norm2(OFFSET), trim(ESTIMATOR_NAMES(i)))
+                if (allocated(error)) return
+            end do
+        end do
+        call measure(0.1_dp, 2.0_dp)
+        call estimate_offset('assest-fde', measured, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) &
+            call check(error, norm2(solution%offset - expected%offset/2) < 0.1_dp*norm2(OFFSET), 'twice the moments')
+
+    contains
+
+        subroutine measure(spacing, factor)
+            real(dp), intent(in) :: spacing, factor
+
+            type(moment_series_t) :: series
+            real(dp), allocatable :: time(:), moment(:, :)
+            integer :: j
+
+            time = [(j*spacing, j=0, nint(60/spacing))]
+            allocate (moment(3, size(time)))
+            do j = 1, size(time)
+                moment(:, j) = factor*rod_moments(commanded%knowledge%rods, time(j))
+            end do
+            call new_moment_series(series, time, moment, failure)
+            call check_passes(error, message_of(failure))
+            measured = commanded
+            call take_measured_moments(series, measured%knowledge%rods)
+            measured%knowledge%rods%activations%amplitude = 0      ! nothing of them is used
+        end subroutine measure
+    end subroutine test_measured_moments
 end module test_estimators

@@ -27,8 +27,9 @@ module c_library
     public :: gracecg_case_values
     public :: gracecg_force_model_open, gracecg_force_model_free, gracecg_force_model_epoch
     public :: gracecg_force_model_evaluate, gracecg_force_model_torques, gracecg_force_model_rate
-    public :: gracecg_force_model_propagate
+    public :: gracecg_force_model_propagate, gracecg_force_model_propagate_nadir
     public :: gracecg_simulator_open, gracecg_simulator_free, gracecg_simulator_truth
+    public :: gracecg_setup_measured
     public :: gracecg_setup_read, gracecg_setup_parse, gracecg_setup_free, gracecg_setup_text
     public :: gracecg_observations_create, gracecg_observations_read, gracecg_observations_write
     public :: gracecg_observations_simulate, gracecg_observations_free, gracecg_observations_setup
@@ -651,6 +652,20 @@ module c_library
             integer(c_int) :: status
         end function gracecg_force_model_propagate
 
+        function gracecg_force_model_propagate_nadir(model, position, velocity, forward, interval, steps, tolerance, &
+            states, error) result(status) bind(c, name='gracecg_force_model_propagate_nadir')
+            import :: c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct
+            integer(c_intptr_t), intent(in), value :: model
+            real(c_double), intent(in), optional :: position(3), velocity(3)
+            integer(c_int32_t), intent(in), value :: forward
+            real(c_double), intent(in), value :: interval
+            integer(c_size_t), intent(in), value :: steps
+            real(c_double), intent(in), value :: tolerance
+            real(c_double), intent(inout), optional :: states(*)
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_force_model_propagate_nadir
+
         function gracecg_simulator_open(the_case, simulator, error) &
             result(status) bind(c, name='gracecg_simulator_open')
             import :: c_int, c_intptr_t, error_struct
@@ -708,6 +723,17 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_setup_free
+
+        function gracecg_setup_measured(setup, n, time, moment, measured, error) &
+            result(status) bind(c, name='gracecg_setup_measured')
+            import :: c_double, c_int, c_intptr_t, c_size_t, error_struct
+            integer(c_intptr_t), intent(in), value :: setup
+            integer(c_size_t), intent(in), value :: n
+            real(c_double), intent(in), optional :: time(*), moment(3, *)
+            integer(c_intptr_t), intent(inout), optional :: measured
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_setup_measured
 
         function gracecg_setup_text(knowledge, text, size, length, error) &
             result(status) bind(c, name='gracecg_setup_text')

@@ -7,7 +7,7 @@ module f77_entries
     public :: gcdenm, gcdnmi
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
-    public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
+    public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcsetm, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
     public :: gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
 
     interface
@@ -228,6 +228,12 @@ module f77_entries
             character(*) :: file, msg
             integer :: iset, istat
         end subroutine gcsetr
+
+        subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
+            character(*) :: msg
+            integer :: iset, n, isetm, istat
+            double precision :: t(*), xm(3, *)
+        end subroutine gcsetm
 
         subroutine gcobsr(dir, iobs, istat, msg)
             character(*) :: dir, msg

@@ -16,7 +16,9 @@ module test_c_interface
         accelerations_t, loads_t, truth_arc_t, propagate_arc, simulator_t, new_simulator, observe, &
         observation_set_t, solution_t, estimate_offset, ESTIMATOR_NAMES, CASE_NAMES, &
         case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_point_t, map_case, &
-        LIBRARY_VERSION, rotation_z, STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE
+        LIBRARY_VERSION, rotation_z, rotation_matrix, quaternion_product, conjugate_quaternion, &
+        STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE, moment_series_t, new_moment_series, take_measured_moments, &
+        dipole_moment
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
@@ -636,9 +638,55 @@ contains
         status = gracecg_force_model_propagate(model, state, 0.2_dp, int(MAX_STEPS + 1, c_size_t), 0.0_dp, &
                                                states, failure)
         call check_refused(error, status, BAD_SIZE, failure, 'steps')
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int32_t, 1.0_dp, ONE, 0.0_dp, &
+                                                     states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        if (.not. allocated(error)) call compare_held(error, model, state)
         status = gracecg_force_model_free(model)
         status = gracecg_case_free(handle)
     end subroutine test_propagation
+
+    !> Nadir pointing: body z to the Earth, body x along or against the orbit, near the attitude of the case, whose
+    !> satellite pitches by a degree; the angular velocity turns the attitude as the states have it; the orbit's energy
+    !> changes by a hundred-thousandth at most, whereas a free satellite's attitude would drift away.
+    subroutine compare_held(error, model, state)
+        type(error_type), allocatable, intent(inout) :: error
+        integer(c_intptr_t), intent(in) :: model
+        real(dp), intent(in) :: state(13)               ! of the leading satellite
+
+        integer, parameter :: STEPS = 600
+        real(dp), parameter :: INTERVAL = 1, DEGREES = 2
+        type(error_struct) :: failure
+        integer(c_int) :: status
+        integer(c_int32_t) :: forward
+        real(dp) :: states(13, 0:STEPS), axes(3, 3), turn(4), rate(3)
+        integer :: k
+
+        do forward = 0, 1
+            status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), forward, INTERVAL, &
+                                                         int(STEPS, c_size_t), 0.0_dp, states, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            do k = 0, STEPS, 60
+                axes = rotation_matrix(states(10:13, k))
+                call check(error, dot_product(axes(3, :), states(1:3, k)) < -(1 - 1e-14_dp)*norm2(states(1:3, k)) .and. &
+                           (2*forward - 1)*dot_product(axes(1, :), states(4:6, k)) > 0.99_dp*norm2(states(4:6, k)), &
+                           'axes')
+                if (allocated(error)) return
+            end do
+            ! R(t + h) R(t)^T is the turn by h omega(t + h/2), to third order
+            do k = 1, STEPS - 1, 60
+                turn = quaternion_product(states(10:13, k + 1), conjugate_quaternion(states(10:13, k - 1)))
+                rate = 2*turn(1:3)*sign(1.0_dp, turn(4))/(2*INTERVAL)
+                call check(error, all(abs(rate - states(7:9, k)) < 1e-9_dp), 'angular velocity')
+                if (allocated(error)) return
+            end do
+        end do
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), state(4:6), 0_c_int32_t, INTERVAL, ONE, 0.0_dp, &
+                                                     states, failure)
+        turn = quaternion_product(states(10:13, 0), conjugate_quaternion(state(10:13)))
+        call check(error, 2*norm2(turn(1:3)) < DEGREES*atan(1.0_dp)/45, 'the attitude of the case')
+    end subroutine compare_held
 
     subroutine test_truth(error)
         type(error_type), allocatable, intent(out) :: error
@@ -745,6 +793,15 @@ contains
         type(error_struct) :: failure
         type(solution_struct) :: solution, again
         type(samples_struct) :: samples
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(solution_t) :: expected
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: problem
+        real(dp) :: time(121), moment(3, 121)
+        integer(c_intptr_t) :: measured
+        integer :: k
         integer(c_intptr_t) :: observations, copy, knowledge
         integer(c_size_t) :: n(4), length
         integer(c_int) :: status
@@ -785,6 +842,31 @@ contains
         call check_equal(error, [again%offset, again%covariance], [solution%offset, solution%covariance], &
                          'estimate of the copy')
         status = gracecg_observations_free(copy)
+        if (allocated(error)) return
+
+        ! measured moments: the numbers of the Fortran API
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 1, 1, set, problem)
+        time = [(0.5_dp*k, k=0, 120)]
+        do k = 1, size(time)
+            moment(:, k) = 1.02_dp*dipole_moment(set%knowledge%rods, time(k))
+        end do
+        status = gracecg_setup_measured(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        status = gracecg_observations_create(measured, samples, copy, failure)
+        status = gracecg_estimate(c_string('assest-fde'), copy, again, size=NONE, error=failure)
+        call new_moment_series(series, time, moment, problem)
+        call take_measured_moments(series, set%knowledge%rods)
+        call estimate_offset('assest-fde', set, report_options('front-3'), expected, problem)
+        call check_equal(error, [again%offset, again%covariance], [expected%offset, expected%covariance], &
+                         'estimate from measured moments')
+        status = gracecg_observations_free(copy)
+        status = gracecg_setup_free(measured)
+        moment(1, 7) = 1e4_dp
+        status = gracecg_setup_measured(knowledge, size(time, kind=c_size_t), time, moment, measured, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'have to be in A m^2')
         if (allocated(error)) return
 
         samples%accelerometer_count = 590       ! the last second is missing

@@ -4,7 +4,8 @@ module test_f77
     use gracecg, only: dp, error_t, LIBRARY_VERSION, case_t, find_case, build_dynamics, &
         initial_state, satellite_dynamics_t, accelerations_t, loads_t, simulator_t, new_simulator, observe, &
         observation_set_t, solution_t, estimate_offset, write_observations, geopotential_t, egm96, &
-        drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES, case_bound_t, bound_of_case
+        drag_acceleration, solar_radiation_acceleration, ESTIMATOR_NAMES, case_bound_t, bound_of_case, &
+        moment_series_t, new_moment_series, take_measured_moments, dipole_moment
     use gracecg_interface_handles, only: live_objects
     use f77_entries
     use fixture, only: FOLDER, make_folder
@@ -242,7 +243,9 @@ contains
         type(solution_t) :: expected
         type(error_t), allocatable :: failure
         integer :: icas, isim, iobs, iset, istat, niter, iconv, i, n(4), istats(4)
-        double precision :: d(3), cov(3, 3), rms(3), cond
+        double precision :: d(3), cov(3, 3), rms(3), cond, time(601), moment(3, 601)
+        type(moment_series_t) :: series
+        integer :: isetm
 
         call make_folder(error)
         if (allocated(error)) return
@@ -279,6 +282,31 @@ contains
             if (allocated(error)) return
             call gcfree(iobs, istat, msg)
         end do
+        ! measured moments: the numbers of the Fortran API
+        call gcsetr(FOLDER//'f77/setup.nml', iset, istat, msg)
+        time = [(0.1_dp*i, i=0, 600)]
+        do i = 1, size(time)
+            moment(:, i) = 1.02_dp*dipole_moment(set%knowledge%rods, time(i))
+        end do
+        call gcsetm(iset, size(time), time, moment, isetm, istat, msg)
+        call check(error, istat, 0, msg)
+        if (allocated(error)) return
+        call gcobsc(isetm, size(set%accelerometer_time), set%accelerometer_time, set%acceleration, &
+                    size(set%star_camera_time), set%star_camera_time, set%star_camera_head, set%quaternion, &
+                    size(set%magnetometer_time), set%magnetometer_time, set%field, &
+                    size(set%orbit_time), set%orbit_time, set%orbit_position, iobs, istat, msg)
+        call gcestm('assest-fde', iobs, d, cov, rms, cond, niter, iconv, istat, msg)
+        call new_moment_series(series, time, moment, failure)
+        call take_measured_moments(series, set%knowledge%rods)
+        call estimate_offset('assest-fde', set, report_options('front-3'), expected, failure)
+        call check(error, istat == 0 .and. all(abs(d - expected%offset) <= 0), 'gcsetm')
+        if (allocated(error)) return
+        call gcfree(isetm, istat, msg)
+        call gcfree(iobs, istat, msg)
+        call gcsetm(iset, -1, time, moment, isetm, istat, msg)
+        call check(error, istat /= 0 .and. isetm == 0, 'gcsetm, -1 samples')
+        if (allocated(error)) return
+        call gcfree(iset, istat, msg)
         ! a gap: the message has the warning
         call gcsetr(FOLDER//'f77/setup.nml', iset, istat, msg)
         call gcobsc(iset, 590, set%accelerometer_time, set%acceleration, size(set%star_camera_time), &

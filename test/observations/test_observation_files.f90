@@ -11,7 +11,7 @@ module test_observation_files
     use gracecg_observations_observation_files, only: write_observations, read_observations, OBSERVATION_FILES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, measure_rods
     use testdrive, only: unittest_type, error_type, check, new_unittest
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     implicit none
@@ -51,6 +51,8 @@ contains
         call report_case('front-1', case, failure)
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         if (.not. allocated(failure)) call observe(simulator, 7, 3, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(failure)) call measure_rods(simulator, 0.7_dp, observations, failure)
         call check_passes(error, message_of(failure))
         observations%knowledge%rods%activations(1)%phase = 30*DEGREE
         observations%knowledge%a_priori%sigma_scale_factors = [1e-3_dp/3, 2e-3_dp/7, 0.123456789e-4_dp]
@@ -112,6 +114,8 @@ contains
                                    a%a_priori%sigma_torque], &
                       [b%a_priori%sigma_scale_factors, b%a_priori%sigma_rod_gain, &
                        b%a_priori%sigma_magnetometer_bias, b%a_priori%sigma_inertia, b%a_priori%sigma_torque])
+            call same('measured moments', [a%rods%measured%time, a%rods%measured%moment], &
+                      [b%rods%measured%time, b%rods%measured%moment])
             call same('sidereal angle', [a%sidereal_angle], [b%sidereal_angle])
             if (allocated(error)) return
             call check(error, a%name == b%name .and. a%camera == b%camera .and. &
@@ -203,7 +207,7 @@ contains
         call check_fails(error, message_of(failure), [character(W) :: 'there-is-no-such-folder', &
                                           'no such folder'])
         do i = 1, size(OBSERVATION_FILES)
-            if (OBSERVATION_FILES(i) == 'orbit.csv') cycle
+            if (OBSERVATION_FILES(i) == 'orbit.csv' .or. OBSERVATION_FILES(i) == 'rods.csv') cycle
             if (.not. allocated(error)) call write_set(error)
             if (allocated(error)) return
             call remove_file(SET//'/'//trim(OBSERVATION_FILES(i)))
@@ -214,7 +218,7 @@ contains
         end do
     end subroutine test_missing
 
-    !> Orbit and magnetometer may be missing, in whole or part, but not both; of a series without
+    !> Orbit, rods and magnetometer may be missing, in whole or part, but not orbit and magnetometer; of a series without
     !> samples no older file stays.
     subroutine test_optional(error)
         type(error_type), allocatable, intent(out) :: error
@@ -246,12 +250,34 @@ contains
                    .not. file_exists(SET//'/orbit.csv'), 'an orbit that is not in the set')
         call simulated_set(error, observations)
         if (allocated(error)) return
+        deallocate (observations%knowledge%rods%measured%time)
+        call rewrite()
+        if (allocated(error)) return
+        call check(error, .not. allocated(again%knowledge%rods%measured%time) .and. &
+                   .not. file_exists(SET//'/rods.csv'), 'moments that are not in the set')
+        if (allocated(error)) return
+        call simulated_set(error, observations)
+        if (allocated(error)) return
         observations%magnetometer_time = observations%magnetometer_time(:0)
         observations%field = observations%field(:, :0)
         call rewrite()
         if (allocated(error)) return
         call check(error, size(again%magnetometer_time) == 0 .and. size(again%orbit_time) == 61 .and. &
                    .not. file_exists(SET//'/magnetometer.csv'), 'samples that are not in the set')
+
+        call simulated_set(error, observations)
+        if (allocated(error)) return
+        observations%star_camera_time = observations%star_camera_time(:0)
+        observations%star_camera_head = observations%star_camera_head(:0)
+        observations%quaternion = observations%quaternion(:, :0)
+        observations%knowledge%angular_velocity = [1e-6_dp, 1.1e-3_dp, -2e-7_dp]
+        observations%knowledge%angular_velocity_sigma = [1e-7_dp, 2e-7_dp, 3e-7_dp]
+        call rewrite()
+        if (allocated(error)) return
+        call check(error, size(again%star_camera_time) == 0 .and. .not. file_exists(SET//'/star_camera.csv') .and. &
+                   all(abs(again%knowledge%angular_velocity - observations%knowledge%angular_velocity) <= 0) .and. &
+                   all(abs(again%knowledge%angular_velocity_sigma - observations%knowledge%angular_velocity_sigma) <= 0), &
+                   'the angular velocity from other means')
 
     contains
 
@@ -320,6 +346,10 @@ contains
                     'in metres'])
         call broken('orbit.csv', 1, 'time_s,x,y,z', [character(W) :: 'orbit.csv:1', &
                     'column 2 is "x", expected "rx_m"'])
+        call broken('rods.csv', 1, 'time_s,mx,my,mz_a_m2', [character(W) :: 'rods.csv:1', 'expected'])
+        call broken('rods.csv', 8, '4.2,0,NaN,0', [character(W) :: 'rods.csv:8', 'column my_a_m2', 'finite number'])
+        call broken('rods.csv', 8, '1,0,0,0', [character(W) :: 'rods.csv:8', 'times must increase'])
+        call broken('rods.csv', 8, '4.2,0,0,1e4', [character(W) :: 'rods.csv', 'at 4.2 s', 'have to be in A m^2'])
         call broken('star_camera.csv', 6, '1.5,3,0,0,0,1', [character(W) :: 'star_camera.csv:6', &
                     '3 is not the number of a camera head'])
         call broken('star_camera.csv', 6, '1.5,1.5,0,0,0,1', [character(W) :: 'star_camera.csv:6', &

@@ -20,6 +20,7 @@ module test_operator
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
+    use test_simulation, only: prepare
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -49,18 +50,6 @@ contains
                     new_unittest('knowledge-mends-the-samples', test_mends), &
                     new_unittest('knowledge-mends-the-delay', test_delay)]
     end subroutine collect_operator
-
-    subroutine prepare(simulator, error)
-        type(simulator_t), intent(out) :: simulator
-        type(error_type), allocatable, intent(out) :: error
-
-        type(case_t) :: case
-        type(error_t), allocatable :: failure
-
-        call report_case('front-1', case, failure)
-        if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
-        call check_passes(error, message_of(failure))
-    end subroutine prepare
 
     !> An error of the ordinary size in all components of a source.
     subroutine err(operator, source)

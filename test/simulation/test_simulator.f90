@@ -18,7 +18,7 @@ module test_simulation
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
     private
-    public :: collect_simulation
+    public :: collect_simulation, prepare
 
     integer(i8), parameter :: SEED = 1
     integer, parameter :: RUNS = 20     !! For statistics
@@ -46,6 +46,7 @@ contains
                     new_unittest('scale-factors-age', test_aged)]
     end subroutine collect_simulation
 
+    !> The simulator of front-1.
     subroutine prepare(simulator, error)
         type(simulator_t), intent(out) :: simulator
         type(error_type), allocatable, intent(out) :: error

@@ -4,6 +4,7 @@ module test_torque_rods
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, series_moments, check_moments_cover
     use gracecg_spacecraft_torque_rods
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -43,7 +44,9 @@ contains
                     new_unittest('taper-takes-the-mean-rate-away', test_taper), &
                     new_unittest('refuses-impossible-shapes', test_shapes), &
                     new_unittest('sampling-limit', test_sampling), &
-                    new_unittest('rods-that-are-off', test_off)]
+                    new_unittest('rods-that-are-off', test_off), &
+                    new_unittest('measured-moments', test_measured), &
+                    new_unittest('refuses-impossible-measurements', test_refused_measurements)]
     end subroutine collect_torque_rods
 
     !> Up to the common sign, which the report leaves open.
@@ -452,4 +455,96 @@ contains
         call new_torque_rods(rods, activations, failure)
         call check_fails(error, message_of(failure), [part_of_message])
     end subroutine check_refused
+
+    !> A cubic is met exactly, a sine with an error of the fourth order, h^4/384 of the fourth derivative; moments stand
+    !> in for activations, with directions but without gain and delay of the setup.
+    subroutine test_measured(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(moment_series_t) :: series
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+        real(dp) :: time(0:40), moment(3, 0:40), t, worst, h
+        integer :: i, k
+
+        time = [(i + 0.3_dp*mod(i, 2), i=0, 40)]
+        do i = 0, 40
+            moment(:, i) = [1 + time(i) - (time(i)/20)**3, 2.0_dp, -time(i)/4]
+        end do
+        call new_moment_series(series, time, moment, failure)
+        call check_passes(error, message_of(failure))
+        do k = 0, 400
+            if (allocated(error)) return
+            t = k/10.0_dp
+            call check(error, all(abs(series_moments(series, t) - [1 + t - (t/20)**3, 2.0_dp, -t/4]) < 1e-12_dp), &
+                       'a cubic')
+        end do
+        do k = 1, 2
+            h = 0.5_dp/k
+            do i = 0, 40
+                time(i) = i*h
+                moment(:, i) = 30*[0.0_dp, sin(0.2_dp*PI*time(i)), cos(0.2_dp*PI*time(i))]
+            end do
+            call new_moment_series(series, time, moment, failure)
+            worst = 0
+            do i = 40, 360
+                t = i*h/10
+                worst = max(worst, maxval(abs(series_moments(series, t) - &
+                                              30*[0.0_dp, sin(0.2_dp*PI*t), cos(0.2_dp*PI*t)])))
+            end do
+            ! the slopes' error of h^4/30 of the fifth derivative adds 1.6 (2 pi 0.1 h)^2 of it: 0.16 and 0.04
+            call check(error, worst < 1.2_dp*30*(0.2_dp*PI*h)**4/384 .and. worst > 0.8_dp*30*(0.2_dp*PI*h)**4/384, &
+                       'a sine')
+            if (allocated(error)) return
+        end do
+        call new_harmonic_manoeuvre(rods, [0, 1, 1], 30.0_dp, 0.1_dp, 0.0_dp, 60.0_dp, failure)
+        rods%gain = 0.5_dp
+        rods%delay = 2
+        rods%misalignment(5) = PI/2         ! the z rod lies along -y
+        call take_measured_moments(series, rods)
+        moment(:, 0) = series_moments(series, 7.3_dp)
+        moment(:, 1) = dipole_moment(rods, 7.3_dp)
+        call check(error, all(abs(moment(:, 1) - [0.0_dp, moment(2, 0) - moment(3, 0), 0.0_dp]) < 1e-12_dp), 'directions')
+        if (.not. allocated(error)) call check(error, moves_rods(rods, 10.0_dp))
+    end subroutine test_measured
+
+    subroutine test_refused_measurements(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: failure
+        real(dp) :: time(20), moment(3, 20)
+        integer :: i
+
+        time = [(i - 1.0_dp, i=1, 20)]
+        moment = 1
+        call refused([0.0_dp, 1.0_dp, 2.0_dp, 3.0_dp], moment(:, :4), 'at least 5')
+        call refused(time, moment(:, :19), 'but 19 samples')
+        call refused([time(:9), 8.0_dp, time(11:)], moment, '8 s follows 8 s')
+        call refused([time(:9), ieee_value(1.0_dp, ieee_quiet_nan), time(11:)], moment, 'time tag 10 is NaN')
+        call refused([time(:9), 12 + time(10:)], moment, 'no samples between 8 s and 21 s')
+        moment(2, 4) = 3e4_dp
+        call refused(time, moment, 'have to be in A m^2')
+        moment(2, 4) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call refused(time, moment, 'at 3 s is NaN')
+        if (allocated(error)) return
+        moment = 1
+        call new_moment_series(series, time, moment, failure)
+        call check_moments_cover(series, 20.0_dp, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check_moments_cover(series, 60.0_dp, failure)
+        call check_fails(error, message_of(failure), [character(30) :: 'from 0 s to 19 s', 'arc from 0 to 60 s'])
+
+    contains
+
+        subroutine refused(time, moment, part)
+            real(dp), intent(in) :: time(:), moment(:, :)
+            character(*), intent(in) :: part
+
+            if (allocated(error)) return
+            call new_moment_series(series, time, moment, failure)
+            call check_fails(error, message_of(failure), [character(40) :: 'moments of the torque rods', part])
+        end subroutine refused
+    end subroutine test_refused_measurements
 end module test_torque_rods

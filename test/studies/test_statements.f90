@@ -1,8 +1,10 @@
 !> Statements of the report that are examined by `gracecg statements`.
 module test_statements
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_constants, only: MILLIMETRE, ARCSECOND, DEGREE, PI
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t
+    use gracecg_files_data_table, only: data_table_t
     use gracecg_studies_statements
     use testdrive, only: new_unittest, unittest_type, error_type, check
     use fixture, only: check_passes, check_fails
@@ -17,9 +19,13 @@ contains
 
         testsuite = [ &
                     new_unittest('one-rod', test_one_rod), &
+                    new_unittest('arc-length', test_arc_length), &
+                    new_unittest('weights', test_weights), &
                     new_unittest('accuracy', test_accuracy), &
                     new_unittest('condition', test_condition), &
                     new_unittest('two-steps', test_two_steps), &
+                    new_unittest('stars', test_stars), &
+                    new_unittest('table', test_table), &
                     new_unittest('unknown', test_unknown)]
     end subroutine collect_statements
 
@@ -51,6 +57,34 @@ contains
                 minval([maxval(s%rows(i + 1)%predicted), maxval(s%rows(i + 2)%predicted), maxval(s%rows(i + 3)%predicted)]))
         end do
     end subroutine test_one_rod
+
+    !> Noise alone falls as the arc grows; the y component of front-2, whose noise is least, shows that drag does not.
+    subroutine test_arc_length(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(statement_t) :: s
+
+        call examine(error, 'arc-length', 0, s)
+        if (.not. allocated(error)) call check(error, size(s%rows), 18)
+        if (allocated(error)) return
+        call check(error, maxval(s%rows(4)%predicted) < maxval(s%rows(1)%predicted)/3 .and. &
+                   s%rows(12)%predicted(2) > s%rows(8)%predicted(2), s%found)
+        if (.not. allocated(error)) call check(error, s%verdict == HOLDS_IN_PART .and. &
+                                               index(s%found, 'at 60 s in 0 of 3 places') > 0, s%found)
+    end subroutine test_arc_length
+
+    !> The star camera alone fixes the rotation, whatever its weight; the accelerometer's weights decide how its axes
+    !> share in d.
+    subroutine test_weights(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(statement_t) :: s
+
+        call examine(error, 'weights', 0, s)
+        if (.not. allocated(error)) call check(error, size(s%rows), 8)
+        if (allocated(error)) return
+        call check(error, all(abs(s%rows(4)%predicted/s%rows(1)%predicted - 1) < 1e-6_dp) .and. &
+                   all(s%rows(6)%predicted > 5*s%rows(1)%predicted), s%found)
+        if (.not. allocated(error)) call check(error, s%verdict == HOLDS_IN_PART, s%found)
+    end subroutine test_weights
 
     !> Better than 0.02, 0.01, 0.02 mm in the best case: Table 6.1; and the runs agree with theory.
     subroutine test_accuracy(error)
@@ -94,6 +128,60 @@ contains
         if (.not. allocated(error)) call check(error, s%verdict == HOLDS .and. &
                                                all(s%rows(6)%predicted < 0.01_dp*MILLIMETRE), s%found)
     end subroutine test_two_steps
+
+    !> The mean number over all attitudes is that of the field's solid angle, 4 asin[sin(a/2) sin(b/2)] of 22 by 16 deg; a
+    !> choice of 20 from n is better than the first 20 and not better than all n, whose sigma is smaller by the root of
+    !> the number at best.
+    subroutine test_stars(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: STARS_OF_CATALOGUE = 4616
+        type(statement_t) :: s
+        character(8) :: mean
+        integer :: i
+
+        call examine(error, 'stars', 0, s)
+        if (.not. allocated(error)) call check(error, size(s%rows), 12)
+        if (allocated(error)) return
+        write (mean, '(f8.1)') STARS_OF_CATALOGUE*4*asin(sin(11*DEGREE)*sin(8*DEGREE))/(4*PI)
+        call check(error, s%verdict == HOLDS_IN_PART .and. index(s%found, trim(adjustl(mean))//' stars') > 0, s%found)
+        do i = 1, 12, 2
+            if (allocated(error)) return
+            associate (first => s%rows(i), best => s%rows(i + 1))
+                call check(error, abs(first%stars - best%stars) <= 0 .and. first%stars >= 20 .and. &
+                           best%camera_sigma(3) < first%camera_sigma(3) .and. &
+                           sum(best%camera_sigma**2) < sum(first%camera_sigma**2), first%case_name)
+                ! no star says more than one angle about the boresight at the field's corner, 13.6 deg away
+                if (.not. allocated(error)) call check(error, best%camera_sigma(3) > hypot(1.0_dp, 3.0_dp)*ARCSECOND/ &
+                                                       sqrt(20.0_dp)/hypot(tan(11*DEGREE), tan(8*DEGREE)))
+            end associate
+        end do
+    end subroutine test_stars
+
+    !> For people the table has the columns that its statement fills; files have all, and empty cells.
+    subroutine test_table(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(statement_t) :: s(2)
+        type(data_table_t) :: table
+        type(string_t), allocatable :: lines(:)
+        type(error_t), allocatable :: failure
+
+        call examine(error, 'condition', 0, s(1))
+        if (.not. allocated(error)) call examine(error, 'two-steps', 0, s(2))
+        if (allocated(error)) return
+        table = statement_table(s(1:1))
+        call table%lines(100, lines)
+        call check(error, size(lines), 10)
+        if (.not. allocated(error)) call check(error, index(lines(1)%text, 'condition') > 0 .and. &
+                                               index(lines(1)%text, 'sigma') == 0, lines(1)%text)
+        if (allocated(error)) return
+        table = statement_table(s)
+        call table%csv(lines, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, size(lines), 1 + 9 + 14)
+        if (allocated(error)) return
+        call check(error, index(lines(2)%text, 'condition,front-1,full state (FDE),0,,,,,,,14.6') == 1 .and. &
+                   index(lines(2)%text, ',,,,', back=.true.) == len(lines(2)%text) - 3, lines(2)%text)
+    end subroutine test_table
 
     subroutine test_unknown(error)
         type(error_type), allocatable, intent(out) :: error

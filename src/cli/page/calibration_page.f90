@@ -9,6 +9,7 @@ module gracecg_cli_calibration_page
     use gracecg_base_text, only: integer_text, rounded_text, padded
     use gracecg_files_file, only: make_directory, remove_file, file_exists, text_file_t, read_text_file
     use gracecg_environment_time, only: utc_t, utc_text, utc_plus
+    use gracecg_spacecraft_moment_series, only: has_moments
     use gracecg_spacecraft_torque_rods, only: WAVEFORM_NAMES
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
@@ -340,6 +341,10 @@ contains
                              '2 pi frequency (t - start) + phase', &
                              [character(19) :: 'rod', 'waveform', 'amplitude, A m^{2}', 'frequency, Hz', 'phase, deg', &
                               'start, s', 'stop, s', 'start, UTC', 'stop, UTC'], rows)
+        if (has_moments(observations%knowledge%rods%measured)) &
+            call book%page%paragraph('The moments were measured: '// &
+                                     integer_text(size(observations%knowledge%rods%measured%time))//' samples stand in '// &
+                                     'for the activations, which are what was commanded.')
         if (fitted) call add_manoeuvre_figure(book, observations%knowledge, record, error)
     end subroutine write_manoeuvre
 

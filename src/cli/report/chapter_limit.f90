@@ -9,8 +9,8 @@ module gracecg_cli_chapter_limit
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
     use gracecg_studies_limit, only: limit_study_t, relative_error, at_the_bound, detectable_excess, &
         write_limits
-    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_MISSED, &
-        VERDICT_NONE
+    use gracecg_cli_html, only: table_rows_t, head_cell, number_cell, text_cell, VERDICT_MET, VERDICT_PARTLY, &
+        VERDICT_MISSED, VERDICT_NONE
     use gracecg_cli_panels, only: panel_t, legend_item_t, grid_t, panel_grid
     use gracecg_cli_book, only: book_file, add_figure
     use gracecg_cli_report_book, only: report_book_t, add_claim, COMMAND
@@ -21,7 +21,7 @@ module gracecg_cli_chapter_limit
 
     integer, parameter :: CASES = size(REPORT_CASE_NAMES), ALGORITHMS = size(ESTIMATOR_NAMES)
     character(*), parameter :: BOUND_FILE = 'bound.csv'
-    real(dp), parameter :: TELLING = 0.25_dp        !! Excess that runs must show for "at the bound" to be said
+    real(dp), parameter :: TELLING_EXCESS = 0.25_dp        !! Excess that runs must show for "at the bound" to be said
     character(1), parameter :: LF = achar(10)
     integer, parameter :: STYLES = 6    !! Of the estimators, in turn; a seventh takes the first again
     character(32), parameter :: COLOURS(STYLES) = [character(32) :: 'linetype 1', 'linetype 2', &
@@ -119,6 +119,7 @@ contains
         real(dp) :: ratios(3*CASES)
         character(:), allocatable :: name, range
         integer :: i, a, axis, reached, kind, missing
+        logical :: telling
 
         do a = 1, ALGORITHMS
             name = trim(ESTIMATOR_NAMES(a))
@@ -127,10 +128,11 @@ contains
             missing = sum(studies%not_converged(a))
             range = fixed_text(minval(ratios), 2)//' to '//fixed_text(maxval(ratios), 2)
             kind = merge(VERDICT_MET, VERDICT_MISSED, reached == size(ratios) .and. missing == 0)
+            telling = detectable_excess(studies(1)%runs(a)) <= TELLING_EXCESS
+            if (kind == VERDICT_MET .and. .not. telling) kind = VERDICT_PARTLY
             if (any(REPORT_ESTIMATORS == ESTIMATOR_NAMES(a))) kind = VERDICT_NONE
             call book%page%verdict(kind, name//': '//share_text(reached, size(ratios))// &
-                                   pick_text(detectable_excess(studies(1)%runs(a)) <= TELLING, ' at the bound.', &
-                                             ' not told apart from the bound by so few runs.'), &
+                                   pick_text(telling, ' at the bound.', ' not told apart from the bound by so few runs.'), &
                                    'Ratios '//range//'; median '//fixed_text(median_of(ratios), 2)// &
                                    pick_text(missing > 0, '; '//integer_text(missing)//' runs did not converge', &
                                              '')//'.')
@@ -139,7 +141,7 @@ contains
                            'none)', share_text(reached, size(ratios))//' RMS errors within three sigma of '// &
                            'the bound, which would show an excess of '// &
                            percent_text(detectable_excess(studies(1)%runs(a)))//'; ratios '//range, kind, &
-                           pick_text(kind == VERDICT_MET, 'reached', 'missed'))
+                           pick_text(kind == VERDICT_MISSED, 'missed', pick_text(telling, 'reached', 'too few runs')))
         end do
     end subroutine add_verdicts
 

@@ -47,7 +47,7 @@ contains
         met = .true.
         allocate (character(12) :: strongest(2))
         do i = 1, 2
-            call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, SATELLITES(i), studies(i)%places, error)
+            call write_places(book_file(book, file_of(SATELLITES(i))), COMMAND, studies(i)%case, studies(i)%places, error)
             if (allocated(error)) return
             summary = summary_of(studies(i))
             strongest(i) = fixed_text(summary%strongest_field/NANOTESLA, 0)

@@ -10,7 +10,7 @@ module gracecg_estimation_fitting_data
     use gracecg_base_quaternion, only: normalised
     use gracecg_environment_time, only: sidereal_angle
     use gracecg_spacecraft_torque_rods, only: dipole_moment
-    use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations, has_orbit, has_star_camera
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, interpolated
     use gracecg_estimation_repeated_samples, only: drop_repeated_samples, drop_stuck_field
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
@@ -46,17 +46,22 @@ contains
 
     !> Prepares an observation set for estimation.
     !>
+    !> What has no star camera is prepared for those alone that can do without the attitude; the operator then
+    !> knows the angular velocity.
+    !>
     !> Fails when the observations are refused by check_observations, when accelerometer times are
     !> not multiples of the sampling interval, when there are too few attitudes, or when the
     !> magnetometer leaves a gap that the field model cannot fill.
-    subroutine preprocess(observations, options, data, error)
+    subroutine preprocess(observations, options, data, error, without_attitude)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options       !! May give the first guess of the rotation
         type(fitting_data_t), intent(out) :: data
         type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: without_attitude       !! The caller can do without; absent: no
 
         type(observation_set_t) :: clean
         real(dp) :: quaternion(4)
+        logical :: attitude_needed
 
         allocate (data%warnings(0))
         call check_observations(observations, error)
@@ -78,10 +83,13 @@ contains
         data%guess_quaternion = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]        ! gives a sign to the first quaternion
         if (is_given(options%guess_quaternion)) data%guess_quaternion = normalised(options%guess_quaternion)
         call take_star_attitude(clean, data%guess_quaternion, data%stars, data%warnings)
-        call take_attitude(clean%knowledge%star_camera_interval, data, error)
+        attitude_needed = .true.
+        if (present(without_attitude)) attitude_needed = .not. without_attitude
+        call take_attitude(clean%knowledge%star_camera_interval, attitude_needed, data, error)
         if (allocated(error)) return
         call take_torque(clean, data, error)
         if (allocated(error)) return
+        if (.not. has_star_camera(clean)) return
         call guess_rotation(data%stars%time, data%stars%quaternion, quaternion, data%guess_angular_velocity)
         if (.not. is_given(options%guess_quaternion)) data%guess_quaternion = quaternion
         if (is_given(options%guess_angular_velocity)) data%guess_angular_velocity = options%guess_angular_velocity
@@ -154,8 +162,9 @@ contains
     end subroutine take_accelerations
 
     !> The interpolation (4-38), (4-40), (4-42), (4-44) of the quaternions.
-    subroutine take_attitude(star_camera_interval, data, error)
+    subroutine take_attitude(star_camera_interval, needed, data, error)
         real(dp), intent(in) :: star_camera_interval    !! s
+        logical, intent(in) :: needed                   !! Too few attitudes are an error
         type(fitting_data_t), intent(inout) :: data
         type(error_t), allocatable, intent(out) :: error
 
@@ -176,7 +185,12 @@ contains
         data%attitude_epoch = data%attitude_epoch(:used)
         data%attitude_source = data%attitude_source(:used)
         data%quaternion = data%quaternion(:, :used)
-        if (used < 3) call fail(error, 'star camera: too few samples for an attitude')
+        if (used >= 3 .or. .not. needed) return
+        if (size(data%stars%time) == 0) then
+            call fail(error, 'star camera: no samples; ASSEST alone can do without, with the angular velocity of the setup')
+        else
+            call fail(error, 'star camera: too few samples for an attitude')
+        end if
     end subroutine take_attitude
 
     !> The magnetic torque m x B (2-25) of the manoeuvre at every half step, with the interpolated field

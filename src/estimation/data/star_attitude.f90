@@ -49,8 +49,8 @@ contains
             neighbour = q
         end do
         call warn_of_other_head(observations%knowledge%camera, stars, warnings)
-        call warn_of_gaps(stars%time, observations%knowledge%star_camera_interval, &
-                          observations%knowledge%duration, warnings)
+        if (size(order) > 0) call warn_of_gaps(stars%time, observations%knowledge%star_camera_interval, &
+                                               observations%knowledge%duration, warnings)
     end subroutine take_star_attitude
 
     !> The samples to use, in the order of time: those of the used head, and those of the other one

@@ -8,7 +8,7 @@ module gracecg_estimation_solution
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
-    public :: solution_t, estimated_parameter_t, store_offset, quaternion_sigmas, state_sigmas
+    public :: solution_t, estimated_parameter_t, store_offset, has_attitude, quaternion_sigmas, state_sigmas
     public :: STATE, STATE_NAMES, STATE_UNITS, STATE_OFFSET, STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
 
     integer, parameter :: STATE = 15    !! Parameters that every estimator has
@@ -43,7 +43,7 @@ module gracecg_estimation_solution
         !! its first block; 0 where that is not asked for
         real(dp) :: drift(3) = 0                !! alpha of (4-17), m/s^3
         real(dp) :: bias(3) = 0                 !! beta of (4-17), m/s^2
-        real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body
+        real(dp) :: quaternion(4) = 0           !! Attitude at the epoch, inertial to body; 0: not estimated
         real(dp) :: angular_velocity(3) = 0     !! At the epoch, rad/s
         integer :: iterations = 0               !! Of the batch processor, in its non-linear part
         logical :: converged = .false.          !! Of the batch processor, in its non-linear part
@@ -100,6 +100,13 @@ contains
 
         sigmas = [(sqrt(max(0.0_dp, solution%state_covariance(i, i))), i=1, STATE)]
     end function state_sigmas
+
+    !> True when the attitude was estimated, and not the angular velocity taken from elsewhere.
+    pure logical function has_attitude(solution)
+        type(solution_t), intent(in) :: solution
+
+        has_attitude = any(abs(solution%quaternion) > 0)
+    end function has_attitude
 
     !> Standard deviations of q1 to q4: by dq = Omega(zeta) q/2 from those of the angles zeta, with their
     !> correlations.

@@ -27,6 +27,8 @@ module gracecg_simulation_accelerometer
     real(dp), parameter :: BIAS_LIMIT(3) = [2e-6_dp, 5e-5_dp, 2e-6_dp]
     !! m/s^2
 
+    real(dp), parameter :: FULL_SCALE = 5e-5_dp, RESOLUTION = 1e-10_dp      !! m/s^2
+
     !> Performance of an accelerometer. The values here are those of CSR-TM-00-01 section 5.2 and
     !> eq. (3-2); whether (3-2) is one- or two-sided is not said there, two-sided is inferred.
     type :: accelerometer_t
@@ -45,9 +47,9 @@ module gracecg_simulation_accelerometer
         real(dp) :: sampling_interval = 0.1_dp
         !! s
         logical :: limited = .false.            !! Whether samples saturate at the range
-        real(dp) :: range = 5e-5_dp             !! Full scale of an axis, section 3.2.1, m/s^2
+        real(dp) :: range = FULL_SCALE          !! Full scale of an axis, section 3.2.1, m/s^2
         logical :: quantised = .false.          !! Whether samples are rounded
-        real(dp) :: resolution = 1e-10_dp       !! Step of rounded samples, section 3.2.1, m/s^2
+        real(dp) :: resolution = RESOLUTION     !! Step of rounded samples, section 3.2.1, m/s^2
     contains
         procedure :: measure            !! Noisy samples of true accelerations
         procedure :: noise_of_axis      !! The noise generator of an axis
@@ -151,7 +153,7 @@ contains
         class(accelerometer_t), intent(in) :: self
         character(WARNING_LENGTH), allocatable :: warnings(:)
 
-        character(WARNING_LENGTH) :: found(12)      ! three axes, four limits
+        character(WARNING_LENGTH) :: found(14)      ! three axes, four limits; full scale and resolution
         integer :: i, n
 
         n = 0
@@ -161,6 +163,8 @@ contains
             call compare('scale3', self%scale3(i), SCALE3_LIMIT(i), ' s^4/m^2')
             call compare('bias', self%bias(i), BIAS_LIMIT(i), ' m/s^2')
         end do
+        if (self%limited .and. self%range > FULL_SCALE) call add('full scale', self%range, FULL_SCALE, ' m/s^2')
+        if (self%quantised .and. self%resolution > RESOLUTION) call add('resolution', self%resolution, RESOLUTION, ' m/s^2')
         allocate (warnings(n))
         warnings(:) = found(:n)
 
@@ -171,9 +175,16 @@ contains
             real(dp), intent(in) :: value, limit
 
             if (abs(value) <= limit) return
-            n = n + 1
-            found(n) = 'accelerometer '//name//', '//AXES(i)//' axis: '//number_text(value)// &
-                unit//' exceeds the limit '//number_text(limit)//unit
+            call add(name//', '//AXES(i)//' axis', value, limit, unit)
         end subroutine compare
+
+        subroutine add(name, value, limit, unit)
+            character(*), intent(in) :: name, unit
+            real(dp), intent(in) :: value, limit
+
+            n = n + 1
+            found(n) = 'accelerometer '//name//': '//number_text(value)//unit//' exceeds the limit '// &
+                number_text(limit)//unit
+        end subroutine add
     end function exceeded_limits
 end module gracecg_simulation_accelerometer

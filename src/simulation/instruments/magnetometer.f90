@@ -15,6 +15,7 @@ module gracecg_simulation_magnetometer
 
     ! Limits of section 3.4.1, each independent of the others
     real(dp), parameter :: BIAS_LIMIT = 100e-9_dp, LINEARITY_LIMIT = 25e-9_dp, NOISE_LIMIT = 3e-9_dp    !! T
+    real(dp), parameter :: FULL_SCALE = 50e-6_dp, RESOLUTION = 25e-9_dp     !! T
 
     !> Performance of a magnetometer. Bias and noise are those of CSR-TM-00-01 section 5.2, range
     !> and resolution those of section 3.4.1, which the report's simulation leaves out.
@@ -22,9 +23,9 @@ module gracecg_simulation_magnetometer
         real(dp) :: bias(3) = [50e-9_dp, -30e-9_dp, 25e-9_dp]   !! T
         real(dp) :: noise = 3e-9_dp             !! Standard deviation, T
         logical :: limited = .false.            !! Whether samples saturate at the range
-        real(dp) :: range = 50e-6_dp            !! Greatest value of an axis, T
+        real(dp) :: range = FULL_SCALE          !! Greatest value of an axis, T
         logical :: quantised = .false.          !! Whether samples are rounded
-        real(dp) :: resolution = 25e-9_dp       !! Step of rounded samples, T
+        real(dp) :: resolution = RESOLUTION     !! Step of rounded samples, T
         real(dp) :: sampling_interval = 1.0_dp  !! Between samples, s
         real(dp) :: linearity = 0
         !! Greatest departure from a straight line within the range, T; at most 25 nT by section 3.4.1
@@ -117,6 +118,8 @@ contains
         end do
         call compare('linearity error', self%linearity, LINEARITY_LIMIT)
         call compare('noise', self%noise, NOISE_LIMIT)
+        if (self%limited) call compare('full scale', self%range, FULL_SCALE)
+        if (self%quantised) call compare('resolution', self%resolution, RESOLUTION)
 
     contains
 

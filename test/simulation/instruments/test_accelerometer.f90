@@ -213,6 +213,14 @@ contains
         accelerometer%scale3(3) = ieee_value(1.0_dp, ieee_quiet_nan)
         warnings = accelerometer%exceeded_limits()
         call check(error, size(warnings), 3)
+        if (allocated(error)) return
+        accelerometer%quantised = .true.
+        accelerometer%resolution = 2e-10_dp
+        accelerometer%limited = .true.
+        warnings = accelerometer%exceeded_limits()
+        call check(error, size(warnings), 4)
+        if (allocated(error)) return
+        call check(error, warnings(4), 'accelerometer resolution: 2.000000E-10 m/s^2 exceeds the limit 1.000000E-10 m/s^2')
     end subroutine test_limits
 
     subroutine test_settings(error)

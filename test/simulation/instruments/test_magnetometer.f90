@@ -107,6 +107,16 @@ contains
         if (allocated(error)) return
         call check(error, index(warnings(1)%text, 'bias, y axis') > 0 .and. index(warnings(2)%text, 'linearity') > 0 &
                    .and. index(warnings(3)%text, 'noise') > 0)
+        if (allocated(error)) return
+        magnetometer%range = 60e-6_dp
+        magnetometer%resolution = 30e-9_dp
+        call magnetometer%exceeded_limits(warnings)
+        call check(error, size(warnings), 3, 'neither is in force')
+        if (allocated(error)) return
+        magnetometer%limited = .true.
+        magnetometer%quantised = .true.
+        call magnetometer%exceeded_limits(warnings)
+        call check(error, size(warnings), 5)
     end subroutine test_limits
 
     subroutine take_samples(magnetometer, measured)

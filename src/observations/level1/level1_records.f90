@@ -1,0 +1,329 @@
+!> The records of a Level-1 file in memory: all of them, or those within some spans of time; all fields, or
+!> those asked for; in order of time, each epoch once.
+!>
+!>     type(level1_records_t) :: acc
+!>     call read_level1('ACC1A_2023-06-01_C_04.txt', acc, error, fields=[character(16) :: 'lin_accl_x', 'qualflg'], &
+!>                      spans=reshape([738849600.0_dp, 738849660.0_dp], [2, 1]))
+!>     call acc%times_since(738849600_i8, t)          ! s, to the microsecond of the tag
+!>     x = acc%values(:, acc%field_of('lin_accl_x'))  ! m/s^2, in the axes of the file
+module gracecg_observations_level1_records
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, fail, fail_unknown_name
+    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_observations_level1_products, only: level1_layout_t
+    use gracecg_observations_level1_header, only: level1_header_t
+    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
+    implicit none
+    private
+    public :: level1_records_t, read_level1
+
+    type :: level1_records_t
+        !! Records in order of time
+        character(:), allocatable :: path               !! Of the file
+        type(level1_header_t) :: header                 !! What the header says
+        type(level1_layout_t) :: layout                 !! All fields of the product
+        character(1) :: satellite = ''                  !! A to D, by the records; blank when there is none
+        character(1) :: time_ref = ''                   !! R or G, by the records; blank when they do not say
+        integer :: count = 0                            !! Records
+        character(16), allocatable :: fields(:)         !! The names of the columns of `values`
+        integer(i8), allocatable :: seconds(:)          !! Whole seconds of the tags, past 2000-01-01 12:00
+        real(dp), allocatable :: fraction(:)            !! The rest of the tags, s, 0 <= fraction < 1
+        real(dp), allocatable :: values(:, :)           !! Record, field; NaN: not in that record
+        integer(i8) :: outside = 0                      !! Records outside of the spans, left out
+        integer :: duplicates = 0                       !! Records left out because their epoch came twice
+        integer :: unsorted = 0                         !! Records that came before an earlier one
+        type(string_t), allocatable :: warnings(:)      !! What is unusual, but no failure
+    contains
+        procedure :: field_of => column_of_field        !! The column of a field
+        procedure :: times_since                        !! Time tags from an epoch
+        procedure :: drop => drop_records               !! Leaves records out
+    end type level1_records_t
+
+contains
+
+    !> Reads a file. Of equal epochs of one series (head, gyro, tank) the first record stays; of clocks and
+    !> calibration histories (QSA1B, VCM1B, ...) the last. Fails when the file cannot be read, a record is
+    !> broken, satellites or time frames are mixed, or a field is not of the product.
+    subroutine read_level1(path, records, error, fields, spans, most)
+        character(*), intent(in) :: path                        !! Of the file
+        type(level1_records_t), intent(out) :: records
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: fields(:)         !! Their names; without them: all
+        real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
+        integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
+
+        type(level1_reader_t) :: reader
+        type(level1_block_t) :: block
+        real(dp), allocatable :: series(:)
+        integer, allocatable :: position(:)
+        integer :: i
+        logical :: sorted
+
+        call reader%open(path, error)
+        if (allocated(error)) return
+        records%path = trim(path)
+        records%header = reader%header
+        records%layout = reader%layout
+        call choose_fields(reader%layout, path, records%fields, position, error, fields)
+        if (allocated(error)) return
+        call reserve(records, series, 4096)
+        sorted = .true.
+        do
+            call reader%next(block, error)
+            if (allocated(error)) return
+            if (block%count == 0) exit
+            do i = 1, block%count
+                if (present(spans)) then
+                    if (.not. within(block%seconds(i) + block%fraction(i), spans)) then
+                        records%outside = records%outside + 1
+                        cycle
+                    end if
+                end if
+                if (records%count == size(records%seconds)) call reserve(records, series, 2*records%count)
+                records%count = records%count + 1
+                associate (n => records%count)
+                    records%seconds(n) = block%seconds(i)
+                    records%fraction(n) = block%fraction(i)
+                    records%values(n, :) = block%values(i, position)
+                    series(n) = 0
+                    if (reader%layout%series > 0) series(n) = block%values(i, reader%layout%series)
+                    if (n > 1) then
+                        if (is_before(records%seconds(n), records%fraction(n), records%seconds(n - 1), &
+                                      records%fraction(n - 1))) records%unsorted = records%unsorted + 1
+                    end if
+                end associate
+            end do
+            if (present(most)) then
+                if (records%count >= most) exit
+            end if
+        end do
+        records%satellite = reader%satellite
+        records%time_ref = reader%time_ref
+        records%warnings = reader%warnings
+        if (reader%of_other_satellites > 0) then
+            call fail(error, records%path//': '//integer_text(reader%of_other_satellites)//' of '// &
+                      integer_text(reader%records)//' records are of another satellite than '//reader%satellite// &
+                      ', that of the first; use one file a satellite')
+        else if (reader%of_other_time > 0) then
+            call fail(error, records%path//': '//integer_text(reader%of_other_time)//' of '// &
+                      integer_text(reader%records)//' records have another time frame than '//reader%time_ref// &
+                      ', that of the first')
+        end if
+        if (allocated(error)) return
+        call shrink(records, series)
+        if (records%unsorted > 0) call sort(records, series)
+        call drop_duplicates(records, series)
+        if (records%unsorted > 0) &
+            call note(records, integer_text(records%unsorted)//' records came before an earlier one: they are sorted')
+        if (records%duplicates > 0 .and. .not. records%layout%keeps_last) &
+            call note(records, integer_text(records%duplicates)//' records have an epoch that came before: the first '// &
+                      'of equal epochs is kept')
+    end subroutine read_level1
+
+    subroutine note(records, text)
+        type(level1_records_t), intent(inout) :: records
+        character(*), intent(in) :: text
+
+        call append(records%warnings, text)
+    end subroutine note
+
+    !> The positions of the wanted fields.
+    subroutine choose_fields(layout, path, names, position, error, fields)
+        type(level1_layout_t), intent(in) :: layout
+        character(*), intent(in) :: path
+        character(16), allocatable, intent(out) :: names(:)
+        integer, allocatable, intent(out) :: position(:)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: fields(:)
+
+        integer :: i
+
+        if (.not. present(fields)) then
+            position = [(i, i=1, size(layout%fields))]
+            names = layout%fields%name
+            return
+        end if
+        allocate (position(size(fields)), names(size(fields)))
+        do i = 1, size(fields)
+            position(i) = layout%field_of(trim(fields(i)))
+            if (position(i) > 0) then
+                names(i) = layout%fields(position(i))%name
+            else
+                call fail_unknown_name(error, trim(path)//': field of '//layout%product, trim(fields(i)), &
+                                       layout%fields%name)
+                return
+            end if
+        end do
+    end subroutine choose_fields
+
+    !> Room for so many records; what is there stays.
+    subroutine reserve(records, series, room)
+        type(level1_records_t), intent(inout) :: records
+        real(dp), allocatable, intent(inout) :: series(:)
+        integer, intent(in) :: room
+
+        real(dp), allocatable :: values(:, :), fraction(:), more(:)
+        integer(i8), allocatable :: seconds(:)
+        integer :: n
+
+        n = records%count
+        allocate (seconds(room), fraction(room), more(room), values(room, size(records%fields)))
+        if (n > 0) then
+            seconds(:n) = records%seconds(:n)
+            fraction(:n) = records%fraction(:n)
+            more(:n) = series(:n)
+            values(:n, :) = records%values(:n, :)
+        end if
+        call move_alloc(seconds, records%seconds)
+        call move_alloc(fraction, records%fraction)
+        call move_alloc(more, series)
+        call move_alloc(values, records%values)
+    end subroutine reserve
+
+    !> Takes the room that is not used away.
+    subroutine shrink(records, series)
+        type(level1_records_t), intent(inout) :: records
+        real(dp), allocatable, intent(inout) :: series(:)
+
+        call reserve(records, series, records%count)
+    end subroutine shrink
+
+    pure logical function within(time, spans)
+        real(dp), intent(in) :: time, spans(:, :)
+
+        within = any(time >= spans(1, :) .and. time <= spans(2, :))
+    end function within
+
+    pure logical function is_before(second, fraction, other_second, other_fraction)
+        integer(i8), intent(in) :: second, other_second
+        real(dp), intent(in) :: fraction, other_fraction
+
+        is_before = second < other_second .or. (second == other_second .and. fraction < other_fraction)
+    end function is_before
+
+    !> Order of time; records of equal epochs stay in theirs (a merge sort).
+    subroutine sort(records, series)
+        type(level1_records_t), intent(inout) :: records
+        real(dp), intent(inout) :: series(:)
+
+        integer :: order(records%count), merged(records%count)
+        integer :: width, first, middle, last, i, j, k, n
+
+        n = records%count
+        order = [(i, i=1, n)]
+        width = 1
+        do while (width < n)
+            do first = 1, n, 2*width
+                middle = min(first + width - 1, n)
+                last = min(first + 2*width - 1, n)
+                i = first
+                j = middle + 1
+                do k = first, last
+                    if (i > middle) then
+                        merged(k) = order(j)
+                        j = j + 1
+                    else if (j > last) then
+                        merged(k) = order(i)
+                        i = i + 1
+                    else if (is_before(records%seconds(order(j)), records%fraction(order(j)), &
+                                       records%seconds(order(i)), records%fraction(order(i)))) then
+                        merged(k) = order(j)
+                        j = j + 1
+                    else
+                        merged(k) = order(i)
+                        i = i + 1
+                    end if
+                end do
+            end do
+            order = merged
+            if (width > n/2) exit
+            width = 2*width
+        end do
+        call take(records, order)
+        series = series(order)
+    end subroutine sort
+
+    !> The records of these numbers, in their order.
+    subroutine take(records, order)
+        type(level1_records_t), intent(inout) :: records
+        integer, intent(in) :: order(:)
+
+        integer :: i
+        real(dp), allocatable :: values(:, :)
+
+        records%seconds = records%seconds(order)
+        records%fraction = records%fraction(order)
+        allocate (values(size(order), size(records%fields)))
+        do i = 1, size(records%fields)
+            values(:, i) = records%values(order, i)
+        end do
+        call move_alloc(values, records%values)
+        records%count = size(order)
+    end subroutine take
+
+    !> Of records of one series with equal epochs one stays.
+    subroutine drop_duplicates(records, series)
+        type(level1_records_t), intent(inout) :: records
+        real(dp), intent(in) :: series(:)
+
+        logical :: stays(records%count)
+        integer :: first, i, k
+
+        stays = .true.
+        first = 1
+        do i = 2, records%count
+            if (is_before(records%seconds(first), records%fraction(first), records%seconds(i), records%fraction(i))) &
+                first = i
+            do k = first, i - 1
+                if (.not. stays(k) .or. abs(series(k) - series(i)) > 0) cycle
+                if (records%layout%keeps_last) then
+                    stays(k) = .false.
+                else
+                    stays(i) = .false.
+                    exit
+                end if
+            end do
+        end do
+        records%duplicates = count(.not. stays)
+        if (records%duplicates > 0) call records%drop(.not. stays)
+    end subroutine drop_duplicates
+
+    !> Leaves records out.
+    subroutine drop_records(self, unwanted)
+        class(level1_records_t), intent(inout) :: self
+        logical, intent(in) :: unwanted(:)  !! As many as records
+
+        integer :: i
+
+        call take(self, pack([(i, i=1, self%count)], .not. unwanted))
+    end subroutine drop_records
+
+    !> The column of a field in `values`; 0 when it is not there.
+    pure integer function column_of_field(self, name) result(column)
+        class(level1_records_t), intent(in) :: self
+        character(*), intent(in) :: name    !! As in the table of level1_products
+
+        integer :: position
+
+        do column = 1, size(self%fields)
+            if (self%fields(column) == name) return
+        end do
+        position = self%layout%field_of(name)
+        if (position > 0) then
+            do column = 1, size(self%fields)
+                if (self%fields(column) == self%layout%fields(position)%name) return
+            end do
+        end if
+        column = 0
+    end function column_of_field
+
+    !> Time tags in s since a whole second past 2000-01-01 12:00, in the time frame of the file: exact to rounding
+    !> within some years.
+    subroutine times_since(self, epoch, times)
+        class(level1_records_t), intent(in) :: self
+        integer(i8), intent(in) :: epoch                    !! s past 2000-01-01 12:00
+        real(dp), allocatable, intent(out) :: times(:)      !! s, one a record
+
+        times = real(self%seconds - epoch, dp) + self%fraction
+    end subroutine times_since
+end module gracecg_observations_level1_records
