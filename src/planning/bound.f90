@@ -15,7 +15,9 @@ module gracecg_planning_bound
         FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
-        information_matrix, asked_parameters
+        information_matrix, asked_parameters, estimated_parameters
+    use gracecg_estimation_belief_report, only: belief_report_t
+    use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
@@ -24,7 +26,7 @@ module gracecg_planning_bound
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
-    public :: case_bound_t, bound_of_case, SOURCES, OPERATOR_PLACES
+    public :: case_bound_t, bound_of_case, reliability_of_case, SOURCES, OPERATOR_PLACES
 
     character(18), parameter :: SOURCES(5) = [character(18) :: 'scale factors', 'rod gain', &
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
@@ -66,6 +68,42 @@ contains
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
+    !> How far what an operator believes could be wrong in a case without `optimal` seeing it, and what that would do
+    !> to the offset: minimal detectable values and effects. Fails as bound_of_case does.
+    subroutine reliability_of_case(case, options, report, error)
+        type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(out) :: report    !! Its scores and states mean nothing: there are no data
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(whitened_problem_t) :: problem
+        type(fitting_data_t) :: data
+
+        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                           magnetometer_bias=.false.), simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call preprocess(observations, options, data, error)
+        if (allocated(error)) return
+        call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), problem)
+        call start_at_truth(simulator, problem)
+        call set_noise(problem, error)
+        if (allocated(error)) return
+        call test_beliefs(observations%knowledge, options, problem, report, error)
+    end subroutine reliability_of_case
+
+    !> Puts a problem at the true state.
+    subroutine start_at_truth(simulator, problem)
+        type(simulator_t), intent(in) :: simulator
+        type(whitened_problem_t), intent(inout) :: problem
+
+        problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
+        problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
+        problem%state%value(OFFSET) = simulator%case%satellite%offset
+    end subroutine start_at_truth
+
     subroutine bound_at_truth(simulator, observations, options, bound, error)
         type(simulator_t), intent(in) :: simulator
         type(observation_set_t), intent(in) :: observations
@@ -93,9 +131,7 @@ contains
         estimated = asked_parameters(options%optimal)
         call find_considered(estimated, considered, source)
         call prepare_calibration(observations%knowledge, options, data, [estimated, considered], problem)
-        problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
-        problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
-        problem%state%value(OFFSET) = simulator%case%satellite%offset
+        call start_at_truth(simulator, problem)
         call set_noise(problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)

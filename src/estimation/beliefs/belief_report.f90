@@ -78,6 +78,7 @@ module gracecg_estimation_belief_report
     contains
         procedure :: undetected     !! The largest undetected effect on each component
         procedure :: has_contradiction  !! Is any belief contradicted?
+        procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
         procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
     end type belief_report_t
@@ -207,6 +208,14 @@ contains
                 effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
         end do
     end function undetected
+
+    pure integer function how_many(self, state) result(number)
+        class(belief_report_t), intent(in) :: self
+        integer, intent(in), optional :: state      !! One of the three; absent: all
+
+        number = size(self%values) + size(self%noises)
+        if (present(state)) number = count(self%values%state == state) + count(self%noises%state == state)
+    end function how_many
 
     pure logical function is_untested(self)
         class(belief_report_t), intent(in) :: self
