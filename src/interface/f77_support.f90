@@ -5,7 +5,8 @@ module gracecg_interface_f77_support
     use gracecg_base_kinds, only: dp
     use gracecg_interface_c_support, only: c_error_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
         STATUS_NOT_CONVERGED, free_object, start, raise
-    use gracecg_interface_c_estimation, only: c_solution_t, c_beliefs_t, c_test_beliefs, c_estimate, c_observations_counts, create_observations, &
+    use gracecg_interface_c_estimation, only: c_solution_t, c_beliefs_t, c_test_beliefs, &
+        c_estimate, c_observations_counts, create_observations, &
         setup_with_moments
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
         c_design_t, c_design_manoeuvre, c_rod_t, c_case_rods, c_map

@@ -31,7 +31,8 @@ module test_physical_model
                                                 spread(1e-2_dp, 1, 3), 1e-2_dp, spread(1e-7_dp, 1, 3), &
                                                 spread(1e-8_dp, 1, 3), 1e-6_dp, &
                                                 spread(1e-2_dp, 1, 6), &
-                                                spread(1e-5_dp, 1, 3)]
+                                                spread(1e-5_dp, 1, 3), spread(1e-8_dp, 1, 12), &
+                                                spread(1e-3_dp, 1, 2), spread(1e-6_dp, 1, 2)]
 
 contains
 
