@@ -518,6 +518,22 @@ typedef struct gracecg_beliefs {
 gracecg_status gracecg_test_beliefs(const char *algorithm, const gracecg_observations *observations,
                                     gracecg_beliefs *beliefs, char *text, size_t size, gracecg_error *error);
 
+/* One offset from several observation sets, by the algorithm optimal with the options of each; scale factors, rod gain,
+   magnetometer bias and inertia are one for all. */
+typedef struct gracecg_joint {
+    double offset[3];           /* of the time of the last run, body axes, m */
+    double covariance[3][3];    /* m^2 */
+    double chi_square;          /* of all differences between the runs */
+    double probability;         /* that chance makes so much */
+    int32_t degrees;            /* of freedom of chi_square */
+    int32_t consistent;         /* 1: the runs agree on one offset, 0: they do not */
+} gracecg_joint;
+
+/* observations[count] are handles. difference[count][3] and difference_sigma[count][3], each or NULL, receive each run
+   alone minus all others, and its standard deviation if they agree, m. */
+gracecg_status gracecg_estimate_joint(gracecg_observations **observations, size_t count, gracecg_joint *joint,
+                                      double *difference, double *difference_sigma, gracecg_error *error);
+
 /* ------------------------------------------------------------------ the limit of an estimate */
 
 /* The least covariance of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the

@@ -116,6 +116,13 @@ module gracecg
     use gracecg_estimation_running_estimate, only: running_estimate_t
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
+    use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
+    use gracecg_estimation_offset_change, only: offset_change_t, read_changes
+    use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
+        history_point_t, trace_offset
+    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_estimation_saved_estimate, only: read_information, dated_offset_t, read_offsets
     ! The limit of an estimate, and the planner
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_from_text, calibration_text
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
@@ -186,6 +193,10 @@ module gracecg
             calibration_text
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
+    public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
+    public :: estimate_runs, run_information_t, read_information
+    public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
+    public :: new_tank_series, offset_history_t, history_point_t, trace_offset
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES
     public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre

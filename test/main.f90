@@ -35,6 +35,7 @@ program tester
     use test_level1_writer, only: collect_level1_writer
     use test_level1_time, only: collect_level1_time
     use test_level1_check, only: collect_level1_check
+    use test_level1_estimate, only: collect_level1_estimate
     use test_level1_fuzz, only: collect_level1_fuzz
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
@@ -66,7 +67,9 @@ program tester
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
     use test_beliefs_of_operator, only: collect_beliefs
+    use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
+    use test_programme, only: collect_programme
     use test_bound, only: collect_bound, collect_optimal_monte_carlo
     use test_campaign, only: collect_campaign
     use test_knowledge_errors, only: collect_knowledge_errors
@@ -136,6 +139,7 @@ program tester
              new_testsuite('level1-writer', collect_level1_writer), &
              new_testsuite('level1-time', collect_level1_time), &
              new_testsuite('level1-check', collect_level1_check), &
+             new_testsuite('level1-estimate', collect_level1_estimate), &
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
@@ -167,7 +171,9 @@ program tester
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('beliefs', collect_beliefs), &
+             new_testsuite('joint', collect_joint), &
              new_testsuite('bound', collect_bound), &
+             new_testsuite('programme', collect_programme), &
              new_testsuite('bound-command', collect_bound_command), &
              new_testsuite('optimal-monte-carlo', collect_optimal_monte_carlo), &
              new_testsuite('campaign', collect_campaign), &

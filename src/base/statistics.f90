@@ -1,9 +1,9 @@
-!> The median of numbers, how an RMS scatters, and quantiles of the normal distribution.
+!> The median of numbers, how an RMS scatters, quantiles of the normal and tails of the chi-square distribution.
 module gracecg_base_statistics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: median_of, sampling_error, normal_quantile
+    public :: median_of, sampling_error, normal_quantile, chi_square_tail
 
 contains
 
@@ -37,6 +37,27 @@ contains
         end if
         if (probability < 0.5_dp) z = -z
     end function normal_quantile
+
+    !> The probability that a chi-square variable exceeds a value: from one degree of freedom, erfc(sqrt(x/2)), or two,
+    !> exp(-x/2), upwards by Q(k + 2) = Q(k) + (x/2)^(k/2) exp(-x/2)/Gamma(k/2 + 1).
+    pure real(dp) function chi_square_tail(x, degrees) result(tail)
+        real(dp), intent(in) :: x           !! The value
+        integer, intent(in) :: degrees      !! Of freedom, at least one
+
+        integer :: k
+
+        tail = 1
+        if (.not. x > 0) return
+        if (mod(degrees, 2) == 1) then
+            tail = erfc(sqrt(x/2))
+        else
+            tail = exp(-x/2)
+        end if
+        do k = merge(1, 2, mod(degrees, 2) == 1), degrees - 2, 2
+            tail = tail + exp(k/2.0_dp*log(x/2) - x/2 - log_gamma(k/2.0_dp + 1))
+        end do
+        tail = min(1.0_dp, tail)
+    end function chi_square_tail
 
     !> The median: the mean of the middle two of an even number.
     pure real(dp) function median_of(values) result(median)

@@ -6,9 +6,12 @@ module gracecg_cli_bound
     use gracecg_base_progress, only: tell
     use gracecg_base_text, only: join, integer_text, rounded_text
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, SOURCES
+    use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_estimation_belief, only: BELIEFS
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
+    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
@@ -38,9 +41,11 @@ contains
                                 'direction; and what is added by scale factors, rod gain, magnetometer bias, '// &
                                 'inertia and unmodelled torque that are known only within the limits of the '// &
                                 'group `a_priori` of the case file (consider covariance).', &
-                                'gracecg bound front-1 back-1')
+                                'gracecg bound front-1 back-1'//new_line('a')//'gracecg bound front-2 front-3 --joint')
         call add_cases_option(arguments, 'all, the six built-in cases')
         call add_format_option(arguments)
+        call arguments%add_option('--joint', '', 'also of all cases together, as calibrations of one offset: what one joint '// &
+                                  'estimate could reach')
         call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
                                   '`optimal` from observations without noise, and compare')
         call arguments%add_option('--seed', 'S', 'of the draws (default 1)')
@@ -92,8 +97,56 @@ contains
             end associate
         end do
         call results%end()
-        call results%publish(table, console, error)
+        if (arguments%has('--joint')) call add_joint_bound(calibrations, table, console, results, error)
+        if (.not. allocated(error)) call results%publish(table, console, error)
     end subroutine run_bound
+
+    !> The bound of all cases together: by noise alone, and with what is estimated beside the offset, one value for all.
+    subroutine add_joint_bound(calibrations, table, console, results, error)
+        type(calibration_t), intent(in) :: calibrations(:)
+        type(data_table_t), intent(inout) :: table
+        type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+
+        type(run_information_t) :: information(size(calibrations))
+        type(joint_solution_t) :: all_estimated, noise
+        type(joint_options_t) :: shared
+        character(120) :: line
+        real(dp) :: values(3), directions(3, 3)
+        integer :: i
+
+        do i = 1, size(calibrations)
+            call information_of_case(calibrations(i)%case, calibrations(i)%options, information(i), error)
+            if (allocated(error)) return
+        end do
+        call estimate_jointly(information, shared, all_estimated, error)
+        if (allocated(error)) return
+        do i = 1, size(information)
+            information(i)%estimated = .false.
+        end do
+        call estimate_jointly(information, shared, noise, error)
+        if (.not. allocated(error)) call symmetric_eigen(all_estimated%covariance, values, directions, error)
+        if (allocated(error)) return
+        call console%line('')
+        call console%line('all of them together, mm')
+        write (line, '(a27, 3f12.5)') 'noise alone                ', (sqrt(noise%covariance(i, i))/MILLIMETRE, i=1, 3)
+        call console%line(trim(line))
+        if (any(all_estimated%parameter_sigma > 0)) then
+            write (line, '(a27, 3f12.5)') 'with what is estimated, too', &
+                (sqrt(all_estimated%covariance(i, i))/MILLIMETRE, i=1, 3)
+            call console%line(trim(line))
+        end if
+        call results%begin('joint')
+        call results%member('noise_alone_mm', [(sqrt(noise%covariance(i, i))/MILLIMETRE, i=1, 3)])
+        call results%member('sigma_mm', [(sqrt(all_estimated%covariance(i, i))/MILLIMETRE, i=1, 3)])
+        call results%end()
+        call table%add('joint')
+        call table%add([[(sqrt(all_estimated%covariance(i, i)), i=1, 3), sqrt(values(3))]/MILLIMETRE, directions(:, 3)])
+        do i = 1, 3
+            call table%add_nothing()
+        end do
+    end subroutine add_joint_bound
 
     subroutine print_text(calibration, bound, console)
         type(calibration_t), intent(in) :: calibration

@@ -18,6 +18,7 @@ module gracecg_cli_command_line
     use gracecg_cli_errors, only: declare_errors, run_errors
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
     use gracecg_cli_statements, only: declare_statements, run_statements
+    use gracecg_cli_history, only: declare_history, run_history
     use gracecg_cli_trim, only: declare_trim, run_trim
     use gracecg_cli_timing, only: declare_timing, run_timing
     use gracecg_cli_report, only: declare_report, run_report
@@ -29,6 +30,7 @@ module gracecg_cli_command_line
     use gracecg_cli_level1, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
         declare_level1_convert, run_level1_convert
     use gracecg_cli_level1_check, only: declare_level1_check, run_level1_check
+    use gracecg_cli_level1_estimate, only: declare_level1_estimate, run_level1_estimate
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -63,6 +65,7 @@ contains
                       declare_magnetometer_loss, run_magnetometer_loss), &
             command_t('statements', 'what CSR-TM-00-01 states without a table or figure, examined', &
                       declare_statements, run_statements), &
+            command_t('history', 'the CG offset over months and years', declare_history, run_history), &
             command_t('trim', 'calibrates and moves masses until the offset is small', &
                       declare_trim, run_trim), &
             command_t('timing', 'the best time for a calibration: Figures 6.1 and 6.4', &
@@ -88,6 +91,8 @@ contains
                       declare_level1_dump, run_level1_dump), &
             command_t('level1 check', 'a day of Level-1 data in numbers, with a verdict each', &
                       declare_level1_check, run_level1_check), &
+            command_t('level1 estimate', 'the CG offset from Level-1 files of a manoeuvre', &
+                      declare_level1_estimate, run_level1_estimate), &
             command_t('level1 convert', 'Level-1 text as binary, binary as text', &
                       declare_level1_convert, run_level1_convert)]
     end function all_commands

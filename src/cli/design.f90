@@ -14,6 +14,8 @@ module gracecg_cli_design
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
+    use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
+    use gracecg_cli_programme, only: show_programme, put_programme
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
     use gracecg_planning_scan, only: rods_at_place
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
@@ -36,6 +38,7 @@ module gracecg_cli_design
     type :: request_t
         type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
+        integer :: manoeuvres = 0           !! Of a programme; 0: none is asked for
         character(:), allocatable :: out, map
     end type request_t
 
@@ -85,6 +88,8 @@ contains
         call arguments%add_option('--revolutions', 'N', 'of the map, and of --anywhere and --everywhere '// &
                                   '(default 1; 15 are a day)')
         call arguments%add_option('--step', 'S', 'whole seconds from place to place of the map (default 60)')
+        call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many flights of the manoeuvre at the places '// &
+                                  'of the map, together')
         call arguments%add_option('--out', 'FILE', 'the case with the best manoeuvre')
         call arguments%add_option('--map', 'FILE', 'CSV file of the manoeuvre at all places')
         call add_format_option(arguments)
@@ -102,6 +107,9 @@ contains
         type(calibration_t) :: calibration
         type(plan_t) :: plan
         type(map_point_t), allocatable :: points(:)
+        type(candidate_t), allocatable :: candidates(:)
+        type(programme_t) :: programme
+        integer :: i
 
         call read_request(arguments, request, misuse)
         call take_format(arguments, console, misuse)
@@ -120,7 +128,15 @@ contains
         call map_places(request, plan, points, error, console)
         if (allocated(error)) return
         call show(request, plan, points, console)
-        call publish(plan, points, console, error)
+        if (request%manoeuvres > 0) then
+            allocate (candidates(size(points)))
+            do i = 1, size(points)
+                candidates(i) = candidate_of_point(points(i), plan%arc%knowledge%duration)
+            end do
+            call best_programme(candidates, request%manoeuvres, programme)
+            call show_programme(candidates, programme, 0.0_dp, console)
+        end if
+        call publish(plan, points, candidates, programme, console, error)
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
@@ -170,6 +186,7 @@ contains
         call arguments%get('--revolutions', request%plan%revolutions, misuse, default=1, low=1, &
                            high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, default=60, low=1, high=3600)
+        call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
         call arguments%get('--out', request%out, misuse, default='')
         call arguments%get('--map', request%map, misuse, default='')
         call check_combination(arguments, misuse)
@@ -255,7 +272,7 @@ contains
         real(dp), allocatable :: times(:)
 
         times = [plan%time]
-        if (request%map /= '' .or. request%plan%place == EVERYWHERE) &
+        if (request%map /= '' .or. request%plan%place == EVERYWHERE .or. request%manoeuvres > 0) &
             times = [times, times_along(plan%orbit, real(request%map_step, dp))]
         call map_manoeuvre(plan%arc, plan%orbit, times, plan%design%rods, request%plan%settings%threads, points, &
                            error, console)
@@ -423,9 +440,11 @@ contains
     end function quality_table
 
     !> The plan as CSV or JSON.
-    subroutine publish(plan, points, console, error)
+    subroutine publish(plan, points, candidates, programme, console, error)
         type(plan_t), intent(in) :: plan
         type(map_point_t), intent(in) :: points(:)      !! The place of the manoeuvre, then the map
+        type(candidate_t), allocatable, intent(in) :: candidates(:)     !! Of a programme; not allocated: none was asked for
+        type(programme_t), intent(in) :: programme
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -462,6 +481,7 @@ contains
         call results%end()
         map = quality_table(points(2:), plan%calibration%case, .false.)
         call map%to_json(results, 'map')
+        if (allocated(candidates)) call put_programme(candidates, programme, results)
         call results%publish(quality_table(points(:1), plan%calibration%case, .true.), console, error)
     end subroutine publish
 

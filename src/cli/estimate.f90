@@ -13,6 +13,7 @@ module gracecg_cli_estimate
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
+    use gracecg_cli_joint, only: declare_joint_options, joint_option_given, run_joint
     use gracecg_cli_running_file, only: write_running_estimate
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -22,19 +23,25 @@ module gracecg_cli_estimate
     private
     public :: declare_estimate, run_estimate
 
+    integer, parameter :: MOST_RUNS = 1000
+
 contains
 
     !> Arguments and help of `gracecg estimate`.
     subroutine declare_estimate(arguments)
         type(arguments_t), intent(inout) :: arguments
 
-        call arguments%describe('estimate', 'DIR', 1, 1, &
+        call arguments%describe('estimate', 'RUN ...', 1, MOST_RUNS, &
                                 'Estimates the offset of the centre of gravity, from the '// &
                                 'centre of mass to the proof-mass centre in body axes, from '// &
-                                'the observation set in DIR. The exit status is 1 when the '// &
-                                'estimate does not converge.', &
+                                'the observation set in the folder RUN. The exit status is 1 when the '// &
+                                'estimate does not converge. Of several runs, folders or estimates '// &
+                                'saved with --format json, one offset with --algorithm optimal, and '// &
+                                'whether they agree.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
-                                'gracecg estimate run1 --algorithm assest-fde --report run1.html')
+                                'gracecg estimate run1 --algorithm assest-fde --report run1.html'//new_line('a')// &
+                                'gracecg simulate front-3 --out run3'//new_line('a')// &
+                                'gracecg estimate run1 run3 --algorithm optimal')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true., choices=ESTIMATOR_NAMES)
         call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
                                   'guesses, what else to estimate (default: what the algorithm needs no telling)')
@@ -45,6 +52,7 @@ contains
                                   'into the folder FILE_files')
         call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
                                   'sequential alone has one')
+        call declare_joint_options(arguments)
     end subroutine declare_estimate
 
     function algorithm_help() result(text)
@@ -77,7 +85,15 @@ contains
         call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
                        ' estimates from all samples at once and has no running estimate; use --algorithm '// &
                        'sequential', misuse)
+        call refuse_if(arguments%positional_count() == 1 .and. joint_option_given(arguments) /= '', &
+                       trim(joint_option_given(arguments))//' is for several runs', misuse)
+        call refuse_if(arguments%positional_count() > 1 .and. (algorithm /= 'optimal' .or. page /= ''), &
+                       'several runs are estimated with --algorithm optimal, without --report', misuse)
         if (allocated(misuse)) return
+        if (arguments%positional_count() > 1) then
+            call run_joint(arguments, options_file, console, misuse, error)
+            return
+        end if
 
         call check_writable(page, error)
         if (.not. allocated(error)) call check_writable(running_file, error)
@@ -153,6 +169,7 @@ contains
         if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
         if (allocated(error)) return
         options%history = verbose
+        options%information = console%format == 'json'
         if (recorded) then
             call estimate_offset(algorithm, observations, options, solution, error, record=record)
         else

@@ -12,6 +12,7 @@ module gracecg_cli_estimate_results
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
         say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
+    use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
         STATE_DRIFT, STATE_BIAS, STATE_RATE, STATE_ATTITUDE
     use gracecg_cli_console, only: console_t
@@ -278,6 +279,7 @@ contains
         call results%member('case', trim(knowledge%name))
         call results%member('observations', folder)
         call results%member('epoch_utc', utc_text(knowledge%epoch))
+        call results%member('offset_m', solution%offset)
         call results%begin('covariance')
         call results%member('names', STATE_NAMES)
         call results%member('units', STATE_UNITS)
@@ -306,6 +308,7 @@ contains
             call results%end()
         end if
         if (allocated(solution%beliefs)) call put_beliefs(solution%beliefs, results)
+        if (allocated(solution%information)) call put_information(solution%information, results)
         if (allocated(solution%history)) then
             call results%begin_array('history')
             do i = 1, size(solution%history)

@@ -1,18 +1,24 @@
 !> gracecg timing: the best time for a calibration, Figures 6.1 and 6.4 of CSR-TM-00-01.
 module gracecg_cli_timing
-    use gracecg_base_error, only: error_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_progress, only: tell
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: integer_text, string_t, split
+    use gracecg_files_value, only: real_from_text
     use gracecg_environment_time, only: utc_plus, utc_text
     use gracecg_spacecraft_torque_rods, only: PATTERN_RULES
+    use gracecg_planning_programme, only: candidate_t, programme_t, candidates_along, best_programme, &
+        shortest_programme, MOST_MANOEUVRES
     use gracecg_planning_scan, only: x_is_weakest
     use gracecg_studies_timing, only: timing_study_t, study_timing, best_places, places_table, write_places
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_one_calibration
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_programme, only: show_programme, put_programme
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -20,6 +26,15 @@ module gracecg_cli_timing
 
     character(5), parameter :: SATELLITES(2) = [character(5) :: 'front', 'back']
     integer, parameter :: DEFAULT_STEP = 10, LONGEST_STEP = 600     !! s
+
+    !> A programme that is asked for, and what was found.
+    type :: request_t
+        integer :: manoeuvres = 0               !! 0: none
+        real(dp) :: wanted = 0                  !! Largest sigma, m; 0: as good as can be
+        real(dp), allocatable :: lengths(:)     !! s
+        type(candidate_t), allocatable :: candidates(:)
+        type(programme_t) :: programme
+    end type request_t
 
 contains
 
@@ -33,7 +48,8 @@ contains
                                 'the geomagnetic field in body axes (Figure 6.1 of CSR-TM-00-01), the '// &
                                 'amplitude of the angular acceleration that the rods give (Figure 6.4) '// &
                                 'and the predicted standard deviation of the CG offset.', &
-                                'gracecg timing front-1 --step 60 --out timing.csv')
+                                'gracecg timing front-1 --step 60 --out timing.csv'//new_line('a')// &
+                                'gracecg timing front-1 --step 120 --manoeuvres 2 --lengths 60,120')
         call add_cases_option(arguments, 'front-1', single=.true.)
         call arguments%add_option('--satellite', 'NAME', 'front or back: the orbit of its case 1, where no CASE is named', &
                                   choices=SATELLITES)
@@ -42,6 +58,9 @@ contains
         call arguments%add_option('--step', 'S', 'whole seconds from place to place (default 10)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for all places')
+        call arguments%add_option('--manoeuvres', 'N', 'the best programme of so many manoeuvres together, at these places')
+        call arguments%add_option('--wanted-mm', 'MM', 'of --manoeuvres: the fewest, up to N, whose largest sigma is this')
+        call arguments%add_option('--lengths', 'LIST', 'of --manoeuvres: arcs to choose from, s (default: that of the case)')
         call add_format_option(arguments)
         call add_options_option(arguments)
     end subroutine declare_timing
@@ -55,6 +74,7 @@ contains
         type(timing_study_t) :: study
         type(calibration_t) :: calibration
         character(:), allocatable :: satellite, pattern, path
+        type(request_t) :: request
         integer :: step, threads
 
         call arguments%get('--satellite', satellite, misuse, default='front', choices=SATELLITES)
@@ -63,6 +83,7 @@ contains
         call arguments%get('--out', path, misuse, default='')
         call take_format(arguments, console, misuse)
         call arguments%get_threads(threads, misuse)
+        call read_request(arguments, request, misuse)
         call refuse_if(arguments%has('--satellite') .and. (arguments%positional_count() > 0 .or. arguments%has('--cases')), &
                        'option --satellite and a CASE exclude each other: a case names its satellite', misuse)
         if (allocated(misuse)) return
@@ -76,15 +97,68 @@ contains
         call show_heading(study, console)
         call show_table(study, console)
         call show_weakest_x(study, step, console)
-        call publish(study, step, console, error)
+        if (request%manoeuvres > 0) call plan_programme(study, request, threads, console, error)
+        if (allocated(error)) return
+        call publish(study, step, request, console, error)
         if (allocated(error)) return
         if (path /= '') call write_places(path, 'timing', study%case, study%places, error)
     end subroutine run_timing
 
+    !> What is asked of a programme.
+    subroutine read_request(arguments, request, misuse)
+        type(arguments_t), intent(in) :: arguments
+        type(request_t), intent(out) :: request
+        type(error_t), allocatable, intent(inout) :: misuse
+
+        type(string_t), allocatable :: words(:)
+        character(:), allocatable :: list, problem
+        integer :: i
+
+        call arguments%get('--manoeuvres', request%manoeuvres, misuse, default=0, low=1, high=MOST_MANOEUVRES)
+        call arguments%get('--wanted-mm', request%wanted, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
+        request%wanted = request%wanted*MILLIMETRE
+        call arguments%get('--lengths', list, misuse, default='')
+        call refuse_if(request%manoeuvres == 0 .and. (request%wanted > 0 .or. list /= ''), &
+                       '--wanted-mm and --lengths belong to --manoeuvres N', misuse)
+        allocate (request%lengths(0))
+        if (allocated(misuse) .or. list == '') return
+        words = split(list, ',')
+        deallocate (request%lengths)
+        allocate (request%lengths(size(words)))
+        do i = 1, size(words)
+            call real_from_text(words(i)%text, request%lengths(i), problem, 6.0_dp, 3600.0_dp, 's')
+            if (.not. allocated(problem)) cycle
+            call fail(misuse, '--lengths: '//problem)
+            return
+        end do
+    end subroutine read_request
+
+    !> The best programme from all places.
+    subroutine plan_programme(study, request, threads, console, error)
+        type(timing_study_t), intent(in) :: study
+        type(request_t), intent(inout) :: request
+        integer, intent(in) :: threads
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: error
+
+        if (size(request%lengths) == 0) request%lengths = [study%case%duration]
+        call tell(console, 'information of the manoeuvres')
+        call candidates_along(study%case, study%orbit, real(study%places%time, dp), request%lengths, threads, &
+                              request%candidates, error, console)
+        if (allocated(error)) return
+        if (request%wanted > 0) then
+            call shortest_programme(request%candidates, request%manoeuvres, request%wanted, request%programme)
+        else
+            call best_programme(request%candidates, request%manoeuvres, request%programme)
+        end if
+        call show_programme(request%candidates, request%programme, request%wanted, console)
+    end subroutine plan_programme
+
     !> All places as CSV or JSON.
-    subroutine publish(study, step, console, error)
+    subroutine publish(study, step, request, console, error)
         type(timing_study_t), intent(in) :: study
         integer, intent(in) :: step             !! s
+        type(request_t), intent(in) :: request
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
@@ -112,6 +186,7 @@ contains
         end associate
         call results%end()
         call results%member('weakest_about_x_s', count(x_is_weakest(study%places))*step)
+        if (request%manoeuvres > 0) call put_programme(request%candidates, request%programme, results)
         call results%publish(places_table(study%places, study%case%epoch), console, error)
     end subroutine publish
 

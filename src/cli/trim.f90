@@ -50,6 +50,8 @@ contains
                                   'axis, standard deviation (default 0.01)')
         call arguments%add_option('--balance-noise-mm', 'MM', 'absolute error of the mass balancing of each '// &
                                   'axis, standard deviation (default 0)')
+        call arguments%add_option('--alone', '', 'each calibration alone, the earlier ones forgotten (default: all rounds '// &
+                                  'count, with what was moved between and its error)')
         call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')// &
                                   ' (default assest-fde)', choices=ESTIMATOR_NAMES)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
@@ -169,6 +171,7 @@ contains
         call arguments%get('--seed', settings%seed, misuse, default=DEFAULT%seed)
         settings%threshold = threshold*MILLIMETRE
         settings%by_sigma = .not. arguments%has('--threshold-mm')
+        settings%joint = .not. arguments%has('--alone')
         settings%balance_noise = noise*MILLIMETRE
     end subroutine read_settings
 
@@ -298,6 +301,7 @@ contains
             call results%member('threshold_mm', settings%threshold/MILLIMETRE)
         end if
         call results%member('balance_error', settings%balance_error)
+        call results%member('all_rounds_count', settings%joint)
         call results%member('balance_noise_mm', settings%balance_noise/MILLIMETRE)
         call results%publish(table, console, error)
     end subroutine publish

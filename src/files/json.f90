@@ -7,10 +7,10 @@ module gracecg_files_json
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, real_text
+    use gracecg_base_text, only: string_t, append, integer_text, real_text, parse_real
     implicit none
     private
-    public :: json_writer_t, read_json_list
+    public :: json_writer_t, read_json_list, read_json_numbers, read_json_text
 
     integer, parameter :: DEEPEST = 16          !! Objects and arrays within each other
     integer, parameter :: INDENT = 2            !! Blanks a level
@@ -366,6 +366,161 @@ contains
         end do
         ok = .true.
     end subroutine read_json_list
+
+    !> All numbers of a member, row by row where it is an array of arrays. Not ok: there is no such member, or it holds
+    !> something else.
+    subroutine read_json_numbers(text, path, values, ok)
+        character(*), intent(in) :: text        !! A JSON text
+        character(*), intent(in) :: path        !! Keys from the outermost object on, with points: 'noise.level'
+        real(dp), allocatable, intent(out) :: values(:)
+        logical, intent(out) :: ok              !! There are such numbers
+
+        real(dp), allocatable :: grown(:)
+        real(dp) :: value
+        integer :: position, first, last, start, count
+
+        allocate (values(16))
+        count = 0
+        call find_json_member(text, path, first, last, ok)
+        position = first
+        do while (ok .and. position <= last)
+            if (index(SPACES//'[],', text(position:position)) > 0) then
+                position = position + 1
+                cycle
+            end if
+            start = position
+            do while (position <= last)
+                if (index(SPACES//'[],', text(position:position)) > 0) exit
+                position = position + 1
+            end do
+            call parse_real(text(start:position - 1), value, ok)
+            if (.not. ok) exit
+            if (count == size(values)) then
+                allocate (grown(2*count))
+                grown(:count) = values
+                call move_alloc(grown, values)
+            end if
+            count = count + 1
+            values(count) = value
+        end do
+        values = values(:count)
+        ok = ok .and. count > 0
+    end subroutine read_json_numbers
+
+    !> The text of a member. Not ok: there is no such member, or it is no text.
+    subroutine read_json_text(text, path, value, ok)
+        character(*), intent(in) :: text        !! A JSON text
+        character(*), intent(in) :: path        !! As of read_json_numbers
+        character(:), allocatable, intent(out) :: value
+        logical, intent(out) :: ok              !! There is such a text
+
+        integer :: first, last
+
+        value = ''
+        call find_json_member(text, path, first, last, ok)
+        if (ok) call read_quoted(text, first, value, ok)
+    end subroutine read_json_text
+
+    !> Where the value of a member stands.
+    subroutine find_json_member(text, path, first, last, ok)
+        character(*), intent(in) :: text, path
+        integer, intent(out) :: first, last     !! In the text
+        logical, intent(out) :: ok              !! There is such a member
+
+        integer :: start, dot, begin, end
+
+        first = 1
+        last = len(text)
+        start = 1
+        do
+            dot = start - 1 + index(path(start:)//'.', '.')
+            call find_key(text(first:last), path(start:dot - 1), begin, end, ok)
+            if (.not. ok) return
+            last = first - 1 + end
+            first = first - 1 + begin
+            if (dot > len(path)) return
+            start = dot + 1
+        end do
+    end subroutine find_json_member
+
+    !> Where the value of a key of an object stands.
+    subroutine find_key(text, key, first, last, ok)
+        character(*), intent(in) :: text        !! The object
+        character(*), intent(in) :: key
+        integer, intent(out) :: first, last     !! In the text
+        logical, intent(out) :: ok              !! There is such a key
+
+        character(:), allocatable :: found
+
+        ok = .false.
+        last = 0
+        first = 1
+        call skip_spaces(text, first)
+        if (.not. follows('{')) return
+        do
+            call skip_spaces(text, first)
+            if (first > len(text)) return
+            call read_quoted(text, first, found, ok)
+            if (.not. ok) return
+            ok = .false.
+            call skip_spaces(text, first)
+            if (.not. follows(':')) return
+            call skip_spaces(text, first)
+            last = end_of_value(text, first)
+            if (last > len(text) .or. last < first) return
+            ok = found == key
+            if (ok) return
+            first = last + 1
+            call skip_spaces(text, first)
+            if (.not. follows(',')) return
+        end do
+
+    contains
+
+        !> Passes a character that must come next.
+        logical function follows(character)
+            character(1), intent(in) :: character
+
+            follows = .false.
+            if (first <= len(text)) follows = text(first:first) == character
+            first = first + 1
+        end function follows
+    end subroutine find_key
+
+    !> The last character of the value that begins at a place; beyond the text if it does not end.
+    integer function end_of_value(text, first) result(last)
+        character(*), intent(in) :: text
+        integer, intent(in) :: first
+
+        character(:), allocatable :: piece
+        integer :: depth, behind
+        logical :: ok
+
+        depth = 0
+        last = first
+        do while (last <= len(text))
+            select case (text(last:last))
+            case (QUOTE)
+                behind = last
+                call read_quoted(text, behind, piece, ok)
+                last = behind - 1
+                if (.not. ok) last = len(text)
+                if (ok .and. depth == 0) return
+            case ('{', '[')
+                depth = depth + 1
+            case ('}', ']')
+                depth = depth - 1
+                if (depth == 0) return
+            case (',')
+                if (depth == 0) depth = -1
+            end select
+            if (depth < 0) then     ! the number or word before has ended
+                last = last - 1
+                return
+            end if
+            last = last + 1
+        end do
+    end function end_of_value
 
     pure subroutine skip_spaces(text, position)
         character(*), intent(in) :: text

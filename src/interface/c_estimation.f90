@@ -22,7 +22,7 @@ module gracecg_interface_c_estimation
     use gracecg_interface_c_dynamics, only: case_object_t
     implicit none
     private
-    public :: c_samples_t, c_solution_t, c_beliefs_t, c_test_beliefs, create_observations
+    public :: c_samples_t, c_solution_t, c_beliefs_t, c_test_beliefs, create_observations, observations_object_t
     public :: c_simulator_open, c_simulator_free, c_simulator_truth
     public :: c_setup_read, c_setup_parse, c_setup_free, c_setup_text, c_setup_measured, setup_with_moments
     public :: c_observations_create, c_observations_read, c_observations_write, c_observations_simulate
@@ -96,7 +96,7 @@ module gracecg_interface_c_estimation
     end type setup_object_t
 
     type, extends(object_t) :: observations_object_t
-        type(observation_set_t) :: set
+        type(observation_set_t) :: set                  !! The samples, and what the operator knows
         type(estimation_options_t) :: options       !! How to estimate from it
     end type observations_object_t
 

@@ -14,6 +14,8 @@ module gracecg_planning_bound
     use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, OFFSET, RATE, SCALE_FACTORS, ROD_GAIN, &
         FIELD_BIAS, INERTIA, TORQUE_CHANGE, a_priori_sigmas
     use gracecg_estimation_physical_model, only: model_state_t
+    use gracecg_estimation_gather_information, only: gather_information
+    use gracecg_estimation_run_information, only: run_information_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
         information_matrix, asked_parameters, estimated_parameters
     use gracecg_estimation_belief_report, only: belief_report_t
@@ -26,7 +28,7 @@ module gracecg_planning_bound
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
-    public :: case_bound_t, bound_of_case, reliability_of_case, SOURCES, OPERATOR_PLACES
+    public :: case_bound_t, bound_of_case, information_of_case, reliability_of_case, SOURCES, OPERATOR_PLACES
 
     character(18), parameter :: SOURCES(5) = [character(18) :: 'scale factors', 'rod gain', &
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
@@ -68,6 +70,28 @@ contains
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
 
+    !> The information of a case at its true state about what several calibrations share: its joint estimate with others
+    !> has the joint bound as its covariance. Fails as bound_of_case.
+    subroutine information_of_case(case, options, information, error)
+        type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
+        type(run_information_t), intent(out) :: information
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(whitened_problem_t) :: problem
+
+        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                           magnetometer_bias=.false.), simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call prepare_at_truth(simulator, observations, options, asked_parameters(options%optimal), problem, error)
+        if (.not. allocated(error)) &
+            call gather_information(observations%knowledge, options, problem, information, error)
+        call add_context(error, 'case '//trim(case%name))
+    end subroutine information_of_case
+
     !> How far what an operator believes could be wrong in a case without `optimal` seeing it, and what that would do
     !> to the offset: minimal detectable values and effects. Fails as bound_of_case does.
     subroutine reliability_of_case(case, options, report, error)
@@ -79,44 +103,26 @@ contains
         type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(whitened_problem_t) :: problem
-        type(fitting_data_t) :: data
 
         call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
                                                            magnetometer_bias=.false.), simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call preprocess(observations, options, data, error)
-        if (allocated(error)) return
-        call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), problem)
-        call start_at_truth(simulator, problem)
-        call set_noise(problem, error)
-        if (allocated(error)) return
-        call test_beliefs(observations%knowledge, options, problem, report, error)
+        call prepare_at_truth(simulator, observations, options, estimated_parameters(options%optimal), problem, error)
+        if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
+        call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case
 
-    !> Puts a problem at the true state.
-    subroutine start_at_truth(simulator, problem)
-        type(simulator_t), intent(in) :: simulator
-        type(whitened_problem_t), intent(inout) :: problem
-
-        problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
-        problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
-        problem%state%value(OFFSET) = simulator%case%satellite%offset
-    end subroutine start_at_truth
-
-    subroutine bound_at_truth(simulator, observations, options, bound, error)
+    !> The problem of some parameters at the true state. Fails when the rods are off, or an instrument has no noise.
+    subroutine prepare_at_truth(simulator, observations, options, parameters, problem, error)
         type(simulator_t), intent(in) :: simulator
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
-        type(case_bound_t), intent(inout) :: bound
+        integer, intent(in) :: parameters(:)
+        type(whitened_problem_t), intent(out) :: problem
         type(error_t), allocatable, intent(out) :: error
 
-        type(whitened_problem_t) :: problem
         type(fitting_data_t) :: data
-        integer, allocatable :: estimated(:), considered(:), source(:)
-        real(dp) :: sigma(PARAMETERS)
-        real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
-        integer :: i
 
         call preprocess(observations, options, data, error)
         if (allocated(error)) return
@@ -128,11 +134,29 @@ contains
                       'give catalogue_noise or measurement_noise')
         end if
         if (allocated(error)) return
+        call prepare_calibration(observations%knowledge, options, data, parameters, problem)
+        problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
+        problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
+        problem%state%value(OFFSET) = simulator%case%satellite%offset
+        call set_noise(problem, error)
+    end subroutine prepare_at_truth
+
+    subroutine bound_at_truth(simulator, observations, options, bound, error)
+        type(simulator_t), intent(in) :: simulator
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(case_bound_t), intent(inout) :: bound
+        type(error_t), allocatable, intent(out) :: error
+
+        type(whitened_problem_t) :: problem
+        integer, allocatable :: estimated(:), considered(:), source(:)
+        real(dp) :: sigma(PARAMETERS)
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+        integer :: i
+
         estimated = asked_parameters(options%optimal)
         call find_considered(estimated, considered, source)
-        call prepare_calibration(observations%knowledge, options, data, [estimated, considered], problem)
-        call start_at_truth(simulator, problem)
-        call set_noise(problem, error)
+        call prepare_at_truth(simulator, observations, options, [estimated, considered], problem, error)
         if (allocated(error)) return
         call information_matrix(problem, information, rhs, residuals)
         sigma = a_priori_sigmas(observations%knowledge)

@@ -1,6 +1,9 @@
 !> Step 5 of CSR-TM-00-01 section 5.1, which the report did not simulate: adjust the CG offset by the
 !> estimate, and calibrate again until the estimate is small.
 !>
+!> A round uses all earlier ones: what they say of the offset, less what was moved, with the error of moving it,
+!> is what is known before the new calibration, and both are joined by their covariances.
+!>
 !> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
 !> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
 module gracecg_studies_trim
@@ -8,6 +11,7 @@ module gracecg_studies_trim
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text
     use gracecg_base_progress, only: progress_t, expect_pieces, piece_done
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
@@ -33,14 +37,16 @@ module gracecg_studies_trim
         integer :: rounds = 10                  !! At most
         real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
         real(dp) :: balance_noise = 0           !! Absolute, m
+        logical :: joint = .true.               !! Earlier rounds count, too; else each alone
         integer(i8) :: seed = 1                     !! Of the random numbers; the run is the round
     end type trim_settings_t
 
     !> One calibration of the trim; body axes, m.
     type :: trim_round_t
         real(dp) :: offset(3)       !! True d
-        real(dp) :: estimate(3)     !! Of d
+        real(dp) :: estimate(3)     !! Of d, from all rounds so far
         real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
+        real(dp) :: covariance(3, 3)    !! The same, m^2
     end type trim_round_t
 
     !> One round of many trims; RMS over the runs, body axes, m.
@@ -149,6 +155,8 @@ contains
                 call add_context(error, 'round '//integer_text(i))
                 return
             end if
+            if (settings%joint .and. i > 1) call join_earlier(rounds(i - 1), settings, latest, error)
+            if (allocated(error)) return
             rounds = [rounds, latest]
             call piece_done(progress)
             if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
@@ -192,8 +200,34 @@ contains
         end if
         latest%offset = case%satellite%offset
         latest%estimate = solution%offset
+        latest%covariance = solution%covariance
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end subroutine calibrate
+
+    !> Joins a round with what is known before it: the offset that was estimated has been moved away, so that 0 is
+    !> expected, with the covariance of that estimate and of the movement. With P of what is expected and R of the round
+    !> alone, P (P + R)^-1 of the round's estimate remains, with the covariance P (P + R)^-1 R.
+    subroutine join_earlier(before, settings, latest, error)
+        type(trim_round_t), intent(in) :: before
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), intent(inout) :: latest
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: expected(3, 3), inverse(3, 3), gain(3, 3), unused(3), condition
+        integer :: i
+
+        expected = before%covariance
+        do i = 1, 3
+            expected(i, i) = expected(i, i) + (settings%balance_error*before%estimate(i))**2 + settings%balance_noise**2
+        end do
+        call solve_normal_equations(expected + latest%covariance, [0.0_dp, 0.0_dp, 0.0_dp], unused, inverse, condition, error)
+        if (allocated(error)) return
+        gain = matmul(expected, inverse)
+        latest%estimate = matmul(gain, latest%estimate)
+        latest%covariance = matmul(gain, latest%covariance)
+        latest%covariance = (latest%covariance + transpose(latest%covariance))/2
+        latest%sigma = [(sqrt(latest%covariance(i, i)), i=1, 3)]
+    end subroutine join_earlier
 
     !> What the mass balancing makes of a wanted change of d.
     function mass_balance(case, settings, round, wanted) result(done)

@@ -29,7 +29,7 @@ module c_library
     public :: gracecg_force_model_evaluate, gracecg_force_model_torques, gracecg_force_model_rate
     public :: gracecg_force_model_propagate, gracecg_force_model_propagate_nadir
     public :: gracecg_simulator_open, gracecg_simulator_free, gracecg_simulator_truth
-    public :: gracecg_setup_measured
+    public :: gracecg_setup_measured, gracecg_estimate_joint, joint_struct
     public :: gracecg_setup_read, gracecg_setup_parse, gracecg_setup_free, gracecg_setup_text
     public :: gracecg_observations_create, gracecg_observations_read, gracecg_observations_write
     public :: gracecg_observations_simulate, gracecg_observations_free, gracecg_observations_setup
@@ -42,6 +42,11 @@ module c_library
         integer(c_int32_t) :: status = -1
         character(kind=c_char) :: message(1020) = '?'
     end type error_struct
+
+    type, bind(c) :: joint_struct
+        real(c_double) :: offset(3) = -1, covariance(3, 3) = -1, chi_square = -1, probability = -1
+        integer(c_int32_t) :: degrees = -1, consistent = -1
+    end type joint_struct
 
     type, bind(c) :: utc_struct
         integer(c_int32_t) :: mjd = 0
@@ -888,6 +893,17 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_estimate
+
+        function gracecg_estimate_joint(observations, count, joint, difference, difference_sigma, error) &
+            result(status) bind(c, name='gracecg_estimate_joint')
+            import :: c_double, c_int, c_intptr_t, c_size_t, error_struct, joint_struct
+            integer(c_intptr_t), intent(inout), optional :: observations(*)
+            integer(c_size_t), intent(in), value :: count
+            type(joint_struct), intent(inout), optional :: joint
+            real(c_double), intent(inout), optional :: difference(3, *), difference_sigma(3, *)
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_estimate_joint
 
     end interface
 

@@ -19,6 +19,7 @@ module test_c_interface
         LIBRARY_VERSION, rotation_z, rotation_matrix, quaternion_product, conjugate_quaternion, &
         STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE, moment_series_t, new_moment_series, take_measured_moments, &
         dipole_moment
+    use gracecg, only: joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
@@ -55,6 +56,7 @@ contains
                     new_unittest('propagation', test_propagation), &
                     new_unittest('truth', test_truth), &
                     new_unittest('estimate-as-in-fortran', test_estimate), &
+                    new_unittest('joint-estimate-as-in-fortran', test_joint_estimate), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
                     new_unittest('options', test_options), &
@@ -784,6 +786,48 @@ contains
         end do
         status = gracecg_observations_free(observations)
     end subroutine test_estimate
+
+    subroutine test_joint_estimate(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(7), parameter :: NAMES(2) = ['front-2', 'front-3']
+        type(error_struct) :: failure
+        type(joint_struct) :: joint
+        type(joint_run_t) :: runs(2)
+        type(joint_solution_t) :: expected
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations(2)
+        real(dp) :: difference(3, 2), difference_sigma(3, 2)
+        integer(c_int) :: status
+        integer :: i
+
+        do i = 1, 2
+            call simulate(NAMES(i), 5, 2, observations(i), status, failure)
+            call check_ok(error, status, failure)
+            if (allocated(error)) return
+            call find_case(NAMES(i), case, problem)
+            call new_simulator(case, simulator, problem)
+            call observe(simulator, 5, 2, set, problem)
+            call run_from_observations(set, report_options(NAMES(i)), runs(i), problem)
+        end do
+        call estimate_runs(runs, joint_options_t(), expected, problem)
+        status = gracecg_estimate_joint(observations, 2_c_size_t, joint, difference, difference_sigma, failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [joint%offset, joint%covariance, joint%chi_square, joint%probability], &
+                         [expected%offset, expected%covariance, expected%statistic, expected%probability], 'joint')
+        call check_equal(error, [difference(:, 2), difference_sigma(:, 1)], &
+                         [expected%runs(2)%difference, expected%runs(1)%difference_sigma], 'differences')
+        if (allocated(error)) return
+        call check(error, joint%degrees == 3 .and. joint%consistent == 1, 'agreement')
+        status = gracecg_estimate_joint(observations, 0_c_size_t, joint, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'at least one')
+        do i = 1, 2
+            status = gracecg_observations_free(observations(i))
+        end do
+    end subroutine test_joint_estimate
 
     !> What was taken out of a set makes the same set again: same estimate, bit by bit. With gaps there
     !> are warnings.

@@ -141,6 +141,10 @@ contains
         if (.not. allocated(error)) call check_length(error, 'THR1B', 179)
         if (.not. allocated(error)) call check_length(error, 'USO1B', 31)
         if (.not. allocated(error)) call check_length(error, 'VKB1B', 38)
+        call level1_layout('AHK1A', .true., layout, failure)
+        if (.not. allocated(error)) call check(error, layout%field_of('TSU_Y+'), layout%field_of('tesu'))
+        if (.not. allocated(error)) call check(error, layout%field_of('Sync_Qual'), layout%field_of('Mhz_count'))
+        if (.not. allocated(error)) call check(error, layout%field_of('TSU_X'), 0)
         call level1_layout('ACC1C', .false., layout, failure)
         if (.not. allocated(error)) &
             call check_fails(error, message_of(failure), [character(20) :: '"ACC1C"', 'ACC1A'])
@@ -469,6 +473,12 @@ contains
         if (.not. allocated(error)) &
             call check_fails(error, join(padded(records%warnings), '; '), [character(60) :: &
                              'name of the file says IMU1A, its header IMU1B', 'time frame R is unusual for IMU1B'])
+        if (.not. allocated(error)) &
+            call read_content(error, 'ACT1B_2020-02-01_D_04.txt', cards('1', 'GRACE D', '1')// &
+                              '633798000 D 1 2 3 0 0 0 0 0 0 00000000'//LF, records, failure)
+        if (.not. allocated(error)) call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) &
+            call check_fails(error, join(padded(records%warnings), '; '), [character(60) :: 'is that of C transplanted'])
     end subroutine test_warnings
 
     subroutine check_refused(error, name, content, parts)

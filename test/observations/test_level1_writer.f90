@@ -165,7 +165,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(5), allocatable :: names(:)
-        character(1), parameter :: SATELLITE(2) = ['A', 'D']
+        character(1), parameter :: SATELLITE(2) = ['A', 'C']
         type(level1_layout_t) :: layout
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: warnings(:)

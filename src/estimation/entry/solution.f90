@@ -6,6 +6,7 @@ module gracecg_estimation_solution
     use gracecg_base_quaternion, only: rate_matrix
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
+    use gracecg_estimation_run_information, only: run_information_t
     implicit none
     private
     public :: solution_t, estimated_parameter_t, store_offset, has_attitude, quaternion_sigmas, state_sigmas
@@ -69,6 +70,8 @@ module gracecg_estimation_solution
         !! What the data say of the operator's beliefs; allocated where options%covariance asks for checks
         type(iteration_t), allocatable :: history(:)
         !! Every iteration, if the options ask for it
+        type(run_information_t), allocatable :: information
+        !! For a joint estimate of several runs: of `optimal`, if the options ask for it
         type(running_estimate_t), allocatable :: running
         !! The estimate on the way, of an estimator that filters
     end type solution_t

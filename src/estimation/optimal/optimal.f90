@@ -22,6 +22,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
     use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
+    use gracecg_estimation_gather_information, only: gather_information
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_fit_record, only: fit_record_t, record_samples, record_covariance, NOISE_SOURCES, &
         STAR_CAMERA_NOISE, A_PRIORI_KNOWLEDGE
@@ -61,12 +62,13 @@ contains
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
-    subroutine estimate_optimal(observations, options, solution, error, record)
+    subroutine estimate_optimal(observations, options, solution, error, record, problem)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
+        type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
 
         type(whitened_problem_t) :: start
         type(fitting_data_t) :: data
@@ -94,6 +96,11 @@ contains
         end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
+        if (.not. allocated(error) .and. options%information) then
+            allocate (solution%information)
+            call gather_information(observations%knowledge, options, fit%problem, solution%information, error)
+        end if
+        if (present(problem)) problem = fit%problem
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 

@@ -71,11 +71,11 @@ module gracecg_observations_level1_products
         'tesu:f4:14 taicu:f4:15 tisu:f4:16 v15picu:f4:17 v15micu:f4:18 vr5picu:f4:19 tcicu:f4:20 v15psu:f4:21 '// &
         'v15msu:f4:22 v48psu:f4:23 v48msu:f4:24 status:q1:25 icu_blk_nr:u2:26 Tenhz_count:i1:27 Mhz_count:i4:28 '// &
         'statusflag:q4:29'
-    character(*), parameter :: AHK_GRACE_FO = FLAGGED// &
-        'TFEEU_IF:f8:0 TFEEU_REF:f8:1 TFEEU_X:f8:2 TFEEU_YZ:f8:3 analog_GND:f8:4 +3.3V:f8:5 Vp:f8:6 MES_Vd:f4:7 '// &
-        'MES_DET_X1:f4:8 MES_DET_X2:f4:9 MES_DET_X3:f4:10 MES_DET_Y1:f4:11 MES_DET_Y2:f4:12 MES_DET_Z1:f4:13 '// &
-        'TSU_Y+:f4:14 TICUN:f4:15 TSU_Y-:f4:16 TSU_Z+:f4:17 TSU_Z-:f4:18 +5V:f4:19 TICUR:f4:20 +15V:f4:21 -15V:f4:22 '// &
-        '+48V:f4:23 -48V:f4:24 status:q1:25 icu_blk_nr:u2:26 PPS_source:i1:27 Sync_Qual:i4:28 statusflag:q4:29'
+    !> What the housekeeping of GRACE-FO has for the values of ACC1A, from bit 0 on
+    character(10), parameter :: AHK_GRACE_FO(0:29) = [character(10) :: &
+        'TFEEU_IF', 'TFEEU_REF', 'TFEEU_X', 'TFEEU_YZ', 'analog_GND', '+3.3V', 'Vp', 'MES_Vd', 'MES_DET_X1', 'MES_DET_X2', &
+        'MES_DET_X3', 'MES_DET_Y1', 'MES_DET_Y2', 'MES_DET_Z1', 'TSU_Y+', 'TICUN', 'TSU_Y-', 'TSU_Z+', 'TSU_Z-', '+5V', &
+        'TICUR', '+15V', '-15V', '+48V', '-48V', 'status', 'icu_blk_nr', 'PPS_source', 'Sync_Qual', 'statusflag']
     character(*), parameter :: ACC1B = 'gps_time:i4 id:c lin_accl_x:f8 lin_accl_y:f8 lin_accl_z:f8 ang_accl_x:f8 '// &
         'ang_accl_y:f8 ang_accl_z:f8 acl_x_res:f8 acl_y_res:f8 acl_z_res:f8 qualflg:q1'
     character(*), parameter :: SCA1B = 'gps_time:i4 id:c sca_id:i1 '//ATTITUDE//'qual_rss:f8 qualflg:q1'
@@ -144,12 +144,7 @@ contains
         case ('ACC1A', 'ACT1A')
             call describe(layout, ACC1A)
         case ('AHK1A', 'AHK1B')
-            if (grace_fo) then
-                call describe(layout, AHK_GRACE_FO)
-                layout%has_binary = .false.
-            else
-                call describe(layout, ACC1A)
-            end if
+            call describe(layout, ACC1A)
             layout%series = layout%prod_flag
         case ('ACC1B', 'ACT1B')
             call describe(layout, ACC1B)
@@ -259,7 +254,7 @@ contains
     end subroutine add_field
 
     !> The position of a field; 0 when there is none of that name. The names of some headers are known too:
-    !> GRACEFO_id for id, rcvtime_frac for time_frac.
+    !> GRACEFO_id for id, rcvtime_frac for time_frac, those of GRACE-FO's housekeeping for ACC1A's of the same bit.
     pure integer function position_of_field(self, name) result(position)
         class(level1_layout_t), intent(in) :: self
         character(*), intent(in) :: name    !! As `fields%name`
@@ -270,5 +265,7 @@ contains
         position = 0
         if (name == 'GRACEFO_id' .or. name == 'GRACE_id') position = self%id
         if (name == 'rcvtime_frac') position = self%time_frac
+        if (index(self%product, 'AHK') == 1 .and. self%grace_fo .and. any(AHK_GRACE_FO == name)) &
+            position = findloc(self%fields%bit, findloc(AHK_GRACE_FO, name, 1) - 1, 1)
     end function position_of_field
 end module gracecg_observations_level1_products

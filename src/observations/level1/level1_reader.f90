@@ -31,7 +31,7 @@ module gracecg_observations_level1_reader
         satellite_of_file_name
     implicit none
     private
-    public :: level1_reader_t, level1_block_t
+    public :: level1_reader_t, level1_block_t, BLOCK_RECORDS
 
     integer, parameter :: BUFFER_BYTES = 2**21      !! Read at once; a header must fit in
     integer, parameter :: LONGEST_LINE = 16384      !! Of a text file, behind the header
@@ -772,6 +772,9 @@ contains
             if (self%of_other_time > 0) &
                 call self%warn(integer_text(self%of_other_time)//' records have another time frame than '// &
                                self%time_ref//', that of the first')
+            if (index(self%layout%product, 'ACT') == 1 .and. self%satellite == 'D') &
+                call self%warn(self%layout%product//' of satellite D is that of C transplanted, with other signs: it is no '// &
+                               'measurement of D')
             if ((self%time_ref == 'R' .and. self%layout%product(5:5) == 'B') .or. &
                 (self%time_ref == 'G' .and. self%layout%product(5:5) == 'A')) &
                 call self%warn('the time frame '//self%time_ref//' is unusual for '//self%layout%product)

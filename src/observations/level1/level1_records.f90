@@ -12,10 +12,12 @@ module gracecg_observations_level1_records
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_observations_level1_products, only: level1_layout_t
     use gracecg_observations_level1_header, only: level1_header_t
-    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
+    use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t, BLOCK_RECORDS
     implicit none
     private
     public :: level1_records_t, read_level1
+
+    integer, parameter :: LEAST_ROOM = 4096     !! Records
 
     type :: level1_records_t
         !! Records in order of time
@@ -56,8 +58,7 @@ contains
         type(level1_block_t) :: block
         real(dp), allocatable :: series(:)
         integer, allocatable :: position(:)
-        integer :: i
-        logical :: sorted
+        integer :: kept(BLOCK_RECORDS), wanted, i
 
         call reader%open(path, error)
         if (allocated(error)) return
@@ -66,33 +67,26 @@ contains
         records%layout = reader%layout
         call choose_fields(reader%layout, path, records%fields, position, error, fields)
         if (allocated(error)) return
-        call reserve(records, series, 4096)
-        sorted = .true.
+        wanted = LEAST_ROOM
+        if (.not. (present(spans) .or. present(most))) wanted = max(wanted, expected_records(path, reader%header%records))
+        call reserve(records, series, wanted)
         do
             call reader%next(block, error)
             if (allocated(error)) return
             if (block%count == 0) exit
-            do i = 1, block%count
-                if (present(spans)) then
-                    if (.not. within(block%seconds(i) + block%fraction(i), spans)) then
-                        records%outside = records%outside + 1
-                        cycle
-                    end if
-                end if
-                if (records%count == size(records%seconds)) call reserve(records, series, 2*records%count)
-                records%count = records%count + 1
-                associate (n => records%count)
-                    records%seconds(n) = block%seconds(i)
-                    records%fraction(n) = block%fraction(i)
-                    records%values(n, :) = block%values(i, position)
-                    series(n) = 0
-                    if (reader%layout%series > 0) series(n) = block%values(i, reader%layout%series)
-                    if (n > 1) then
-                        if (is_before(records%seconds(n), records%fraction(n), records%seconds(n - 1), &
-                                      records%fraction(n - 1))) records%unsorted = records%unsorted + 1
-                    end if
-                end associate
-            end do
+            wanted = block%count
+            kept(:wanted) = [(i, i=1, wanted)]
+            if (present(spans)) then
+                wanted = 0
+                do i = 1, block%count
+                    if (.not. within(block%seconds(i) + block%fraction(i), spans)) cycle
+                    wanted = wanted + 1
+                    kept(wanted) = i
+                end do
+                records%outside = records%outside + (block%count - wanted)
+                if (wanted == 0) cycle
+            end if
+            call add_records(records, series, block, kept(:wanted), position)
             if (present(most)) then
                 if (records%count >= most) exit
             end if
@@ -119,6 +113,45 @@ contains
             call note(records, integer_text(records%duplicates)//' records have an epoch that came before: the first '// &
                       'of equal epochs is kept')
     end subroutine read_level1
+
+    !> Records announced by the header, but not more than the file can have.
+    integer function expected_records(path, announced) result(n)
+        character(*), intent(in) :: path
+        integer, intent(in) :: announced
+
+        integer, parameter :: SHORTEST_RECORD = 20      ! bytes
+        integer(i8) :: bytes
+
+        inquire (file=path, size=bytes)
+        n = int(min(int(announced, i8), bytes/SHORTEST_RECORD))
+    end function expected_records
+
+    !> Puts some records of a block behind those that are there.
+    subroutine add_records(records, series, block, kept, position)
+        type(level1_records_t), intent(inout) :: records
+        real(dp), allocatable, intent(inout) :: series(:)
+        type(level1_block_t), intent(in) :: block
+        integer, intent(in) :: kept(:)      !! Their numbers in the block
+        integer, intent(in) :: position(:)  !! Fields of the block that are wanted
+
+        integer :: n, m, i
+
+        n = records%count
+        m = n + size(kept)
+        if (m > size(records%seconds)) call reserve(records, series, max(m, 2*n))
+        records%seconds(n + 1:m) = block%seconds(kept)
+        records%fraction(n + 1:m) = block%fraction(kept)
+        do i = 1, size(position)
+            records%values(n + 1:m, i) = block%values(kept, position(i))
+        end do
+        series(n + 1:m) = 0
+        if (records%layout%series > 0) series(n + 1:m) = block%values(kept, records%layout%series)
+        records%count = m
+        do i = max(2, n + 1), m
+            if (is_before(records%seconds(i), records%fraction(i), records%seconds(i - 1), records%fraction(i - 1))) &
+                records%unsorted = records%unsorted + 1
+        end do
+    end subroutine add_records
 
     subroutine note(records, text)
         type(level1_records_t), intent(inout) :: records
@@ -185,7 +218,7 @@ contains
         type(level1_records_t), intent(inout) :: records
         real(dp), allocatable, intent(inout) :: series(:)
 
-        call reserve(records, series, records%count)
+        if (size(series) > records%count) call reserve(records, series, records%count)
     end subroutine shrink
 
     pure logical function within(time, spans)

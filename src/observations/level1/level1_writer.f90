@@ -26,6 +26,8 @@ module gracecg_observations_level1_writer
 
     character(1), parameter :: LF = achar(10)
     integer, parameter :: LONGEST_RECORD = 8192     !! Characters or bytes; the longest is that of GNV1A
+    !> Text has at least 10 digits of a number of single precision (16, housekeeping 10): more than that is a loss
+    real(dp), parameter :: TEXT_DIGITS = 5e-10_dp
     !> A block number of GRACE-FO text counts on where that of binary begins anew
     integer, parameter :: BLOCK_NUMBERS = 65536
 
@@ -361,8 +363,7 @@ contains
                 return
             end if
             single = real(value, real32)
-            ! Text has 16 digits of a number of single precision: more than rounding of those is a loss.
-            if (abs(real(single, dp) - value) > 1e-15_dp*abs(value)) self%rounded(field) = self%rounded(field) + 1
+            if (abs(real(single, dp) - value) > TEXT_DIGITS*abs(value)) self%rounded(field) = self%rounded(field) + 1
             word = transfer(single, 0_i4)
         case (KIND_U2)
             word = nint(value, i8)

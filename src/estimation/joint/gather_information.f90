@@ -1,0 +1,129 @@
+!> The information of a run out of its fit.
+module gracecg_estimation_gather_information
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters
+    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT, beliefs_of
+    implicit none
+    private
+    public :: gather_information, move_joined
+
+    integer, parameter :: STEPS = 3     !! Of the parameters of the run alone, to their new best values
+
+contains
+
+    !> The information of a problem at its state. Fails when the samples do not determine the parameters of the
+    !> run alone.
+    subroutine gather_information(knowledge, options, problem, information, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        type(whitened_problem_t), intent(in) :: problem
+        type(run_information_t), intent(out) :: information
+        type(error_t), allocatable, intent(out) :: error
+
+        type(whitened_problem_t) :: wider
+        real(dp), allocatable :: own_step(:)
+
+        call widen(knowledge, options, problem, wider, error)
+        if (.not. allocated(error)) call reduce(knowledge, problem, wider, information, own_step, error)
+    end subroutine gather_information
+
+    !> Moves a problem to other values of what is joined, and all else to what then fits best: the point at which
+    !> several runs agree. Fails as gather_information does.
+    subroutine move_joined(knowledge, options, values, problem, information, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: values(JOINED_COUNT)    !! Of JOINED, SI units
+        type(whitened_problem_t), intent(inout) :: problem
+        type(run_information_t), intent(out) :: information
+        type(error_t), allocatable, intent(out) :: error
+
+        type(whitened_problem_t) :: wider
+        real(dp), allocatable :: own_step(:), correction(:)
+        integer :: i, n
+
+        call widen(knowledge, options, problem, wider, error)
+        if (allocated(error)) return
+        wider%state%value(JOINED) = values
+        do i = 0, STEPS
+            call reduce(knowledge, problem, wider, information, own_step, error)
+            if (allocated(error) .or. i == STEPS) exit
+            n = size(own_step)
+            correction = [spread(0.0_dp, 1, JOINED_COUNT), own_step]
+            call wider%correct(correction)
+        end do
+        problem%state = wider%state
+    end subroutine move_joined
+
+    !> The same problem with all of JOINED among its parameters, in front.
+    subroutine widen(knowledge, options, problem, wider, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        type(whitened_problem_t), intent(in) :: problem
+        type(whitened_problem_t), intent(out) :: wider
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        associate (estimated => problem%model%estimated)
+            call with_parameters(knowledge, options, problem, &
+                                 [JOINED, pack(estimated, [(.not. any(JOINED == estimated(i)), i=1, size(estimated))])], wider)
+        end associate
+        call set_noise(wider, error)
+    end subroutine widen
+
+    !> The normal equations of the samples, reduced by the parameters of the run alone.
+    subroutine reduce(knowledge, problem, wider, information, own_step, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(whitened_problem_t), intent(in) :: problem         !! As the run estimates it
+        type(whitened_problem_t), intent(inout) :: wider
+        type(run_information_t), intent(out) :: information
+        real(dp), allocatable, intent(out) :: own_step(:)       !! To the best values of the run's own, the others kept
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:), inverse(:, :), gain(:, :)
+        real(dp), allocatable :: sigma(:)
+        real(dp) :: condition
+        integer :: n, m, i, priors
+
+        n = size(wider%model%estimated)
+        m = wider%observations
+        allocate (partials(n, m), residuals(m), weights(m), normal(n, n), rhs(n), own_step(n - JOINED_COUNT), &
+                  inverse(n - JOINED_COUNT, n - JOINED_COUNT))
+        call wider%linearise(partials, residuals, weights, error)
+        if (allocated(error)) return
+        priors = 0
+        do i = wider%star_rows + wider%acceleration_rows + 1, m     ! the a-priori knowledge of what is joined
+            if (any(abs(partials(:JOINED_COUNT, i)) > 0)) then
+                partials(:, i) = 0
+                residuals(i) = 0
+            else
+                priors = priors + 1
+            end if
+        end do
+        call normal_equations(partials, residuals, normal, rhs)
+        associate (own => rhs(JOINED_COUNT + 1:), cross => normal(:JOINED_COUNT, JOINED_COUNT + 1:))
+            call solve_normal_equations(normal(JOINED_COUNT + 1:, JOINED_COUNT + 1:), own, own_step, inverse, condition, &
+                                        error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
+            call add_context(error, 'information of the run')
+            if (allocated(error)) return
+            gain = matmul(cross, inverse)
+            information%matrix = normal(:JOINED_COUNT, :JOINED_COUNT) - matmul(gain, transpose(cross))
+            information%matrix = (information%matrix + transpose(information%matrix))/2
+            information%rhs = rhs(:JOINED_COUNT) - matmul(gain, own)
+            information%squares = sum(residuals**2) - dot_product(own, own_step)
+        end associate
+        information%name = knowledge%name
+        information%epoch = knowledge%epoch
+        information%point = wider%state%value(JOINED)
+        information%redundancy = 3*count(wider%star_kept) + count(wider%acceleration_kept) + priors - (n - JOINED_COUNT)
+        information%estimated = [(any(problem%model%estimated == JOINED(i)), i=1, JOINED_COUNT)]
+        sigma = a_priori_sigmas(knowledge)
+        information%prior_sigma = sigma(JOINED)
+        information%belief = beliefs_of(knowledge)
+    end subroutine reduce
+end module gracecg_estimation_gather_information

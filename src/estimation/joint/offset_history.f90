@@ -1,0 +1,390 @@
+!> The offset over months and years, from the calibrations of a mission: between them it changes by what is known
+!> (masses that are moved, gas that the tanks lose) and by a random walk for what is not.
+!>
+!> With y = d less the known part of the tanks: y(t + dt) = y(t) + w, w ~ N(0, Q dt); at a movement y grows by the
+!> change, its covariance by that of the change; a calibration observes y. The Kalman filter gives the offset from what was
+!> known at a time (R. E. Kalman, J. Basic Eng. 82 (1960) 35-45), the smoother from all calibrations (H. E. Rauch,
+!> F. Tung, C. T. Striebel, AIAA J. 3 (1965) 1445-1450). When it will leave its limits is found from many futures that
+!> are drawn.
+module gracecg_estimation_offset_history
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_base_statistics, only: chi_square_tail
+    use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text
+    use gracecg_estimation_offset_change, only: offset_change_t
+    use gracecg_estimation_saved_estimate, only: dated_offset_t
+    implicit none
+    private
+    public :: history_settings_t, tank_series_t, new_tank_series, offset_history_t, history_point_t, trace_offset
+    public :: YEAR, DEFAULT_WALK
+
+    real(dp), parameter :: DAY = 86400, YEAR = 365.25_dp*DAY    !! s
+    real(dp), parameter :: DEFAULT_WALK = 10e-6_dp
+    !! What the offset changes by in a year for reasons that nobody knows, standard deviation of each axis, m: in half a
+    !! year 7 um, ten times the 0.7 um that CSR-TM-00-01 Table 1.2 has for the decrease of all mass, and a seventh of the
+    !! 46 um that it has for unequal tanks, which is known where the tanks' masses are
+    real(dp), parameter :: UNKNOWN = 1              !! Of the offset before the first calibration, m
+    real(dp), parameter :: LONGEST_FUTURE = 20*YEAR
+    integer, parameter :: STREAM_FUTURES = 31       !! Random numbers of the futures
+
+    !> How to trace the offset.
+    type :: history_settings_t
+        real(dp) :: walk(3) = DEFAULT_WALK      !! Standard deviation of the random walk in a year, m
+        real(dp) :: limit = 0.1e-3_dp           !! Of every component, m: CSR-TM-00-01 section 1.2, per half year
+        real(dp) :: risk = 0.05_dp              !! Of having left the limit, that calls for a calibration
+        real(dp) :: step = 10*DAY               !! Between the points that are given, s
+        integer :: futures = 2000               !! That are drawn
+    end type history_settings_t
+
+    !> Masses of gas in the two tanks, at times; linear between, the last rate goes on.
+    type :: tank_series_t
+        type(utc_t), allocatable :: time(:)
+        real(dp), allocatable :: shift(:, :)    !! Change of d since the first time, (3, n), m
+    end type tank_series_t
+
+    !> The offset at a time. Body axes, m.
+    type :: history_point_t
+        type(utc_t) :: time
+        logical :: is_calibration = .false.
+        real(dp) :: filtered(3) = 0             !! From the calibrations up to here
+        real(dp) :: filtered_sigma(3) = 0       !! Of it
+        real(dp) :: smoothed(3) = 0             !! From all calibrations
+        real(dp) :: smoothed_sigma(3) = 0       !! Of it
+        real(dp) :: filtered_covariance(3, 3) = 0, smoothed_covariance(3, 3) = 0    !! m^2
+    end type history_point_t
+
+    !> The whole history.
+    type :: offset_history_t
+        type(history_point_t), allocatable :: points(:)     !! From the first calibration to today, in order of time
+        type(history_point_t) :: today          !! Filtered: from all that is known
+        integer :: calibrations = 0
+        real(dp) :: statistic = 0               !! Chi square of what each calibration brought that was not expected
+        integer :: degrees = 0                  !! Of freedom: 3 for each calibration after the first
+        real(dp) :: probability = 1             !! That chance makes so much
+        logical :: leaves = .false.             !! More than half of the futures leave the limit within 20 years
+        type(utc_t) :: leaving(3)               !! When 16, 50, 84 % of the futures have left it; the end of the 20 years: later
+        type(utc_t) :: calibrate_by             !! When the risk of having left it is reached
+        real(dp) :: left_already = 0            !! Part of the futures that begin outside
+    end type offset_history_t
+
+    !> What happens at a node of the filter.
+    type :: node_t
+        real(dp) :: t = 0                       !! s from the first calibration
+        integer :: calibration = 0, change = 0  !! Numbers; 0: none
+    end type node_t
+
+contains
+
+    !> The tanks' part of the offset: d = -sum (m_i - m_i(0)) r_i/M, for the centre of mass lies millimetres from the
+    !> origin. Fails when times do not rise or a mass is negative.
+    subroutine new_tank_series(time, mass, position, satellite_mass, series, error)
+        type(utc_t), intent(in) :: time(:)
+        real(dp), intent(in) :: mass(:, :)          !! Of the gas, (2, size(time)), kg
+        real(dp), intent(in) :: position(3, 2)      !! Of the tanks, body axes, m
+        real(dp), intent(in) :: satellite_mass      !! With the gas of the first time, kg
+        type(tank_series_t), intent(out) :: series
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        if (size(time) < 2) then
+            call fail(error, 'tanks: at least two times are needed')
+            return
+        end if
+        allocate (series%shift(3, size(time)))
+        do i = 1, size(time)
+            if (.not. all(mass(:, i) >= 0) .or. .not. sum(mass(:, i)) < satellite_mass) then
+                call fail(error, 'tanks: a mass of '//trim(utc_text(time(i)))//' is negative, or more than the satellite''s')
+                return
+            else if (i > 1) then
+                if (.not. seconds_between(time(i - 1), time(i)) > 0) then
+                    call fail(error, 'tanks: times must rise, but '//trim(utc_text(time(i)))//' follows '// &
+                              trim(utc_text(time(i - 1))))
+                    return
+                end if
+            end if
+            series%shift(:, i) = -matmul(position, mass(:, i) - mass(:, 1))/(satellite_mass - sum(mass(:, 1) - mass(:, i)))
+        end do
+        series%time = time
+    end subroutine new_tank_series
+
+    !> The tanks' part at a time; 0 without tanks.
+    function tank_shift(tanks, time) result(shift)
+        type(tank_series_t), intent(in) :: tanks
+        type(utc_t), intent(in) :: time
+        real(dp) :: shift(3)
+
+        real(dp) :: u
+        integer :: i
+
+        shift = 0
+        if (.not. allocated(tanks%time)) return
+        do i = 1, size(tanks%time) - 2
+            if (seconds_between(time, tanks%time(i + 1)) > 0) exit
+        end do
+        u = seconds_between(tanks%time(i), time)/seconds_between(tanks%time(i), tanks%time(i + 1))
+        shift = tanks%shift(:, i) + u*(tanks%shift(:, i + 1) - tanks%shift(:, i))
+    end function tank_shift
+
+    !> Filter, smoother, and what the future may bring. Fails without a calibration, when today is before the last one, or
+    !> a covariance is singular.
+    subroutine trace_offset(offsets, changes, tanks, settings, history, error, today)
+        type(dated_offset_t), intent(in) :: offsets(:)      !! Of the calibrations, in any order
+        type(offset_change_t), intent(in) :: changes(:)     !! Known ones, in any order
+        type(tank_series_t), intent(in) :: tanks            !! Empty: nothing is known of them
+        type(history_settings_t), intent(in) :: settings
+        type(offset_history_t), intent(out) :: history
+        type(error_t), allocatable, intent(out) :: error
+        type(utc_t), intent(in), optional :: today          !! Absent: the time of the last calibration
+
+        type(node_t), allocatable :: nodes(:)
+        type(utc_t) :: start, end
+        integer :: i
+
+        if (size(offsets) == 0) then
+            call fail(error, 'a history needs at least one calibration')
+            return
+        end if
+        start = offsets(1)%time
+        end = start
+        do i = 2, size(offsets)
+            if (seconds_between(offsets(i)%time, start) > 0) start = offsets(i)%time
+            if (seconds_between(end, offsets(i)%time) > 0) end = offsets(i)%time
+        end do
+        if (present(today)) then
+            if (seconds_between(today, end) > 0) then
+                call fail(error, 'today, '//trim(utc_text(today))//', lies before the last calibration, '// &
+                          trim(utc_text(end)))
+                return
+            end if
+            end = today
+        end if
+        history%calibrations = size(offsets)
+        call lay_out(offsets, changes, start, seconds_between(start, end), settings%step, nodes)
+        call filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
+        if (allocated(error)) return
+        history%today = history%points(size(history%points))
+        call draw_futures(changes, tanks, settings, history)
+    end subroutine trace_offset
+
+    !> All times of interest in order; a change comes before a calibration of the same time.
+    subroutine lay_out(offsets, changes, start, length, step, nodes)
+        type(dated_offset_t), intent(in) :: offsets(:)
+        type(offset_change_t), intent(in) :: changes(:)
+        type(utc_t), intent(in) :: start
+        real(dp), intent(in) :: length, step        !! s
+        type(node_t), allocatable, intent(out) :: nodes(:)
+
+        type(node_t) :: moving
+        real(dp) :: t
+        integer :: i, k, n
+
+        n = ceiling(length/step)
+        allocate (nodes(0))
+        do i = 1, size(changes)
+            t = seconds_between(start, changes(i)%time)
+            if (t > 0 .and. t <= length) nodes = [nodes, node_t(t, change=i)]
+        end do
+        do i = 1, size(offsets)
+            nodes = [nodes, node_t(seconds_between(start, offsets(i)%time), calibration=i)]
+        end do
+        nodes = [nodes, [(node_t(min(i*step, length)), i=1, n)]]
+        do i = 2, size(nodes)       ! insertion: equal times keep their order
+            moving = nodes(i)
+            k = i - 1
+            do while (k >= 1)
+                if (.not. nodes(k)%t > moving%t) exit
+                nodes(k + 1) = nodes(k)
+                k = k - 1
+            end do
+            nodes(k + 1) = moving
+        end do
+    end subroutine lay_out
+
+    subroutine filter_and_smooth(offsets, changes, tanks, settings, start, nodes, history, error)
+        type(dated_offset_t), intent(in) :: offsets(:)
+        type(offset_change_t), intent(in) :: changes(:)
+        type(tank_series_t), intent(in) :: tanks
+        type(history_settings_t), intent(in) :: settings
+        type(utc_t), intent(in) :: start
+        type(node_t), intent(in) :: nodes(:)
+        type(offset_history_t), intent(inout) :: history
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), dimension(3, size(nodes)) :: mean, predicted_mean, smoothed, shift
+        real(dp), dimension(3, 3, size(nodes)) :: covariance, predicted, smoothed_covariance
+        real(dp) :: gain(3, 3), inverse(3, 3), p(3, 3), innovation(3), left(3), m(3)
+        type(utc_t) :: time
+        integer :: i, k, n, axis
+
+        n = size(nodes)
+        m = 0
+        p = 0
+        do axis = 1, 3
+            p(axis, axis) = UNKNOWN**2
+        end do
+        allocate (history%points(n))
+        do i = 1, n
+            time = utc_plus(start, nodes(i)%t)
+            shift(:, i) = tank_shift(tanks, time)
+            if (i > 1) then
+                do axis = 1, 3
+                    p(axis, axis) = p(axis, axis) + settings%walk(axis)**2*(nodes(i)%t - nodes(i - 1)%t)/YEAR
+                end do
+            end if
+            if (nodes(i)%change > 0) then
+                m = m + changes(nodes(i)%change)%change
+                do axis = 1, 3
+                    p(axis, axis) = p(axis, axis) + changes(nodes(i)%change)%sigma(axis)**2
+                end do
+            end if
+            predicted_mean(:, i) = m
+            predicted(:, :, i) = p
+            if (nodes(i)%calibration > 0) then
+                associate (seen => offsets(nodes(i)%calibration))
+                    innovation = seen%offset - shift(:, i) - m
+                    call invert(p + seen%covariance, inverse, error)
+                    if (allocated(error)) return
+                    if (any(nodes(:i - 1)%calibration > 0)) then
+                        history%statistic = history%statistic + dot_product(innovation, matmul(inverse, innovation))
+                        history%degrees = history%degrees + 3
+                    end if
+                    gain = matmul(p, inverse)
+                    m = m + matmul(gain, innovation)
+                    p = matmul(gain, seen%covariance)       ! P (P + R)^-1 R: no difference of large numbers
+                    p = (p + transpose(p))/2
+                end associate
+            end if
+            mean(:, i) = m
+            covariance(:, :, i) = p
+        end do
+        if (history%degrees > 0) history%probability = chi_square_tail(history%statistic, history%degrees)
+        smoothed(:, n) = mean(:, n)
+        smoothed_covariance(:, :, n) = covariance(:, :, n)
+        do i = n - 1, 1, -1
+            call invert(predicted(:, :, i + 1), inverse, error)
+            if (allocated(error)) return
+            gain = matmul(covariance(:, :, i), inverse)
+            ! the known change of the step is in the prediction
+            left = smoothed(:, i + 1) - predicted_mean(:, i + 1)
+            smoothed(:, i) = mean(:, i) + matmul(gain, left)
+            smoothed_covariance(:, :, i) = covariance(:, :, i) + matmul(gain, matmul( &
+                                           smoothed_covariance(:, :, i + 1) - predicted(:, :, i + 1), transpose(gain)))
+        end do
+        do i = 1, n
+            associate (point => history%points(i))
+                point%time = utc_plus(start, nodes(i)%t)
+                point%is_calibration = nodes(i)%calibration > 0
+                point%filtered = mean(:, i) + shift(:, i)
+                point%smoothed = smoothed(:, i) + shift(:, i)
+                point%filtered_covariance = covariance(:, :, i)
+                point%smoothed_covariance = smoothed_covariance(:, :, i)
+                point%filtered_sigma = [(sqrt(covariance(k, k, i)), k=1, 3)]
+                point%smoothed_sigma = [(sqrt(max(0.0_dp, smoothed_covariance(k, k, i))), k=1, 3)]
+            end associate
+        end do
+    end subroutine filter_and_smooth
+
+    subroutine invert(matrix, inverse, error)
+        real(dp), intent(in) :: matrix(3, 3)
+        real(dp), intent(out) :: inverse(3, 3)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: unused(3), condition
+
+        call solve_normal_equations(matrix, [0.0_dp, 0.0_dp, 0.0_dp], unused, inverse, condition, error, &
+                                    ['d_x', 'd_y', 'd_z'])
+    end subroutine invert
+
+    !> Draws futures from today on, and asks when each first leaves the limit.
+    subroutine draw_futures(changes, tanks, settings, history)
+        type(offset_change_t), intent(in) :: changes(:)
+        type(tank_series_t), intent(in) :: tanks
+        type(history_settings_t), intent(in) :: settings
+        type(offset_history_t), intent(inout) :: history
+
+        real(dp) :: step, left_at(settings%futures), factor(3, 3), y(3, settings%futures), noise(3), base(3), shift(3), t
+        type(random_stream_t) :: stream
+        type(utc_t) :: time
+        integer :: i, k, steps, change
+
+        stream = new_stream(1_i8, 0, 0, 0, STREAM_FUTURES)
+        factor = root_of(history%today%filtered_covariance)
+        base = tank_shift(tanks, history%today%time)
+        do i = 1, settings%futures
+            call stream%normals(noise)
+            y(:, i) = history%today%filtered - base + matmul(factor, noise)
+        end do
+        left_at = huge(1.0_dp)
+        step = settings%step
+        steps = int(LONGEST_FUTURE/step)
+        time = history%today%time
+        do k = 0, steps
+            t = k*step
+            time = utc_plus(history%today%time, t)
+            shift = tank_shift(tanks, time)
+            do change = 1, size(changes)
+                if (k == 0) exit
+                if (seconds_between(utc_plus(time, -step), changes(change)%time) <= 0 .or. &
+                    seconds_between(changes(change)%time, time) < 0) cycle
+                do i = 1, settings%futures
+                    call stream%normals(noise)
+                    y(:, i) = y(:, i) + changes(change)%change + changes(change)%sigma*noise
+                end do
+            end do
+            do i = 1, settings%futures
+                if (left_at(i) < huge(1.0_dp)) cycle
+                if (k > 0) then
+                    call stream%normals(noise)
+                    y(:, i) = y(:, i) + settings%walk*sqrt(step/YEAR)*noise
+                end if
+                if (any(abs(y(:, i) + shift) > settings%limit)) left_at(i) = t
+            end do
+            if (all(left_at < huge(1.0_dp))) exit
+        end do
+        history%left_already = count(left_at <= 0)/real(settings%futures, dp)
+        history%leaving = [time_of(0.16_dp), time_of(0.5_dp), time_of(0.84_dp)]
+        history%calibrate_by = time_of(settings%risk)
+        history%leaves = 2*count(left_at < huge(1.0_dp)) > settings%futures
+
+    contains
+
+        !> When a part of the futures has left.
+        type(utc_t) function time_of(part)
+            real(dp), intent(in) :: part
+
+            real(dp) :: low, high, middle
+
+            low = -step
+            high = LONGEST_FUTURE
+            do while (high - low > step/2)      ! left_at has whole steps
+                middle = (low + high)/2
+                if (count(left_at <= middle) >= part*settings%futures) then
+                    high = middle
+                else
+                    low = middle
+                end if
+            end do
+            time_of = utc_plus(history%today%time, max(0.0_dp, nint(high/step)*step))
+        end function time_of
+    end subroutine draw_futures
+
+    !> The lower triangular root of a covariance (Cholesky).
+    pure function root_of(covariance) result(factor)
+        real(dp), intent(in) :: covariance(3, 3)
+        real(dp) :: factor(3, 3)
+
+        integer :: i, j
+
+        factor = 0
+        do j = 1, 3
+            factor(j, j) = sqrt(max(0.0_dp, covariance(j, j) - sum(factor(j, :j - 1)**2)))
+            do i = j + 1, 3
+                if (factor(j, j) > 0) factor(i, j) = (covariance(i, j) - dot_product(factor(i, :j - 1), factor(j, :j - 1)))/ &
+                                                     factor(j, j)
+            end do
+        end do
+    end function root_of
+end module gracecg_estimation_offset_history

@@ -1,0 +1,59 @@
+!> What the samples of one calibration say of the offset and of what several calibrations have in common: the
+!> information about them, from which a joint estimate is made without the samples.
+!>
+!> With x the values of JOINED and x* the point about which the fit was linearised, the weighted squares of the
+!> residuals, at their least in all that belongs to the run alone, are
+!>
+!>     S(x) = squares - 2 rhs^T (x - x*) + (x - x*)^T matrix (x - x*)
+!>
+!> of the samples alone: a-priori knowledge of JOINED is not in them, so that it can be counted once.
+module gracecg_estimation_run_information
+    use gracecg_base_kinds, only: dp
+    use gracecg_environment_time, only: utc_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_parameters, only: OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA
+    implicit none
+    private
+    public :: run_information_t, JOINED, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
+    public :: beliefs_of, GROUP_OF_BELIEF
+
+    integer, parameter :: JOINED_COUNT = 16, BELIEFS_COUNT = 15
+    !> The parameters that runs can have in common, by their places among all: the offset first
+    integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
+    integer, parameter :: OFFSET_OF_JOINED(3) = [1, 2, 3]     !! Places of the offset among JOINED
+    !> Properties of the satellite, which runs share unless they are told not to
+    character(18), parameter :: SHARED_GROUPS(4) = [character(18) :: 'scale-factors', 'rod-gain', 'magnetometer-bias', &
+                                                    'inertia']
+    !> The group of each of JOINED; 0: the offset
+    integer, parameter :: GROUP_OF_JOINED(JOINED_COUNT) = [0, 0, 0, 1, 1, 1, 2, 3, 3, 3, 4, 4, 4, 4, 4, 4]
+    !> The group of each value of `beliefs_of`
+    integer, parameter :: GROUP_OF_BELIEF(BELIEFS_COUNT) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 4, 4, 4]
+
+    type :: run_information_t
+        !! Of one run
+        character(64) :: name = ''          !! Of the calibration
+        type(utc_t) :: epoch
+        real(dp) :: point(JOINED_COUNT) = 0                 !! x*, SI units
+        real(dp) :: matrix(JOINED_COUNT, JOINED_COUNT) = 0  !! Information about JOINED, inverse SI units
+        real(dp) :: rhs(JOINED_COUNT) = 0                   !! Of the normal equations at the point
+        real(dp) :: squares = 0                             !! Weighted, at the point
+        integer :: redundancy = 0           !! Observations less the parameters of the run alone
+        logical :: estimated(JOINED_COUNT) = .false.        !! In the run's own estimate
+        real(dp) :: prior_sigma(JOINED_COUNT) = 0           !! A-priori knowledge, SI units; 0: none
+        real(dp) :: belief(BELIEFS_COUNT) = 0   !! What JOINED beside the offset are errors of
+    end type run_information_t
+
+contains
+
+    !> What the operator believes of scale factors, rods' gains, magnetometer bias (T) and inertia (kg m^2: xx, yy,
+    !> zz, xy, yz, zx): runs can share errors only of the same beliefs.
+    pure function beliefs_of(knowledge) result(belief)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp) :: belief(BELIEFS_COUNT)
+
+        associate (j => knowledge%inertia)
+            belief = [knowledge%accelerometer_scale, knowledge%rods%gain, knowledge%magnetometer_bias, &
+                      j(1, 1), j(2, 2), j(3, 3), j(1, 2), j(2, 3), j(1, 3)]
+        end associate
+    end function beliefs_of
+end module gracecg_estimation_run_information

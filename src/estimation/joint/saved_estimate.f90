@@ -1,0 +1,216 @@
+!> Estimates that `gracecg estimate --format json` has written: the information of a run, and an offset with its
+!> covariance at a time.
+module gracecg_estimation_saved_estimate
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_constants, only: MILLIMETRE
+    use gracecg_environment_time, only: utc_t, parse_utc
+    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
+    use gracecg_files_table, only: table_file_t
+    use gracecg_estimation_parameters, only: PARAMETER_NAMES
+    use gracecg_estimation_offset_change, only: read_dated_rows
+    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT
+    implicit none
+    private
+    public :: put_information, read_information, information_from_json, dated_offset_t, read_offsets
+
+    character(*), parameter :: MEMBER = 'information'
+    character(11), parameter :: COLUMNS(7) = [character(11) :: 'time_utc', 'dx_mm', 'dy_mm', 'dz_mm', 'sigma_x_mm', &
+                                              'sigma_y_mm', 'sigma_z_mm']   !! Of a CSV file of offsets
+
+    type :: dated_offset_t
+        !! An offset that was estimated
+        type(utc_t) :: time
+        real(dp) :: offset(3) = 0           !! Body axes, m
+        real(dp) :: covariance(3, 3) = 0    !! m^2
+    end type dated_offset_t
+
+contains
+
+    !> Writes the information of a run as a member of an object.
+    subroutine put_information(information, writer)
+        type(run_information_t), intent(in) :: information
+        class(json_writer_t), intent(inout) :: writer
+
+        call writer%begin(MEMBER)
+        call writer%member('names', PARAMETER_NAMES(JOINED))
+        call writer%member('point', information%point)
+        call writer%member('matrix', information%matrix)
+        call writer%member('rhs', information%rhs)
+        call writer%member('squares', information%squares)
+        call writer%member('redundancy', information%redundancy)
+        call writer%member('estimated', merge(1.0_dp, 0.0_dp, information%estimated))
+        call writer%member('prior_sigma', information%prior_sigma)
+        call writer%member('beliefs', information%belief)
+        call writer%end()
+    end subroutine put_information
+
+    !> Reads the information of a run from a saved estimate. Fails when the file is none, or has no information:
+    !> only `optimal` gives it.
+    subroutine read_information(path, information, error)
+        character(*), intent(in) :: path        !! Of the JSON file
+        type(run_information_t), intent(out) :: information
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+
+        call read_text_file(path, file, error)
+        if (.not. allocated(error)) call information_from_json(file%text, information, error)
+        call add_context(error, path)
+    end subroutine read_information
+
+    !> The same from a text.
+    subroutine information_from_json(text, information, error)
+        character(*), intent(in) :: text        !! Content of such a file
+        type(run_information_t), intent(out) :: information
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: counts(1), estimated(JOINED_COUNT), squares(1)
+        real(dp) :: elements(JOINED_COUNT**2)
+        character(:), allocatable :: name
+
+        call read_estimate_head(text, information%epoch, name, error)
+        if (allocated(error)) return
+        information%name = name
+        call take('point', information%point)
+        call take('matrix', elements)
+        call take('rhs', information%rhs)
+        call take('squares', squares)
+        call take('redundancy', counts)
+        call take('estimated', estimated)
+        call take('prior_sigma', information%prior_sigma)
+        call take('beliefs', information%belief)
+        if (allocated(error)) return
+        information%matrix = reshape(elements, [JOINED_COUNT, JOINED_COUNT])
+        information%squares = squares(1)
+        information%redundancy = nint(counts(1))
+        information%estimated = estimated > 0.5_dp
+        if (maxval(abs(information%matrix - transpose(information%matrix))) > 0) &
+            call fail(error, 'the matrix of the member "'//MEMBER//'" is not symmetric')
+
+    contains
+
+        subroutine take(key, values)
+            character(*), intent(in) :: key
+            real(dp), intent(out) :: values(:)
+
+            real(dp), allocatable :: found(:)
+            logical :: ok
+
+            values = 0
+            if (allocated(error)) return
+            call read_json_numbers(text, MEMBER//'.'//key, found, ok)
+            if (ok) ok = size(found) == size(values)
+            if (ok) then
+                values = found
+            else
+                call fail(error, 'has no member "'//MEMBER//'.'//key//'": a joint estimate needs what gracecg estimate '// &
+                          '--algorithm optimal --format json writes with this version')
+            end if
+        end subroutine take
+    end subroutine information_from_json
+
+    !> Name and epoch of a saved estimate.
+    subroutine read_estimate_head(text, epoch, name, error)
+        character(*), intent(in) :: text
+        type(utc_t), intent(out) :: epoch
+        character(:), allocatable, intent(out) :: name
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: value
+        logical :: ok
+
+        call read_json_text(text, 'command', value, ok)
+        if (ok) ok = value == 'estimate'
+        if (ok) call read_json_text(text, 'epoch_utc', value, ok)
+        if (.not. ok) then
+            call fail(error, 'is no estimate: save one with gracecg estimate DIR --algorithm NAME --format json')
+            return
+        end if
+        call read_json_text(text, 'case', name, ok)
+        call parse_utc(value, epoch, error)
+    end subroutine read_estimate_head
+
+    !> Reads offsets with their times: one from a saved estimate, or all rows of a CSV file with time_utc, offset and
+    !> standard deviations in mm. Fails when the file is neither.
+    subroutine read_offsets(path, offsets, error)
+        character(*), intent(in) :: path        !! Of the file; a name that ends with .csv is that of a CSV file
+        type(dated_offset_t), allocatable, intent(out) :: offsets(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        if (index(path, '.csv', back=.true.) == len_trim(path) - 3 .and. len_trim(path) > 4) then
+            call read_csv_offsets(path, offsets, error)
+        else
+            call read_json_offset(path, offsets, error)
+        end if
+    end subroutine read_offsets
+
+    subroutine read_json_offset(path, offsets, error)
+        character(*), intent(in) :: path
+        type(dated_offset_t), allocatable, intent(out) :: offsets(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        character(:), allocatable :: name
+        real(dp), allocatable :: values(:), matrix(:)
+        logical :: ok
+        integer :: n
+
+        allocate (offsets(1))
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        call read_estimate_head(file%text, offsets(1)%time, name, error)
+        call add_context(error, path)
+        if (allocated(error)) return
+        call read_json_numbers(file%text, 'offset_m', values, ok)
+        if (ok) call read_json_numbers(file%text, 'covariance.matrix', matrix, ok)
+        n = 0
+        if (ok) n = nint(sqrt(real(size(matrix), dp)))
+        if (.not. ok .or. n < 3 .or. n**2 /= size(matrix) .or. size(values) /= 3) then
+            call fail(error, path//': has no members "offset_m" and "covariance": save the estimate with this version')
+            return
+        end if
+        offsets(1)%offset = values
+        offsets(1)%covariance = reshape([matrix(1:3), matrix(n + 1:n + 3), matrix(2*n + 1:2*n + 3)], [3, 3])
+        call check_covariance(offsets(1)%covariance, path, error)
+    end subroutine read_json_offset
+
+    subroutine read_csv_offsets(path, offsets, error)
+        character(*), intent(in) :: path
+        type(dated_offset_t), allocatable, intent(out) :: offsets(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(table_file_t) :: file
+        type(utc_t), allocatable :: time(:)
+        real(dp), allocatable :: values(:, :)
+        integer :: i, axis
+
+        call read_dated_rows(path, COLUMNS, file, time, values, error)
+        if (allocated(error)) return
+        allocate (offsets(size(time)))
+        do i = 1, size(time)
+            offsets(i)%time = time(i)
+            offsets(i)%offset = values(:3, i)*MILLIMETRE
+            do axis = 1, 3
+                if (.not. values(3 + axis, i) > 0) then
+                    call file%fail_at(i, 'column '//trim(COLUMNS(4 + axis))//': a standard deviation has to be positive', &
+                                      error)
+                    return
+                end if
+                offsets(i)%covariance(axis, axis) = (values(3 + axis, i)*MILLIMETRE)**2
+            end do
+        end do
+    end subroutine read_csv_offsets
+
+    subroutine check_covariance(covariance, path, error)
+        real(dp), intent(in) :: covariance(3, 3)
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        if (all([(covariance(i, i), i=1, 3)] > 0)) return
+        call fail(error, path//': the offset has no covariance; estimate it with noise levels in setup.nml')
+    end subroutine check_covariance
+end module gracecg_estimation_saved_estimate

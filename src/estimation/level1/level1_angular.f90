@@ -1,0 +1,391 @@
+!> The angular acceleration in the spans of a calibration, from sources that check each other: the torque of the rods,
+!> the accelerometer's angular channels (raw, or calibrated by the torque), the star cameras, the gyros.
+module gracecg_estimation_level1_angular
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_observations_level1_setup, only: level1_setup_t
+    use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, rod_accelerations, known_acceleration, &
+        slow_quantities
+    use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, remove_space, polynomial_columns
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, SPAN_MARGIN
+    use gracecg_estimation_level1_series, only: interpolate
+    implicit none
+    private
+    public :: level1_motion_t, angular_calibration_t, gyro_axes_t, rod_motion, calibrate_angular_channels, channels_at
+    public :: differentiate_attitude, fit_gyro_axes, gyro_attitude, band_columns, NUISANCE_DEGREE
+
+    integer, parameter :: NUISANCE_DEGREE = 2       !! Of the polynomial of each axis and span
+    real(dp), parameter :: HIGHEST_LINE = 0.16_dp   !! Of the attitude's fit, Hz
+    integer, parameter :: FIT_DEGREE = 5
+
+    type :: level1_motion_t
+        !! What a span's observation equations need, at the samples of the accelerometer
+        real(dp), allocatable :: current(:, :)      !! mA
+        real(dp), allocatable :: current_rate(:, :) !! mA/s
+        real(dp), allocatable :: by_rod(:, :, :)    !! Angular acceleration of each rod, gains applied: axis, rod, sample
+        real(dp), allocatable :: by_field(:, :, :)  !! Its change by 1 T in x, y, z of the field
+        real(dp), allocatable :: torque(:, :)       !! Angular acceleration by all torques, rad/s^2
+        real(dp), allocatable :: rate(:, :)         !! rad/s
+        real(dp), allocatable :: up(:, :)
+        real(dp), allocatable :: gradient(:)        !! 1/s^2
+        real(dp), allocatable :: band(:, :)         !! Orthonormal basis of the band without the polynomial: sample, column
+    end type level1_motion_t
+
+    type :: angular_calibration_t
+        !! What the angular channels are of the torque's acceleration
+        logical :: separable = .false.          !! Matrix and leakage are estimated; else one common scale
+        real(dp) :: scale(3, 3) = 0             !! S
+        real(dp) :: leakage(3, 3) = 0           !! La: axis, rod; rad/s^2/mA
+        real(dp) :: leakage_rate(3, 3) = 0      !! Ka: rad/s^2/(mA/s)
+        real(dp) :: squares = 0                 !! Of the residuals, each axis by its variance
+        real(dp) :: residual(3) = 0             !! RMS in the band, rad/s^2
+        real(dp) :: explained(3) = 0            !! Share of the variance
+        real(dp) :: common = 0                  !! The common scale
+        real(dp) :: condition = 0
+    end type angular_calibration_t
+
+    type :: gyro_axes_t
+        !! Directions of the gyros with their scales: angle = a . phi + bias
+        logical :: known = .false.
+        integer, allocatable :: gyro(:)         !! Those that see something
+        real(dp), allocatable :: axis(:, :)     !! a: (3, gyro)
+    end type gyro_axes_t
+
+contains
+
+    !> An orthonormal basis of the band at a span's samples, without its polynomial.
+    subroutine band_columns(times, band, columns)
+        real(dp), intent(in) :: times(:)            !! s
+        real(dp), intent(in) :: band(2)             !! Hz
+        real(dp), allocatable, intent(out) :: columns(:, :)
+
+        real(dp) :: polynomial(size(times), NUISANCE_DEGREE + 1)
+        real(dp), allocatable :: basis(:, :), nuisance(:, :)
+        integer :: k
+
+        call band_basis(times, band(1), band(2), basis)
+        call polynomial_columns(times, NUISANCE_DEGREE, polynomial)
+        ! The polynomial as the band sees it is estimated with the rest: what remains of the band is used.
+        nuisance = matmul(transpose(basis), polynomial)
+        call orthonormalise(nuisance)
+        allocate (columns(size(times), size(basis, 2)))
+        columns = basis
+        do k = 1, size(nuisance, 2)
+            columns = columns - matmul(reshape(matmul(basis, nuisance(:, k)), [size(times), 1]), &
+                                       reshape(nuisance(:, k), [1, size(basis, 2)]))
+        end do
+        call orthonormalise(columns)
+        if (size(columns, 2) > size(basis, 2) - size(nuisance, 2)) columns = columns(:, :size(basis, 2) - size(nuisance, 2))
+    end subroutine band_columns
+
+    !> Currents, torques and slow quantities at a span's samples, which lie `delay` behind what they show.
+    subroutine rod_motion(span, setup, drive, rods, delay, motion)
+        type(level1_span_t), intent(in) :: span
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(in) :: drive
+        type(rod_calibration_t), intent(in) :: rods
+        real(dp), intent(in) :: delay               !! Of the accelerometer, s
+        type(level1_motion_t), intent(inout) :: motion
+
+        real(dp) :: slow(10), response(3, 3), unit_field(3)
+        integer :: i, k, n
+
+        n = size(span%time)
+        if (allocated(motion%current)) then
+            if (size(motion%current, 2) /= n) deallocate (motion%current, motion%current_rate, motion%by_rod, &
+                                                         motion%by_field, motion%torque, motion%rate, motion%up, motion%gradient)
+        end if
+        if (.not. allocated(motion%current)) &
+            allocate (motion%current(3, n), motion%current_rate(3, n), motion%by_rod(3, 3, n), motion%by_field(3, 3, n), &
+                      motion%torque(3, n), motion%rate(3, n), motion%up(3, n), motion%gradient(n))
+        do i = 1, n
+            call slow_quantities(span, span%time(i) - delay, slow)
+            motion%rate(:, i) = slow(4:6)
+            motion%up(:, i) = slow(7:9)
+            motion%gradient(i) = slow(10)
+            call drive%at(span%time(i) - delay - rods%delay, motion%current(:, i), motion%current_rate(:, i))
+            response = rod_accelerations(setup, slow(1:3))
+            do k = 1, 3
+                motion%by_rod(:, k, i) = rods%gain(k)*response(:, k)*motion%current(k, i)
+            end do
+            do k = 1, 3
+                unit_field = 0
+                unit_field(k) = 1
+                motion%by_field(:, k, i) = matmul(rod_accelerations(setup, unit_field), rods%gain*motion%current(:, i))
+            end do
+            motion%torque(:, i) = sum(motion%by_rod(:, :, i), 2) + known_acceleration(setup, slow(4:6), slow(7:9), slow(10))
+        end do
+    end subroutine rod_motion
+
+    !> Matrix S and leakage of the angular channels by least squares against the torque, in the band, over all spans:
+    !> ang = S wd + La I + Ka dI/dt. Where wd and the currents cannot be told apart: one common scale.
+    subroutine calibrate_angular_channels(calibration, motion, driven, result, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_motion_t), intent(in) :: motion(:)      !! Of each span
+        logical, intent(in) :: driven(3)                    !! Rods
+        type(angular_calibration_t), intent(out) :: result
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: WORST = 1e4_dp               ! Condition number with which S and La are told apart
+        real(dp), allocatable :: rows(:, :), observed(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), scaled(:, :), &
+            values(:), vectors(:, :)
+        integer, allocatable :: number(:)
+        real(dp) :: condition, total(3), product(3), square(3), left
+        integer :: i, k, axis, m, n, first, parameters, rods
+        logical :: driven_axis(3)
+
+        number = pack([1, 2, 3], driven)
+        rods = size(number)
+        parameters = 3 + 2*rods
+        n = 0
+        do i = 1, size(motion)
+            if (calibration%spans(i)%used) n = n + size(motion(i)%band, 2)
+        end do
+        allocate (rows(parameters, n), observed(n, 3), normal(parameters, parameters), rhs(parameters), x(parameters), &
+                  covariance(parameters, parameters))
+        first = 1
+        do i = 1, size(motion)
+            if (.not. calibration%spans(i)%used) cycle
+            m = size(motion(i)%band, 2)
+            rows(1:3, first:first + m - 1) = matmul(motion(i)%torque, motion(i)%band)
+            do k = 1, rods
+                rows(3 + k, first:first + m - 1) = matmul(motion(i)%current(number(k), :), motion(i)%band)
+                rows(3 + rods + k, first:first + m - 1) = matmul(motion(i)%current_rate(number(k), :), motion(i)%band)
+            end do
+            do axis = 1, 3
+                observed(first:first + m - 1, axis) = matmul(calibration%spans(i)%angular(axis, :), motion(i)%band)
+            end do
+            first = first + m
+        end do
+        total = sum(observed**2, 1)
+        call normal_equations(rows, observed(:, 1), normal, rhs)
+        driven_axis = [(normal(k, k) > 0, k=1, 3)]
+        scaled = normal
+        do i = 1, parameters
+            do k = 1, parameters
+                if (normal(i, i) > 0 .and. normal(k, k) > 0) scaled(k, i) = normal(k, i)/sqrt(normal(i, i)*normal(k, k))
+            end do
+        end do
+        allocate (values(parameters), vectors(parameters, parameters))
+        call symmetric_eigen(scaled, values, vectors, error)
+        if (allocated(error)) return
+        result%condition = values(parameters)/max(values(1), tiny(1.0_dp))
+        result%separable = values(1) > 0 .and. result%condition < WORST .and. all(driven_axis)
+        product = [(sum(rows(axis, :)*observed(:, axis)), axis=1, 3)]
+        square = [(sum(rows(axis, :)**2), axis=1, 3)]
+        result%common = sum(product/max(total, tiny(1.0_dp)))/sum(square/max(total, tiny(1.0_dp)))
+        if (.not. result%separable) then
+            do axis = 1, 3
+                result%scale(axis, axis) = result%common
+            end do
+        else
+            do axis = 1, 3
+                call normal_equations(rows, observed(:, axis), normal, rhs)
+                call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+                if (allocated(error)) return
+                result%scale(axis, :) = x(1:3)
+                do k = 1, rods
+                    result%leakage(axis, number(k)) = x(3 + k)
+                    result%leakage_rate(axis, number(k)) = x(3 + rods + k)
+                end do
+            end do
+        end if
+        do axis = 1, 3
+            left = 0
+            do k = 1, n
+                left = left + (observed(k, axis) - dot_product(rows(1:3, k), result%scale(axis, :)) - &
+                               dot_product(rows(4:3 + rods, k), result%leakage(axis, number)) - &
+                               dot_product(rows(4 + rods:, k), result%leakage_rate(axis, number)))**2
+            end do
+            result%explained(axis) = 1 - left/max(total(axis), tiny(1.0_dp))
+            result%residual(axis) = sqrt(left/n)
+            result%squares = result%squares + log(max(left, tiny(left)))*n
+        end do
+    end subroutine calibrate_angular_channels
+
+    !> The angular acceleration that the channels show, S^-1 (ang - La I - Ka dI/dt), without its mean.
+    subroutine channels_at(span, motion, result, acceleration, error)
+        type(level1_span_t), intent(in) :: span
+        type(level1_motion_t), intent(in) :: motion
+        type(angular_calibration_t), intent(in) :: result
+        real(dp), allocatable, intent(out) :: acceleration(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: inverse(3, 3)
+        integer :: i
+
+        if (.not. abs(determinant_3x3(result%scale)) > 1e-6_dp) then
+            call fail(error, 'the angular channels do not follow the torque: their matrix has no inverse')
+            return
+        end if
+        inverse = inverse_3x3(result%scale)
+        acceleration = span%angular
+        do i = 1, size(span%time)
+            acceleration(:, i) = matmul(inverse, span%angular(:, i) - matmul(result%leakage, motion%current(:, i)) - &
+                                        matmul(result%leakage_rate, motion%current_rate(:, i)))
+        end do
+        do i = 1, 3
+            acceleration(i, :) = acceleration(i, :) - sum(acceleration(i, :))/size(span%time)
+        end do
+    end subroutine channels_at
+
+    !> The second derivative of angles at some times: of a fit by a polynomial, ramps at firings, and within the span
+    !> lines of whole cycles and a parabola of the angular acceleration, so that its jumps at the ends do no harm.
+    subroutine differentiate_attitude(span, times, angles, wanted, acceleration, error)
+        type(level1_span_t), intent(in) :: span
+        real(dp), intent(in) :: times(:)                    !! Of the angles, s
+        real(dp), intent(in) :: angles(:, :)                !! (3, n), rad
+        real(dp), intent(in) :: wanted(:)                   !! Within the span, s
+        real(dp), allocatable, intent(out) :: acceleration(:, :)    !! rad/s^2
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: POWERS = 3
+        real(dp), allocatable :: rows(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), polynomial(:, :)
+        real(dp) :: duration, omega, s, condition, value, slope, u
+        integer :: lines, n, i, k, axis, column, firings
+
+        duration = span%stop - span%start
+        lines = max(1, floor(HIGHEST_LINE*duration))
+        firings = size(span%firings)
+        n = FIT_DEGREE + 1 + firings + POWERS + 2*lines
+        allocate (acceleration(3, size(wanted)), rows(n, size(times)), normal(n, n), rhs(n), x(n), covariance(n, n), &
+                  polynomial(size(times), FIT_DEGREE + 1))
+        call polynomial_columns(times, FIT_DEGREE, polynomial)
+        rows(:FIT_DEGREE + 1, :) = transpose(polynomial)
+        do i = 1, size(times)
+            do k = 1, firings
+                rows(FIT_DEGREE + 1 + k, i) = max(0.0_dp, times(i) - span%firings(k))
+            end do
+            s = max(0.0_dp, min(duration, times(i) - span%start))
+            u = max(0.0_dp, times(i) - span%stop)
+            column = FIT_DEGREE + 1 + firings
+            do k = 0, POWERS - 1
+                value = s**(k + 2)/((k + 1)*(k + 2))
+                slope = s**(k + 1)/(k + 1)
+                rows(column + k + 1, i) = value + slope*u
+            end do
+            column = column + POWERS
+            do k = 1, lines
+                omega = TWO_PI*k/duration
+                rows(column + 2*k - 1, i) = (1 - cos(omega*s))/omega**2 + sin(omega*s)/omega*u
+                rows(column + 2*k, i) = s/omega - sin(omega*s)/omega**2 + (1 - cos(omega*s))/omega*u
+            end do
+        end do
+        do axis = 1, 3
+            call normal_equations(rows, angles(axis, :), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            column = FIT_DEGREE + 1 + firings
+            do i = 1, size(wanted)
+                s = wanted(i) - span%start
+                value = 0
+                do k = 0, POWERS - 1
+                    value = value + x(column + k + 1)*s**k
+                end do
+                do k = 1, lines
+                    omega = TWO_PI*k/duration
+                    value = value + x(column + POWERS + 2*k - 1)*cos(omega*s) + x(column + POWERS + 2*k)*sin(omega*s)
+                end do
+                acceleration(axis, i) = value
+            end do
+        end do
+    end subroutine differentiate_attitude
+
+    !> The axes of the gyros, by regression of their angles on those of the star cameras over all spans.
+    subroutine fit_gyro_axes(calibration, axes, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(gyro_axes_t), intent(out) :: axes
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LEAST = 0.05_dp      ! Of a: a gyro that is off sees nothing
+        real(dp) :: normal(3, 3), rhs(3), part(3, 3), part_rhs(3), x(3), covariance(3, 3), condition, angle(1)
+        real(dp), allocatable :: rows(:, :), observed(:), basis(:, :)
+        integer, allocatable :: wanted(:)
+        integer :: gyro, i, k, n
+
+        allocate (axes%gyro(0), axes%axis(3, 0))
+        if (.not. calibration%has_gyros) return
+        do gyro = 1, 4
+            normal = 0
+            rhs = 0
+            do i = 1, size(calibration%spans)
+                associate (span => calibration%spans(i))
+                    if (.not. span%used .or. size(span%gyros(gyro)%time) < 10) cycle
+                    wanted = pack([(k, k=1, size(span%attitude_time))], &
+                                  span%attitude_time > span%gyros(gyro)%time(2) .and. &
+                                  span%attitude_time < span%gyros(gyro)%time(size(span%gyros(gyro)%time) - 1))
+                    n = size(wanted)
+                    if (n < 20) cycle
+                    rows = span%angle(:, wanted)
+                    allocate (observed(n), basis(n, 2))
+                    do k = 1, n
+                        call interpolate(span%gyros(gyro)%time, reshape(span%gyros(gyro)%angle, &
+                                         [1, size(span%gyros(gyro)%angle)]), span%attitude_time(wanted(k)), angle)
+                        observed(k) = angle(1)
+                    end do
+                    call polynomial_columns(span%attitude_time(wanted), 1, basis)
+                end associate
+                ! Bias and drift of the gyro; the mean rate of the satellite goes with them but where spans differ, so
+                ! that only the offset is taken away.
+                basis = basis(:, :1)
+                call orthonormalise(basis)
+                call remove_space(basis, observed)
+                do k = 1, 3
+                    call remove_row(basis, rows, k)
+                end do
+                call normal_equations(rows, observed, part, part_rhs)
+                normal = normal + part
+                rhs = rhs + part_rhs
+                deallocate (observed, basis)
+            end do
+            if (.not. any(normal > 0)) cycle
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            if (norm2(x) < LEAST) cycle
+            axes%gyro = [axes%gyro, gyro]
+            axes%axis = reshape([axes%axis, x], [3, size(axes%gyro)])
+        end do
+        if (size(axes%gyro) < 3) return
+        axes%known = abs(determinant_3x3(matmul(axes%axis, transpose(axes%axis)))) > LEAST**2
+    end subroutine fit_gyro_axes
+
+    subroutine remove_row(basis, rows, k)
+        real(dp), intent(in) :: basis(:, :)
+        real(dp), intent(inout) :: rows(:, :)
+        integer, intent(in) :: k
+
+        real(dp) :: row(size(rows, 2))
+
+        row = rows(k, :)
+        call remove_space(basis, row)
+        rows(k, :) = row
+    end subroutine remove_row
+
+    !> The rotation of the satellite by the gyros in a span, least squares at the times of the first.
+    subroutine gyro_attitude(span, axes, times, angles)
+        type(level1_span_t), intent(in) :: span
+        type(gyro_axes_t), intent(in) :: axes
+        real(dp), allocatable, intent(out) :: times(:)
+        real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
+
+        real(dp) :: inverse(3, 3), seen(size(axes%gyro)), angle(1)
+        integer :: i, k
+
+        inverse = inverse_3x3(matmul(axes%axis, transpose(axes%axis)))
+        times = span%gyros(axes%gyro(1))%time
+        times = times(3:size(times) - 2)
+        allocate (angles(3, size(times)))
+        do i = 1, size(times)
+            do k = 1, size(axes%gyro)
+                associate (gyro => span%gyros(axes%gyro(k)))
+                    call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), times(i), angle)
+                    seen(k) = angle(1) - gyro%angle(1)
+                end associate
+            end do
+            angles(:, i) = matmul(inverse, matmul(axes%axis, seen))
+        end do
+    end subroutine gyro_attitude
+end module gracecg_estimation_level1_angular

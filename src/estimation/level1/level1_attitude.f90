@@ -1,0 +1,354 @@
+!> Gains of the torque rods, and the delay of their torque, from the attitude: its scale is geometry.
+!>
+!>     phi_a(t) = sum_k g_k [integral integral N_k I_k(t - tau)]_a + polynomial of degree 5 + ramps at firings
+!>     N_k = J^-1 kappa_k e_k x B
+!>
+!> with one g_k per rod and one tau for all spans.
+module gracecg_estimation_level1_attitude
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_vectors, only: cross, identity, inverse_3x3
+    use gracecg_observations_level1_setup, only: level1_setup_t
+    use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_estimation_level1_series, only: interpolate, hold, node_before, integrate_twice
+    implicit none
+    private
+    public :: level1_drive_t, rod_calibration_t, new_drive, calibrate_rods, rod_accelerations, known_acceleration, slow_quantities
+
+    real(dp), parameter :: GRID_STEP = 0.05_dp          !! Of the integrals, s
+    integer, parameter :: ATTITUDE_DEGREE = 5
+    real(dp), parameter :: FIT_MARGIN = 3               !! Attitude used before and behind a span: farther out the
+                                                        !! polynomial does not follow what science mode holds, s
+    real(dp), parameter :: EARLIEST = -0.6_dp, LATEST = 0.8_dp  !! Delays that are searched, s
+    real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it, s
+    real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s
+
+    type :: level1_drive_t
+        !! The currents of the rods at any time
+        logical :: steps = .false.                      !! Held from tag to tag; else smooth
+        real(dp), allocatable :: time(:)                !! s from the epoch
+        real(dp), allocatable :: current(:, :)          !! mA
+        real(dp), allocatable :: charge(:, :)           !! Integral of held currents, mA s
+    contains
+        procedure :: at => drive_at                     !! Currents and their rates at a time
+    end type level1_drive_t
+
+    type :: rod_calibration_t
+        !! What the attitude says of the rods
+        logical :: driven(3) = .false.                  !! Some span drives the rod: it has a gain
+        real(dp) :: gain(3) = 1                         !! g, of the moment said: kappa = g kappa_said
+        real(dp) :: gain_sigma(3) = 0
+        real(dp) :: delay = 0                           !! tau, s
+        real(dp) :: delay_sigma = 0                     !! s
+        real(dp) :: rms(3) = 0                          !! Of the attitude's residuals by axis, rad
+        real(dp) :: explained(3) = 0                    !! Share of the variance that the rods explain, by axis
+        real(dp) :: weighted_squares = 0                !! Of the residuals, by degree of freedom of the first fit
+        logical :: estimated = .false.
+    end type rod_calibration_t
+
+    !> A span's part of the fit that does not depend on the delay
+    type :: fit_span_t
+        real(dp), allocatable :: grid(:)                !! Times of the integrals, s
+        real(dp), allocatable :: response(:, :, :)      !! N: axis, rod, time
+        real(dp), allocatable :: time(:)                !! Of the attitude, s
+        real(dp), allocatable :: angle(:, :)            !! Without the known torques' part and the nuisances: sample, axis
+        real(dp), allocatable :: basis(:, :)            !! Nuisances
+    end type fit_span_t
+
+contains
+
+    !> Currents of a calibration, smooth or held.
+    pure subroutine new_drive(calibration, steps, drive)
+        type(level1_calibration_t), intent(in) :: calibration
+        logical, intent(in) :: steps
+        type(level1_drive_t), intent(out) :: drive
+
+        integer :: i
+
+        drive%steps = steps
+        drive%time = calibration%current_time
+        drive%current = calibration%current
+        allocate (drive%charge(3, size(drive%time)))
+        drive%charge(:, 1) = 0
+        do i = 2, size(drive%time)
+            drive%charge(:, i) = drive%charge(:, i - 1) + (drive%time(i) - drive%time(i - 1))*drive%current(:, i - 1)
+        end do
+    end subroutine new_drive
+
+    !> The currents at a time: the cubic between the samples, or the held ones; and their rates, of held ones between
+    !> samples of the accelerometer.
+    pure subroutine drive_at(self, time, current, rate)
+        class(level1_drive_t), intent(in) :: self
+        real(dp), intent(in) :: time                    !! s from the epoch
+        real(dp), intent(out) :: current(3)             !! mA
+        real(dp), intent(out), optional :: rate(3)      !! mA/s
+
+        if (.not. self%steps) then
+            call interpolate(self%time, self%current, time, current, rate)
+            return
+        end if
+        current = (charge_at(self, time + AVERAGING/2) - charge_at(self, time - AVERAGING/2))/AVERAGING
+        if (present(rate)) rate = (hold(self%time, self%current, time + RATE_WINDOW/2) - &
+                                   hold(self%time, self%current, time - RATE_WINDOW/2))/RATE_WINDOW
+    end subroutine drive_at
+
+    pure function charge_at(self, time) result(charge)
+        class(level1_drive_t), intent(in) :: self
+        real(dp), intent(in) :: time
+        real(dp) :: charge(3)
+
+        integer :: k
+
+        k = max(1, node_before(self%time, time))
+        charge = self%charge(:, k) + (time - self%time(k))*self%current(:, k)
+    end function charge_at
+
+    !> Angular acceleration by 1 mA in each rod: N = J^-1 kappa_k e_k x B, rad/s^2/mA.
+    pure function rod_accelerations(setup, field) result(response)
+        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: field(3)        !! T, SRF
+        real(dp) :: response(3, 3)              !! Axis, rod
+
+        real(dp) :: inverse(3, 3), unit(3, 3)
+        integer :: k
+
+        inverse = inverse_3x3(setup%inertia)
+        unit = identity(3)
+        do k = 1, 3
+            response(:, k) = setup%rod_gain(k)*setup%rod_sign(k)*matmul(inverse, cross(unit(:, k), field))
+        end do
+    end function rod_accelerations
+
+    !> The angular acceleration that needs no rod: J^-1 (-w x J w + 3 mu/r^3 c x J c).
+    pure function known_acceleration(setup, rate, up, gradient) result(acceleration)
+        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: rate(3)         !! w, rad/s
+        real(dp), intent(in) :: up(3)           !! c
+        real(dp), intent(in) :: gradient        !! mu/r^3, 1/s^2
+        real(dp) :: acceleration(3)             !! rad/s^2
+
+        acceleration = matmul(inverse_3x3(setup%inertia), 3*gradient*cross(up, matmul(setup%inertia, up)) - &
+                              cross(rate, matmul(setup%inertia, rate)))
+    end function known_acceleration
+
+    !> Gains and delay. Fails when the attitude does not determine them.
+    subroutine calibrate_rods(calibration, setup, drive, rods, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(in) :: drive
+        type(rod_calibration_t), intent(out) :: rods
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: COARSE = 0.1_dp, FINE = 0.02_dp
+        type(fit_span_t), allocatable :: fits(:)
+        real(dp) :: weight(3), squares(-1:1), best, delay, lowest, curvature, step, trial
+        integer :: i, round, used
+
+        used = count(calibration%spans%used)
+        allocate (fits(used))
+        used = 0
+        do i = 1, size(calibration%spans)
+            if (.not. calibration%spans(i)%used) cycle
+            used = used + 1
+            call prepare(calibration%spans(i), setup, fits(used))
+        end do
+        call find_driven(calibration, setup, rods%driven)
+        if (used == 0 .or. .not. any(rods%driven)) then
+            call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
+            return
+        end if
+        weight = 1
+        rods%delay = setup%torque_delay
+        do round = 1, 3     ! weights by axis from the residuals, at the best delay so far
+            lowest = huge(lowest)
+            delay = rods%delay
+            do i = 0, nint((LATEST - EARLIEST)/COARSE)
+                if (round > 1) exit
+                trial = EARLIEST + i*COARSE
+                call fit(fits, drive, trial, weight, rods, best, error)
+                if (allocated(error)) return
+                if (best < lowest) delay = trial
+                lowest = min(lowest, best)
+            end do
+            step = merge(COARSE, FINE, round == 1)
+            do i = -1, 1
+                call fit(fits, drive, delay + i*step, weight, rods, squares(i), error)
+                if (allocated(error)) return
+            end do
+            curvature = squares(-1) - 2*squares(0) + squares(1)
+            if (curvature > 0) delay = delay + max(-1.0_dp, min(1.0_dp, (squares(-1) - squares(1))/(2*curvature)))*step
+            rods%delay = delay
+            call fit(fits, drive, delay, weight, rods, best, error)
+            if (allocated(error)) return
+            if (curvature > 0) rods%delay_sigma = sqrt(2*step**2/curvature*rods%weighted_squares)
+            weight = 1/rods%rms**2
+        end do
+        rods%estimated = .true.
+    end subroutine calibrate_rods
+
+    !> Which rods some span drives.
+    pure subroutine find_driven(calibration, setup, driven)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        logical, intent(out) :: driven(3)
+
+        integer :: i, k
+        logical :: inside(size(calibration%current_time))
+
+        driven = .false.
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (.not. span%used) cycle
+                inside = calibration%current_time >= span%start .and. calibration%current_time <= span%stop
+                do k = 1, 3
+                    driven(k) = driven(k) .or. maxval(calibration%current(k, :), mask=inside) - &
+                        minval(calibration%current(k, :), mask=inside) > setup%excitation_current
+                end do
+            end associate
+        end do
+    end subroutine find_driven
+
+    !> What of a span does not depend on the delay.
+    subroutine prepare(span, setup, fitted)
+        type(level1_span_t), intent(in) :: span
+        type(level1_setup_t), intent(in) :: setup
+        type(fit_span_t), intent(out) :: fitted
+
+        integer, allocatable :: wanted(:)
+        real(dp), allocatable :: known(:, :), twice(:)
+        real(dp) :: slow(10), last
+        integer :: i, k, n, axis
+
+        wanted = pack([(i, i=1, size(span%attitude_time))], span%attitude_time >= span%start - FIT_MARGIN .and. &
+                      span%attitude_time <= span%stop + FIT_MARGIN)
+        fitted%time = span%attitude_time(wanted)
+        fitted%angle = transpose(span%angle(:, wanted))
+        last = fitted%time(size(fitted%time))
+        n = ceiling((last - fitted%time(1))/GRID_STEP - 1e-6_dp) + 1
+        fitted%grid = fitted%time(1) + [(i*GRID_STEP, i=0, n - 1)]
+        allocate (fitted%response(3, 3, n), known(n, 3), twice(n))
+        do i = 1, n
+            call slow_quantities(span, fitted%grid(i), slow)
+            fitted%response(:, :, i) = rod_accelerations(setup, slow(1:3))
+            known(i, :) = known_acceleration(setup, slow(4:6), slow(7:9), slow(10))
+        end do
+        do axis = 1, 3
+            call integrate_twice(GRID_STEP, known(:, axis), twice)
+            fitted%angle(:, axis) = fitted%angle(:, axis) - on_samples(twice, fitted)
+        end do
+        allocate (fitted%basis(size(fitted%time), ATTITUDE_DEGREE + 1 + size(span%firings)))
+        call polynomial_columns(fitted%time, ATTITUDE_DEGREE, fitted%basis)
+        do k = 1, size(span%firings)
+            fitted%basis(:, ATTITUDE_DEGREE + 1 + k) = max(0.0_dp, fitted%time - span%firings(k))
+        end do
+        call orthonormalise(fitted%basis)
+        do axis = 1, 3
+            call remove_space(fitted%basis, fitted%angle(:, axis))
+        end do
+    end subroutine prepare
+
+    !> Field, rate, vertical and gradient of a span at a time.
+    pure subroutine slow_quantities(span, time, slow)
+        type(level1_span_t), intent(in) :: span
+        real(dp), intent(in) :: time
+        real(dp), intent(out) :: slow(10)
+
+        real(dp) :: gradient(1)
+
+        call interpolate(span%attitude_time, span%field, time, slow(1:3))
+        call interpolate(span%attitude_time, span%rate, time, slow(4:6))
+        call interpolate(span%attitude_time, span%up, time, slow(7:9))
+        call interpolate(span%attitude_time, reshape(span%gradient, [1, size(span%gradient)]), time, gradient)
+        slow(10) = gradient(1)
+    end subroutine slow_quantities
+
+    !> A series of the grid at the attitude's samples.
+    pure function on_samples(series, fitted) result(values)
+        real(dp), intent(in) :: series(:)
+        type(fit_span_t), intent(in) :: fitted
+        real(dp) :: values(size(fitted%time))
+
+        real(dp) :: place
+        integer :: i, k
+
+        do i = 1, size(values)
+            place = (fitted%time(i) - fitted%grid(1))/GRID_STEP + 1
+            k = max(1, min(size(series) - 1, int(place)))
+            values(i) = series(k) + (place - k)*(series(k + 1) - series(k))
+        end do
+    end function on_samples
+
+    !> Gains at a delay, and the weighted squares of the residuals.
+    subroutine fit(fits, drive, delay, weight, rods, squares, error)
+        type(fit_span_t), intent(in) :: fits(:)
+        type(level1_drive_t), intent(in) :: drive
+        real(dp), intent(in) :: delay               !! s
+        real(dp), intent(in) :: weight(3)           !! Of the axes, 1/rad^2
+        type(rod_calibration_t), intent(inout) :: rods
+        real(dp), intent(out) :: squares
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: rows(:, :), observed(:), current(:, :), twice(:), column(:), normal(:, :), rhs(:), x(:), &
+            covariance(:, :), residuals(:)
+        integer, allocatable :: axis_of(:), number(:)
+        real(dp) :: condition, total
+        integer :: i, k, axis, m, n, first, parameters, free
+
+        number = pack([1, 2, 3], rods%driven)
+        parameters = size(number)
+        n = 3*sum([(size(fits(i)%time), i=1, size(fits))])
+        allocate (rows(parameters, n), observed(n), axis_of(n), normal(parameters, parameters), rhs(parameters), &
+                  x(parameters), covariance(parameters, parameters))
+        first = 1
+        free = 0
+        do i = 1, size(fits)
+            associate (f => fits(i))
+                allocate (current(3, size(f%grid)), twice(size(f%grid)))
+                do k = 1, size(f%grid)
+                    call drive%at(f%grid(k) - delay, current(:, k))
+                end do
+                m = size(f%time)
+                free = free + 3*(m - size(f%basis, 2))
+                do axis = 1, 3
+                    axis_of(first:first + m - 1) = axis
+                    column = f%angle(:, axis)
+                    do k = 1, 3     ! a rod that is not driven acts as said
+                        if (rods%driven(k)) cycle
+                        call integrate_twice(GRID_STEP, f%response(axis, k, :)*current(k, :), twice)
+                        column = column - on_samples(twice, f)
+                    end do
+                    call remove_space(f%basis, column)
+                    observed(first:first + m - 1) = column
+                    do k = 1, parameters
+                        call integrate_twice(GRID_STEP, f%response(axis, number(k), :)*current(number(k), :), twice)
+                        column = on_samples(twice, f)
+                        call remove_space(f%basis, column)
+                        rows(k, first:first + m - 1) = column
+                    end do
+                    first = first + m
+                end do
+                deallocate (current, twice)
+            end associate
+        end do
+        call normal_equations(rows*spread(sqrt(weight(axis_of)), 1, parameters), observed*sqrt(weight(axis_of)), normal, rhs)
+        call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+        if (allocated(error)) return
+        residuals = observed - matmul(x, rows)
+        squares = sum(weight(axis_of)*residuals**2)
+        free = free - parameters
+        rods%weighted_squares = squares/free
+        rods%gain = 1
+        rods%gain_sigma = 0
+        do k = 1, parameters
+            rods%gain(number(k)) = x(k)
+            rods%gain_sigma(number(k)) = sqrt(covariance(k, k)*rods%weighted_squares)
+        end do
+        do axis = 1, 3
+            total = sum(observed**2, mask=axis_of == axis)
+            rods%rms(axis) = sqrt(sum(residuals**2, mask=axis_of == axis)/(free/3.0_dp))
+            rods%explained(axis) = 1 - sum(residuals**2, mask=axis_of == axis)/max(total, tiny(total))
+        end do
+    end subroutine fit
+end module gracecg_estimation_level1_attitude

@@ -1,0 +1,261 @@
+!> Programmes of several manoeuvres: which places and lengths, of many, together let the offset be known best,
+!> by the sum of their information.
+!>
+!> One manoeuvre of the report sees x well or y and z, never all (section 6.2: "two steps"). The information of
+!> several about one offset adds up, so a programme is judged by (sum of I)^-1 without flying anything.
+module gracecg_planning_programme
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, add_context, number_text
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_progress, only: progress_t, expect_pieces
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, new_harmonic_manoeuvre, rod_pattern
+    use gracecg_simulation_case, only: case_t
+    use gracecg_planning_map, only: map_point_t
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
+    use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, new_manoeuvre_site, &
+        manoeuvre_quality_t, evaluate_manoeuvre
+    implicit none
+    private
+    public :: candidate_t, programme_t, candidates_along, candidate_of_point, best_programme, shortest_programme
+    public :: programme_sigma, MOST_MANOEUVRES
+
+    integer, parameter :: MOST_MANOEUVRES = 6           !! Of a programme
+    real(dp), parameter :: SINGULAR = 1e-12_dp          !! Of the determinant with unit diagonal
+    real(dp), parameter :: ROD_AMPLITUDE = 30, ROD_FREQUENCY = 0.1_dp   !! The report's, A m^2 and Hz
+
+    !> A manoeuvre that a programme can have.
+    type :: candidate_t
+        real(dp) :: time = 0                !! Of its start, s from the epoch of the orbit
+        real(dp) :: duration = 0            !! s
+        real(dp) :: latitude = 0            !! Geodetic, rad
+        real(dp) :: longitude = 0           !! Positive east, rad
+        real(dp) :: information(3, 3) = 0   !! About d, all else estimated beside it, 1/m^2
+    end type candidate_t
+
+    !> Manoeuvres that belong together, in the order in which they are best flown: each is the one that leaves
+    !> the least after those before it.
+    type :: programme_t
+        integer, allocatable :: chosen(:)   !! Numbers of candidates
+        real(dp), allocatable :: sigma(:, :)    !! Of d after each of them, (3, manoeuvres), m; huge(1.0): not known yet
+    end type programme_t
+
+    type, extends(parallel_work_t) :: candidates_work_t
+        type(case_t), pointer :: case => null()
+        type(planned_arc_t), pointer :: arc => null()
+        type(nominal_orbit_t), pointer :: orbit => null()
+        real(dp), allocatable :: times(:)
+        type(candidate_t), allocatable :: found(:)
+    contains
+        procedure :: do_one => look_at_place
+    end type candidates_work_t
+
+contains
+
+    !> The report's manoeuvre (30 A m^2, 0.1 Hz, the rods that the case's rule chooses by the field there) at places of an
+    !> orbit, in arcs of several lengths. Fails when a time lies outside of the orbit, or an arc is too short.
+    subroutine candidates_along(case, orbit, times, durations, threads, candidates, error, progress)
+        type(case_t), intent(in), target :: case
+        type(nominal_orbit_t), intent(in), target :: orbit
+        real(dp), intent(in) :: times(:)            !! s
+        real(dp), intent(in) :: durations(:)        !! s
+        integer, intent(in) :: threads              !! 1 and more
+        type(candidate_t), allocatable, intent(out) :: candidates(:)    !! (times, for each duration)
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the places
+
+        type(candidates_work_t) :: work
+        type(case_t), target :: longer
+        type(planned_arc_t), target :: arc
+        integer :: i
+
+        allocate (candidates(0))
+        call expect_pieces(progress, size(times)*size(durations), 'places')
+        do i = 1, size(durations)
+            longer = case
+            longer%duration = durations(i)
+            call new_planned_arc(longer, arc, error)
+            if (allocated(error)) return
+            work%case => longer
+            work%arc => arc
+            work%orbit => orbit
+            work%times = times
+            if (allocated(work%found)) deallocate (work%found)
+            allocate (work%found(size(times)))
+            call run_parallel(work, size(times), threads, error, progress)
+            if (allocated(error)) return
+            candidates = [candidates, work%found]
+        end do
+    end subroutine candidates_along
+
+    subroutine look_at_place(self, i, error)
+        class(candidates_work_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        type(manoeuvre_site_t) :: site
+        type(manoeuvre_quality_t) :: quality
+        type(torque_rods_t) :: rods
+
+        associate (candidate => self%found(i), duration => self%case%duration)
+            candidate%time = self%times(i)
+            candidate%duration = duration
+            call new_manoeuvre_site(self%arc, self%orbit, self%times(i), site, error)
+            if (.not. allocated(error)) &
+                call new_harmonic_manoeuvre(rods, rod_pattern(self%case%pattern_rule, site%field(:, 0)), ROD_AMPLITUDE, &
+                                            ROD_FREQUENCY, 0.0_dp, duration, error)
+            if (allocated(error)) then
+                call add_context(error, 'calibration at '//number_text(self%times(i))//' s')
+                return
+            end if
+            candidate%latitude = site%latitude
+            candidate%longitude = site%longitude
+            call evaluate_manoeuvre(self%arc, site, rods, quality)
+            if (quality%sigma(1) < huge(1.0_dp)) candidate%information = inverse_3x3(quality%covariance)
+        end associate
+    end subroutine look_at_place
+
+    !> A place of a map as a candidate.
+    pure type(candidate_t) function candidate_of_point(point, duration) result(candidate)
+        type(map_point_t), intent(in) :: point
+        real(dp), intent(in) :: duration        !! Of the manoeuvre's arc, s
+
+        candidate%time = point%time
+        candidate%duration = duration
+        candidate%latitude = point%latitude
+        candidate%longitude = point%longitude
+        if (point%quality%sigma(1) < huge(1.0_dp)) candidate%information = inverse_3x3(point%quality%covariance)
+    end function candidate_of_point
+
+    !> Standard deviations of d after several manoeuvres, m; huge(1.0) when a direction is unseen.
+    pure function programme_sigma(information) result(sigma)
+        real(dp), intent(in) :: information(3, 3)   !! Their sum, 1/m^2
+        real(dp) :: sigma(3)
+
+        real(dp) :: covariance(3, 3), diagonal
+        integer :: i
+
+        sigma = huge(1.0_dp)
+        diagonal = information(1, 1)*information(2, 2)*information(3, 3)
+        if (.not. determinant_3x3(information) > SINGULAR*diagonal) return
+        covariance = inverse_3x3(information)
+        sigma = [(sqrt(covariance(i, i)), i=1, 3)]
+    end function programme_sigma
+
+    !> The programme of so many manoeuvres that leaves the least of the largest standard deviation; a candidate may be
+    !> flown more than once. From every candidate as the first, the others are added one by one, each the best, and then
+    !> exchanged for better ones until none is left: of two manoeuvres that finds the best of all pairs.
+    pure subroutine best_programme(candidates, manoeuvres, programme)
+        type(candidate_t), intent(in) :: candidates(:)      !! At least one
+        integer, intent(in) :: manoeuvres                   !! At least one
+        type(programme_t), intent(out) :: programme
+
+        integer :: chosen(manoeuvres), best(manoeuvres), first, i, k, found
+        real(dp) :: least, left, before
+
+        least = huge(1.0_dp)
+        best = 1
+        do first = 1, size(candidates)
+            chosen = 0
+            chosen(1) = first
+            left = worst(sum_of(candidates, chosen(:1)))
+            do k = 2, manoeuvres
+                call add_best(candidates, sum_of(candidates, chosen(:k - 1)), found, left)
+                chosen(k) = found
+            end do
+            do
+                before = left
+                do k = manoeuvres, 1, -1
+                    call add_best(candidates, sum_of(candidates, pack(chosen, [(i /= k, i=1, manoeuvres)])), &
+                                  found, left)
+                    chosen(k) = found
+                end do
+                if (.not. left < before*(1 - 1e-9_dp)) exit
+            end do
+            if (left < least) then
+                least = left
+                best = chosen
+            end if
+        end do
+        call put_in_order(candidates, best, programme)
+    end subroutine best_programme
+
+    !> The programme of the fewest manoeuvres, up to a number, whose largest standard deviation is at most what is wanted;
+    !> of the largest number, if none is so good.
+    pure subroutine shortest_programme(candidates, most, wanted, programme)
+        type(candidate_t), intent(in) :: candidates(:)      !! At least one
+        integer, intent(in) :: most                         !! At least one
+        real(dp), intent(in) :: wanted                      !! m
+        type(programme_t), intent(out) :: programme
+
+        integer :: n
+
+        do n = 1, most
+            call best_programme(candidates, n, programme)
+            if (maxval(programme%sigma(:, n)) <= wanted) return
+        end do
+    end subroutine shortest_programme
+
+    !> The candidate that, beside what is known, leaves the least.
+    pure subroutine add_best(candidates, known, found, left)
+        type(candidate_t), intent(in) :: candidates(:)
+        real(dp), intent(in) :: known(3, 3)
+        integer, intent(out) :: found
+        real(dp), intent(out) :: left           !! The largest standard deviation with it, m
+
+        real(dp) :: sigma
+        integer :: i
+
+        found = 1
+        left = huge(1.0_dp)
+        do i = 1, size(candidates)
+            sigma = worst(known + candidates(i)%information)
+            if (sigma >= left) cycle
+            left = sigma
+            found = i
+        end do
+    end subroutine add_best
+
+    pure function sum_of(candidates, chosen) result(information)
+        type(candidate_t), intent(in) :: candidates(:)
+        integer, intent(in) :: chosen(:)
+        real(dp) :: information(3, 3)
+
+        integer :: i
+
+        information = 0
+        do i = 1, size(chosen)
+            information = information + candidates(chosen(i))%information
+        end do
+    end function sum_of
+
+    pure real(dp) function worst(information)
+        real(dp), intent(in) :: information(3, 3)
+
+        worst = maxval(programme_sigma(information))
+    end function worst
+
+    pure subroutine put_in_order(candidates, chosen, programme)
+        type(candidate_t), intent(in) :: candidates(:)
+        integer, intent(in) :: chosen(:)
+        type(programme_t), intent(out) :: programme
+
+        type(candidate_t) :: left_over(size(chosen))
+        real(dp) :: known(3, 3), left
+        integer :: i, found, place(size(chosen))
+
+        place = chosen
+        left_over = candidates(chosen)
+        allocate (programme%chosen(size(chosen)), programme%sigma(3, size(chosen)))
+        known = 0
+        do i = 1, size(chosen)
+            call add_best(left_over(i:), known, found, left)
+            found = found + i - 1
+            programme%chosen(i) = place(found)
+            known = known + left_over(found)%information
+            programme%sigma(:, i) = programme_sigma(known)
+            place(found) = place(i)
+            left_over(found) = left_over(i)
+        end do
+    end subroutine put_in_order
+end module gracecg_planning_programme

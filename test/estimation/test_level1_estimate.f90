@@ -1,0 +1,550 @@
+!> The offset from Level-1 files: a small manoeuvre of a rigid body, integrated here, written as files, and estimated;
+!> and the same with one thing wrong, which is told by its name.
+module test_level1_estimate
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised
+    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
+    use gracecg_files_file, only: output_file_t, make_directory
+    use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
+    use gracecg_observations_level1_setup, only: level1_setup_t
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
+    use gracecg_estimation_level1_spans, only: find_spans
+    use testdrive, only: unittest_type, error_type, check, new_unittest
+    use fixture, only: FOLDER, make_file, check_fails, check_passes
+    implicit none
+    private
+    public :: collect_level1_estimate
+
+    integer(i8), parameter :: EPOCH = 633798000_i8      !! 2020-02-01
+    real(dp), parameter :: RADIUS = 6860e3_dp           !! m
+    real(dp), parameter :: OFFSET(3) = [310e-6_dp, -420e-6_dp, 270e-6_dp]       !! d, m
+    real(dp), parameter :: CORRECTION = -0.016667_dp    !! GPS less OBC time, s
+    real(dp), parameter :: ROD(3) = [0.24_dp, 0.26_dp, 0.25_dp]                 !! A m^2/mA; said are 0.25
+    real(dp), parameter :: AMPLITUDE = 120              !! mA
+    real(dp), parameter :: MARGIN = 32                  !! s of data before and behind a span
+    real(dp), parameter :: DURATION = 60                !! s
+    real(dp), parameter :: STEP = 0.02_dp               !! Of the integration, s
+    real(dp), parameter :: QUARTER = 1410               !! s, of a revolution
+    character(*), parameter :: DAY = '_2020-02-01_C_04.txt', GOOD_FLAG = ' 00000000'
+
+    type :: flaws_t
+        !! What the files have wrong
+        integer :: spans = 4
+        logical :: in_phase = .false.       !! The report's rods: y and z alike
+        logical :: quiet = .false.          !! No manoeuvre
+        logical :: wrong_rod = .false.      !! Currents of rod y with the other sign
+        logical :: positive_b = .false.     !! B currents positive, as of GRACE
+        logical :: no_angular = .false.     !! Angular accelerations zero
+        logical :: obc_tags = .false.       !! Tags of ACC1A say GPS and are OBC
+        logical :: stairs = .false.         !! Currents are held
+        real(dp) :: lag = 0                 !! Of the accelerometer, s
+        real(dp) :: leakage = 0             !! L of every rod on every axis, m/s^2/mA
+    end type flaws_t
+
+contains
+
+    subroutine collect_level1_estimate(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('offset-gains-leakage', test_offset), &
+                    new_unittest('held-currents-and-lag', test_held), &
+                    new_unittest('one-place', test_one_place), &
+                    new_unittest('spans-by-currents', test_spans), &
+                    new_unittest('wrong-rod', test_wrong_rod), &
+                    new_unittest('wrong-axes', test_wrong_axes), &
+                    new_unittest('obc-tags', test_obc_tags), &
+                    new_unittest('wrong-b-currents', test_wrong_b), &
+                    new_unittest('no-angular-channels', test_no_angular), &
+                    new_unittest('no-manoeuvre', test_no_manoeuvre), &
+                    new_unittest('events', test_events), &
+                    new_unittest('trim-steps', test_trim)]
+    end subroutine collect_level1_estimate
+
+    pure function setup_said() result(setup)
+        type(level1_setup_t) :: setup
+
+        setup%mass = 580
+        setup%inertia = reshape([70.0_dp, -3.0_dp, -2.9_dp, -3.0_dp, 345.0_dp, -0.3_dp, -2.9_dp, -0.3_dp, 388.0_dp], [3, 3])
+    end function setup_said
+
+    !> Currents of the rods: 5, 6, 7 cycles in a span, each from zero.
+    pure function current_at(time, flaws) result(current)
+        real(dp), intent(in) :: time        !! s from the epoch
+        type(flaws_t), intent(in) :: flaws
+        real(dp) :: current(3)
+
+        real(dp) :: s, t
+        integer :: span
+
+        t = time
+        if (flaws%stairs) t = floor((time - 0.1_dp)/0.5_dp)*0.5_dp + 0.1_dp
+        current = 0
+        if (flaws%quiet) return
+        do span = 0, flaws%spans - 1
+            s = t - start_of(span)
+            if (s < 0 .or. s > DURATION) cycle
+            current = AMPLITUDE*sin(TWO_PI*[5, 6, 7]*s/DURATION)
+            if (flaws%in_phase) current = AMPLITUDE*sin(TWO_PI*6*s/DURATION)*[0, 1, 1]
+        end do
+    end function current_at
+
+    pure real(dp) function start_of(span)
+        integer, intent(in) :: span     !! From 0
+
+        start_of = 100 + span*QUARTER
+    end function start_of
+
+    !> A circular orbit over the poles, nearly: position and velocity, inertial.
+    pure subroutine orbit_at(time, r, v)
+        real(dp), intent(in) :: time
+        real(dp), intent(out) :: r(3), v(3)
+
+        real(dp), parameter :: TILT = 1.55_dp
+        real(dp) :: n, u
+
+        n = sqrt(EARTH_GM/RADIUS**3)
+        u = n*time + 0.7_dp
+        r = RADIUS*[cos(u), sin(u)*cos(TILT), sin(u)*sin(TILT)]
+        v = RADIUS*n*[-sin(u), cos(u)*cos(TILT), cos(u)*sin(TILT)]
+    end subroutine orbit_at
+
+    !> Inertial to Earth-fixed.
+    pure function earth_turn(time) result(turn)
+        real(dp), intent(in) :: time
+        real(dp) :: turn(3, 3)
+
+        turn = rotation_z(1.1_dp + EARTH_ROTATION_RATE*time)
+    end function earth_turn
+
+    !> Angular acceleration of the body: Euler's equations with rods and gravity gradient.
+    subroutine acceleration_at(field, time, q, omega, flaws, acceleration)
+        type(igrf_t), intent(in) :: field
+        real(dp), intent(in) :: time, q(4), omega(3)
+        type(flaws_t), intent(in) :: flaws
+        real(dp), intent(out) :: acceleration(3)
+
+        type(level1_setup_t) :: setup
+        real(dp) :: r(3), v(3), b(3), up(3)
+
+        setup = setup_said()
+        call orbit_at(time, r, v)
+        call field%evaluate(matmul(earth_turn(time), r), b)
+        b = matmul(rotation_matrix(q), matmul(transpose(earth_turn(time)), b))
+        up = matmul(rotation_matrix(q), r)/RADIUS
+        acceleration = matmul(inverse_3x3(setup%inertia), cross(ROD*current_at(time, flaws), b) - &
+                              cross(omega, matmul(setup%inertia, omega)) + &
+                              3*EARTH_GM/RADIUS**3*cross(up, matmul(setup%inertia, up)))
+    end subroutine acceleration_at
+
+    !> Integrates the manoeuvre and writes its files.
+    subroutine write_day(name, flaws, path)
+        character(*), intent(in) :: name
+        type(flaws_t), intent(in) :: flaws
+        character(:), allocatable, intent(out) :: path
+
+        type(output_file_t) :: acc, mag, sca, gnv, gni, clk, soe
+        type(error_t), allocatable :: error
+        type(igrf_t) :: field
+        real(dp) :: time, q(4), omega(3), r(3), v(3), z(3), x(3), next_acc, next_mag
+        integer :: span, i, seconds
+
+        path = FOLDER//name
+        call make_directory(path, error)
+        call igrf('igrf14', 2020.086_dp, field, error)
+        call begin(acc, 'ACC1A')
+        call begin(mag, 'MAG1B')
+        call begin(sca, 'SCA1B')
+        call begin(gnv, 'GNV1B')
+        call begin(gni, 'GNI1B')
+        call begin(clk, 'CLK1B')
+        call clk%line(integer_text(EPOCH - 100)//' C 1 -0.016667 0 0 0'//GOOD_FLAG)
+        call clk%line(integer_text(EPOCH + 9000)//' C 1 -0.016667 0 0 0'//GOOD_FLAG)
+        call clk%commit(error)
+        call soe%open(path//'/SOE.txt', error)
+        do span = 0, flaws%spans - 1
+            call soe%line(integer_text(EPOCH + nint(start_of(span)))//' GRACEC CMCAL 1 1 begins')
+            call soe%line(integer_text(EPOCH + nint(start_of(span) + DURATION))//' GRACEC CMCAL 1 0 ends')
+            time = start_of(span) - MARGIN
+            call orbit_at(time, r, v)
+            z = -r/RADIUS
+            x = -v/norm2(v)
+            q = quaternion_of_matrix(transpose(reshape([x, cross(z, x), z], [3, 3])))
+            omega = matmul(rotation_matrix(q), cross(r, v))/RADIUS**2
+            next_acc = time + 0.0123_dp
+            next_mag = time + 0.1_dp
+            do i = 0, nint((2*MARGIN + DURATION)/STEP)
+                time = start_of(span) - MARGIN + i*STEP
+                seconds = nint(time)
+                if (abs(time - seconds) < STEP/4) call write_state(seconds)
+                do while (next_mag <= time + STEP)
+                    call write_mag(next_mag)
+                    next_mag = next_mag + 0.5_dp
+                end do
+                do while (next_acc < time + STEP)
+                    call write_acc(next_acc)
+                    next_acc = next_acc + 0.099991_dp
+                end do
+                call advance(time)
+            end do
+        end do
+        call acc%commit(error)
+        call mag%commit(error)
+        call sca%commit(error)
+        call gnv%commit(error)
+        call gni%commit(error)
+        call soe%commit(error)
+
+    contains
+
+        subroutine begin(file, product)
+            type(output_file_t), intent(inout) :: file
+            character(*), intent(in) :: product
+
+            call file%open(path//'/'//product//DAY, error)
+            call file%line('header:')
+            call file%line('  global_attributes:')
+            call file%line('    platform: GRACE C')
+            call file%line('# End of YAML header')
+        end subroutine begin
+
+        !> A step of Runge and Kutta, order 4.
+        subroutine advance(t)
+            real(dp), intent(in) :: t
+
+            real(dp) :: k(7, 4), y(7)
+            integer :: stage
+            real(dp), parameter :: AT(4) = [0.0_dp, 0.5_dp, 0.5_dp, 1.0_dp]
+
+            do stage = 1, 4
+                y = [q, omega]
+                if (stage > 1) y = y + AT(stage)*STEP*k(:, stage - 1)
+                k(1:4, stage) = quaternion_rate(y(1:4), y(5:7))
+                call acceleration_at(field, t + AT(stage)*STEP, y(1:4), y(5:7), flaws, k(5:7, stage))
+            end do
+            q = normalised(q + STEP*(k(1:4, 1) + 2*k(1:4, 2) + 2*k(1:4, 3) + k(1:4, 4))/6)
+            omega = omega + STEP*(k(5:7, 1) + 2*k(5:7, 2) + 2*k(5:7, 3) + k(5:7, 4))/6
+        end subroutine advance
+
+        subroutine write_state(second)
+            integer, intent(in) :: second
+
+            character(400) :: line
+            real(dp) :: rf(3), vf(3)
+
+            write (line, '(i0, " C 7", 4f22.17, " 0")') EPOCH + second, q(4), q(1:3)
+            call sca%line(trim(line)//GOOD_FLAG)
+            call orbit_at(real(second, dp), r, v)
+            rf = matmul(earth_turn(real(second, dp)), r)
+            vf = matmul(earth_turn(real(second, dp)), v) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], rf)
+            write (line, '(i0, " C E", 3f18.6, " 0 0 0", 3f18.10, " 0 0 0")') EPOCH + second, rf, vf
+            call gnv%line(trim(line)//GOOD_FLAG)
+            write (line, '(i0, " C I", 3f18.6, " 0 0 0", 3f18.10, " 0 0 0")') EPOCH + second, r, v
+            call gni%line(trim(line)//GOOD_FLAG)
+        end subroutine write_state
+
+        subroutine write_mag(t)
+            real(dp), intent(in) :: t
+
+            character(400) :: line
+            real(dp) :: current(3), positive(3), negative(3)
+
+            current = current_at(t, flaws)
+            if (flaws%wrong_rod) current(2) = -current(2)
+            positive = max(0.0_dp, current)
+            negative = min(0.0_dp, current)
+            if (flaws%positive_b) negative = -negative
+            write (line, '(i0, 1x, i0, " C G 1 2 3", 6f15.8, " 0 0 0 0")') EPOCH + floor(t + 1e-9_dp), &
+                nint((t - floor(t + 1e-9_dp))*1e6_dp), positive, negative
+            call mag%line(trim(line)//GOOD_FLAG)
+        end subroutine write_mag
+
+        !> A sample that shows what was `lag` before, tagged in OBC time.
+        subroutine write_acc(t)
+            real(dp), intent(in) :: t
+
+            character(400) :: line
+            real(dp) :: linear(3), angular(3), up(3), w(3), tag, s, leak(3), qs(4)
+
+            s = t - flaws%lag
+            qs = normalised(q + (s - time)*quaternion_rate(q, omega))
+            call acceleration_at(field, s, qs, omega, flaws, angular)
+            w = omega + (s - time)*angular
+            call orbit_at(s, r, v)
+            up = matmul(rotation_matrix(qs), r)/RADIUS
+            leak = flaws%leakage*[1, -1, 2]
+            linear = cross(angular, OFFSET) + cross(w, cross(w, OFFSET)) + &
+                EARTH_GM/RADIUS**3*(OFFSET - 3*up*dot_product(up, OFFSET)) + [-2.8e-7_dp, -1.1e-5_dp, -1.8e-7_dp] + &
+                leak*sum(current_at(s, flaws))
+            if (flaws%no_angular) angular = 0
+            tag = t - CORRECTION
+            ! SRF x = AF z, SRF y = AF x, SRF z = AF y
+            write (line, '(i0, 1x, i0, 1x, a, " C 00000000 00000000000000000000000000111111", 6es24.16)') &
+                EPOCH + floor(tag), nint((tag - floor(tag))*1e6_dp), merge('G', 'R', flaws%obc_tags), linear(2), linear(3), &
+                linear(1), angular(2), angular(3), angular(1)
+            call acc%line(trim(line))
+        end subroutine write_acc
+    end subroutine write_day
+
+    !> Writes, gathers and estimates.
+    subroutine estimate_day(name, flaws, setup, calibration, estimate, error)
+        character(*), intent(in) :: name
+        type(flaws_t), intent(in) :: flaws
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(out) :: calibration
+        type(level1_estimate_t), intent(out) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        character(:), allocatable :: path
+
+        call write_day(name, flaws, path)
+        call gather_calibration(path, setup, '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, error)
+        if (allocated(error)) return
+        call estimate_level1(calibration, setup, LEVEL1_SOURCES, 'estimate', estimate, error)
+    end subroutine estimate_day
+
+    !> Whether one of some texts has a part.
+    pure logical function says(texts, part)
+        type(string_t), intent(in) :: texts(:)
+        character(*), intent(in) :: part
+
+        integer :: i
+
+        says = any([(index(texts(i)%text, part) > 0, i=1, size(texts))])
+    end function says
+
+    !> Every source within some micrometres, gains, delays, leakage.
+    subroutine test_offset(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        real(dp), parameter :: NEAR(5) = [0.3_dp, 20.0_dp, 0.3_dp, 0.3_dp, 5.0_dp]*MICROMETRE
+        integer :: i, k
+
+        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(estimate%solutions), 5, 'sources without gyros')
+        if (allocated(error)) return
+        do i = 1, size(estimate%solutions)
+            call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < NEAR(i), 'offset by '// &
+                       estimate%solutions(i)%source)
+            if (allocated(error)) return
+        end do
+        do k = 1, 3
+            call check(error, abs(estimate%rods%gain(k)*0.25_dp - ROD(k)) < 1e-3_dp*ROD(k), 'gain of rod '//integer_text(k))
+            if (allocated(error)) return
+        end do
+        call check(error, abs(estimate%rods%delay) < 2e-3_dp, 'torque delay')
+        if (allocated(error)) return
+        call check(error, abs(estimate%accelerometer_delay) < 2e-3_dp, 'accelerometer delay')
+        if (allocated(error)) return
+        associate (leak => estimate%solutions(1)%leak)
+            call check(error, all(abs(leak - spread([1, -1, 2]*1e-12_dp, 2, 3)) < 5e-14_dp), 'leakage')
+        end associate
+        if (allocated(error)) return
+        call check(error, .not. estimate%steps .and. size(estimate%findings) == 0, 'nothing is wrong')
+    end subroutine test_offset
+
+    !> Currents held from tag to tag are recognised; the lag of the accelerometer is found.
+    subroutine test_held(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day('l1_held', flaws_t(stairs=.true., lag=0.06_dp), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, estimate%steps, 'the steps are seen')
+        if (allocated(error)) return
+        call check(error, abs(estimate%accelerometer_delay - 0.06_dp) < 0.02_dp, 'delay of the accelerometer')
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset')
+    end subroutine test_held
+
+    !> One place with rods in phase: no confident number.
+    subroutine test_one_place(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day('l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), calibration, estimate, &
+                          failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        associate (first => estimate%solutions(1))
+            call check(error, first%leakage == 'a priori', 'leakage is not separable')
+            if (allocated(error)) return
+            call check(error, sqrt(first%covariance(1, 1)) > 20*MICROMETRE .and. first%flag > 0, 'no confident number')
+            if (allocated(error)) return
+            call check(error, all(abs(first%offset - OFFSET) < 4*sqrt([first%covariance(1, 1), first%covariance(2, 2), &
+                                                                        first%covariance(3, 3)])), 'within its sigma')
+        end associate
+    end subroutine test_one_place
+
+    !> Spans found in currents: sines, not slow drifts or noise.
+    subroutine test_spans(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 800
+        real(dp) :: times(N), currents(3, N)
+        real(dp), allocatable :: spans(:, :)
+        integer :: i
+
+        times = [(0.0833_dp + 0.5_dp*i, i=1, N)]
+        currents(1, :) = 6*sin(times/80)
+        currents(2, :) = 0
+        currents(3, :) = -3
+        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
+        call check(error, size(spans, 2), 0, 'science mode')
+        if (allocated(error)) return
+        where (times >= 100 .and. times <= 160) currents(1, :) = 90*sin(TWO_PI*(times - 100)/12)
+        where (times >= 250 .and. times <= 310) currents(2, :) = sign(60.0_dp, sin(TWO_PI*(times - 250)/10))
+        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.8_dp, spans)
+        call check(error, size(spans, 2), 2, 'two spans')
+        if (allocated(error)) return
+        call check(error, all(abs(spans - reshape([100, 160, 250, 310], [2, 2])) < 1.1_dp), 'begin and end')
+        if (allocated(error)) return
+        currents(2, :) = 30*sin(times**2/7)*cos(times**2/3)     ! irregular
+        call find_spans(times, currents, 8.0_dp, 20.0_dp, 0.9_dp, spans)
+        call check(error, size(spans, 2) == 0, 'what no line explains is no manoeuvre')
+    end subroutine test_spans
+
+    subroutine test_wrong_rod(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_finding(error, 'l1_rod', flaws_t(wrong_rod=.true.), setup_said(), 'wrong sign of rod y')
+    end subroutine test_wrong_rod
+
+    subroutine test_wrong_axes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_setup_t) :: setup
+
+        setup = setup_said()
+        setup%accelerometer_axes = [1, 2, 3]
+        call check_finding(error, 'l1_axes', flaws_t(), setup, 'AF taken as SRF')
+    end subroutine test_wrong_axes
+
+    subroutine test_obc_tags(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check_finding(error, 'l1_tags', flaws_t(obc_tags=.true.), setup_said(), 'tags left in OBC time')
+    end subroutine test_obc_tags
+
+    !> Something wrong is named, and no source is good.
+    subroutine check_finding(error, name, flaws, setup, part)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), intent(in) :: name, part
+        type(flaws_t), intent(in) :: flaws
+        type(level1_setup_t), intent(in) :: setup
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day(name, flaws, setup, calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(estimate%findings, part), part//' is told')
+        if (allocated(error)) return
+        call check(error, size(estimate%findings), 1, 'and nothing else')
+        if (allocated(error)) return
+        call check(error, estimate%flag, 2, 'not to be used')
+    end subroutine check_finding
+
+    !> The sign of B currents does not matter, and is told.
+    subroutine test_wrong_b(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day('l1_b', flaws_t(positive_b=.true.), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(calibration%notes, 'B currents with the wrong sign'), 'is told')
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
+    end subroutine test_wrong_b
+
+    subroutine test_no_angular(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day('l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(calibration%notes, 'transplanted'), 'is told')
+        if (allocated(error)) return
+        call check(error, estimate%flag > 0, 'with care')
+    end subroutine test_no_angular
+
+    subroutine test_no_manoeuvre(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        call estimate_day('l1_quiet', flaws_t(quiet=.true.), setup_said(), calibration, estimate, failure)
+        call check_fails(error, message_of(failure), ['no manoeuvre found'])
+    end subroutine test_no_manoeuvre
+
+    !> Events of a file: of both satellites or one, deleted lines, and what is no event.
+    subroutine test_events(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(1), parameter :: LF = achar(10)
+        type(level1_event_t), allocatable :: events(:)
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: spans(:, :)
+
+        call make_file(error, 'soe_good.txt', '100 GRACEC CMCAL 1 1 begins'//LF//'160 GRACEX CMCAL 1 0 ends'//LF// &
+                       'x 170 GRACEC CMCAL 1 1 deleted'//LF//LF//'180 GRACED CMCAL 1 1'//LF//'200 GRACEC UNKNOWN 0 what'//LF// &
+                       '300 GRACEC CMCAL 1 2'//LF//'400.5 GRACEC CMCAL 1 0'//LF//'500 GRACEC VCM 3 1e-4 -2e-4 3e-4 text'//LF)
+        call read_events(FOLDER//'soe_good.txt', events, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call manoeuvre_spans(events, 'C', spans)
+        call check(error, size(spans, 2), 2, 'spans')
+        if (allocated(error)) return
+        call check(error, maxval(abs(spans - reshape([100.0_dp, 160.0_dp, 300.0_dp, 400.5_dp], [2, 2]))) <= 0, 'times')
+        if (allocated(error)) return
+        call check(error, maxval(abs(events(size(events))%values - [1e-4_dp, -2e-4_dp, 3e-4_dp])) <= 0, 'values')
+        if (allocated(error)) return
+        call make_file(error, 'soe_bad.txt', '100 GRACEC CMCAL 2 1'//LF)
+        call read_events(FOLDER//'soe_bad.txt', events, failure)
+        call check_fails(error, message_of(failure), ['soe_bad.txt:1'])
+    end subroutine test_events
+
+    !> steps = nint(change/2.5 um M/4.8 kg), in commands of at most 12000.
+    subroutine test_trim(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(trim_command_t), allocatable :: commands(:)
+
+        call trim_commands(setup_said(), [310e-6_dp, 0.0_dp, -25e-6_dp], commands)
+        call check(error, size(commands), 3, 'commands')
+        if (allocated(error)) return
+        call check(error, all(commands%steps == [12000, 2983, -1208]), 'steps')
+        if (allocated(error)) return
+        call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
+    end subroutine test_trim
+end module test_level1_estimate
