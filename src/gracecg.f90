@@ -108,6 +108,10 @@ module gracecg
         inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
     use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_observations_level1_check, only: level1_check_t, check_level1
+    use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_offset, only: level1_solution_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP
     use gracecg_estimation_report_options, only: report_options
@@ -172,6 +176,8 @@ module gracecg
     public :: srf_of_accelerometer, ACCELEROMETER_AXES, gracecg_quaternion, continuous_quaternions, mounting_of_head
     public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     public :: inertial_velocity, level1_folder_t, open_level1_folder, level1_check_t, check_level1
+    public :: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration
+    public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, level1_solution_t
 
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: satellite_t, operator_t, OPERATOR_ERRORS

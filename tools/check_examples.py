@@ -36,7 +36,7 @@ SUBSTITUTIONS = (
     # a minute's work: tools/check_report.py runs this very command; its help stands in for it here
     (re.compile(r"gracecg report (?!--help).*"), "gracecg report --help"),
     # files of a data centre are not at hand
-    (re.compile(r"gracecg level1 (list|dump|check|convert|estimate) (?!--help).*"), r"gracecg level1 \1 --help"),
+    (re.compile(r"gracecg level1 (list|dump|check|convert|estimate|prepare|trend) (?!--help).*"), r"gracecg level1 \1 --help"),
 )
 LONGEST = 120       # seconds for one example
 

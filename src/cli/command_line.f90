@@ -31,6 +31,8 @@ module gracecg_cli_command_line
         declare_level1_convert, run_level1_convert
     use gracecg_cli_level1_check, only: declare_level1_check, run_level1_check
     use gracecg_cli_level1_estimate, only: declare_level1_estimate, run_level1_estimate
+    use gracecg_cli_level1_prepare, only: declare_level1_prepare, run_level1_prepare
+    use gracecg_cli_level1_trend, only: declare_level1_trend, run_level1_trend
     implicit none
     private
     public :: run_command_line, STATUS_DONE, STATUS_FAILED, STATUS_MISUSED
@@ -93,6 +95,10 @@ contains
                       declare_level1_check, run_level1_check), &
             command_t('level1 estimate', 'the CG offset from Level-1 files of a manoeuvre', &
                       declare_level1_estimate, run_level1_estimate), &
+            command_t('level1 prepare', 'a span of Level-1 files as an observation set', &
+                      declare_level1_prepare, run_level1_prepare), &
+            command_t('level1 trend', 'offsets from Level-1 data over time', &
+                      declare_level1_trend, run_level1_trend), &
             command_t('level1 convert', 'Level-1 text as binary, binary as text', &
                       declare_level1_convert, run_level1_convert)]
     end function all_commands

@@ -6,7 +6,6 @@ module gracecg_cli_level1_estimate
     use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_observations_level1_time, only: gps_date_text
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, CLOSE_ENOUGH
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
@@ -178,6 +177,7 @@ contains
                               integer_text(first%flag)//')'//because(first%reason))
             call console%line('the offset is '//trim(merge('above', 'below', norm2(first%offset) > 0.1_dp*MILLIMETRE))// &
                               ' 0.1 mm')
+            if (first%flag > 1) return
             call trim_commands(setup, first%offset, commands)
             do i = 1, size(commands)
                 call console%line('trim: '//trim(commands(i)%text))
@@ -405,9 +405,10 @@ contains
         call results%member('torque_delay_sigma_s', estimate%rods%delay_sigma)
         call results%member('accelerometer_delay_s', estimate%accelerometer_delay)
         call results%member('accelerometer_delay_sigma_s', estimate%accelerometer_delay_sigma)
-        call results%member('gas_tank_1_kg', calibration%gas(1))
-        call results%member('gas_tank_2_kg', calibration%gas(2))
+        call results%member('gas_kg', calibration%gas)
         associate (first => estimate%solutions(1))
+            call results%member('offset_mm', first%offset/MILLIMETRE)
+            call results%member('sigma_mm', sigmas(first)/MILLIMETRE)
             call results%member('covariance_mm2', first%covariance/MILLIMETRE**2)
             call results%member('leakage_m_s2_ma', first%leak)
             call results%member('leakage_rate_m_s_ma', first%leak_rate)
@@ -434,7 +435,7 @@ contains
                 end associate
             end do
             call results%end()
-            call trim_commands(setup, first%offset, commands)
+            call trim_commands(setup, merge(first%offset, 0*first%offset, first%flag < 2), commands)
             call results%member('trim', [(commands(k)%text, k=1, size(commands))])
         end associate
         call results%member('findings', estimate%findings)

@@ -5,7 +5,7 @@ module test_commands
     use gracecg_base_version, only: VERSION
     use gracecg_base_constants, only: EARTH_GM, ASTRONOMICAL_UNIT
     use gracecg_base_text, only: string_t, split, split_words, parse_real
-    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, &
+    use gracecg_files_file, only: text_file_t, read_text_file, text_file_of, file_exists, make_directory, &
         remove_file
     use gracecg_files_table, only: read_csv
     use gracecg_simulation_report_cases, only: REPORT_CASE_NAMES
@@ -58,6 +58,7 @@ contains
                     new_unittest('pattern', test_pattern), &
                     new_unittest('panels-as-json', test_panels), &
                     new_unittest('completion', test_completion), &
+                    new_unittest('level1', test_level1), &
                     new_unittest('empty-and-wrong-paths', test_paths), &
                     new_unittest('gravity', test_gravity), &
                     new_unittest('field', test_field), &
@@ -1280,6 +1281,52 @@ contains
         end do
         call refused(error, 'completion fish', STATUS_MISUSED, [character(W) :: 'unknown shell "fish"', 'bash and zsh'])
     end subroutine test_completion
+
+    !> Level-1 files are listed, shown, converted and checked; a broken one among others is told.
+    subroutine test_level1(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: DAY = FOLDER//'level1-day', TNK = 'TNK1B_2020-02-01_C_04', MAS = 'MAS1B_2020-02-01_C_04'
+        character(*), parameter :: HEAD = 'header:'//LF//'    platform: GRACE C'//LF//'# End of YAML header'//LF
+        character(:), allocatable :: output
+        type(console_t) :: console
+        type(error_t), allocatable :: failure
+        integer :: status
+
+        call make_directory(DAY, failure)
+        call make_file(error, 'level1-day/'//TNK//'.txt', HEAD//'633798000 250000 G C 2 00000100 00000011 221.75 1.5'//LF// &
+                       '633798001 250000 G C 2 00000000 00000001 221.5'//LF)
+        if (.not. allocated(error)) &
+            call make_file(error, 'level1-day/'//MAS//'.txt', HEAD//'633798600 0 G C 00000000 11000000 13.5 13.25'//LF// &
+                           '633802200 0 G C 00000000 11000000 13.4990234375 13.248046875'//LF)
+        if (.not. allocated(error)) call succeeds(error, 'level1 list '//DAY//' --format csv', output)
+        if (allocated(error)) return
+        call check(error, index(output, TNK//'.txt,TNK1B,C,text,2,633798000.25,633798001.25,2020-02-01T03:00:00.250000,'// &
+                                '2020-02-01T03:00:01.250000,1,0,0,0,0,0,1,') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'level1 dump '//DAY//'/'//TNK//'.txt', output)
+        if (.not. allocated(error)) &
+            call check(error, index(output, ',text,2,633798000.25,633798001.25,tank_pres,2,221.75,221.5,221.625,221.5,221.75') &
+                       > 0 .and. index(output, ',reg_pres,1,1.5,1.5,1.5,1.5,1.5') > 0 .and. &
+                       index(output, ',id,2,C,C,,,') > 0 .and. index(output, ',qualflg,2,4,0,2,0,4') > 0, output)
+        if (.not. allocated(error)) &
+            call succeeds(error, 'level1 convert '//DAY//'/'//TNK//'.txt --out '//FOLDER//TNK//'.dat', output)
+        if (.not. allocated(error)) call succeeds(error, 'level1 dump '//FOLDER//TNK//'.dat --format records', output)
+        if (.not. allocated(error)) call check(error, index(output, '633798001,250000,G,C,2,0,1,221.5,,,,,,') > 0, output)
+        if (.not. allocated(error)) call succeeds(error, 'level1 check '//DAY//' --format csv', output)
+        if (.not. allocated(error)) &
+            call check(error, index(output, 'quantity,value,unit,verdict'//LF//'gas_used_1,0.0009765625,kg,ok'//LF// &
+                                    'gas_used_2,0.001953125,kg,ok') > 0, output)
+        if (.not. allocated(error)) call make_file(error, 'level1-day/'//MAS//'.txt', HEAD//'633798600 0 G'//LF)
+        call refused(error, 'level1 dump '//DAY//'/'//MAS//'.txt', STATUS_FAILED, [character(W) :: MAS//'.txt:4', &
+                                                                                   'field id of MAS1B'])
+        ! In a list the others are shown all the same.
+        console%captured = .true.
+        call run_command_line([string_t('level1'), string_t('list'), string_t(DAY)], console, status)
+        if (.not. allocated(error)) &
+            call check(error, status == STATUS_FAILED .and. index(console%messages, MAS//'.txt:4') > 0 .and. &
+                       index(console%output, TNK//'.txt        2') > 0, console%output//console%messages)
+        call refused(error, 'level1 check '//DAY//' --satellite A', STATUS_FAILED, [character(W) :: 'files of satellite A'])
+    end subroutine test_level1
 
     !> Sentences for an empty path, a folder where a file is expected, and the reverse.
     subroutine test_paths(error)

@@ -15,6 +15,13 @@ module test_level1_estimate
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
     use gracecg_estimation_level1_spans, only: find_spans
+    use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_spacecraft_torque_rods, only: rod_moments
+    use gracecg_studies_level1_preparation, only: prepare_observations
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_solution, only: solution_t
     use testdrive, only: unittest_type, error_type, check, new_unittest
     use fixture, only: FOLDER, make_file, check_fails, check_passes
     implicit none
@@ -64,7 +71,9 @@ contains
                     new_unittest('no-angular-channels', test_no_angular), &
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
                     new_unittest('events', test_events), &
-                    new_unittest('trim-steps', test_trim)]
+                    new_unittest('trim-steps', test_trim), &
+                    new_unittest('observation-set', test_observation_set), &
+                    new_unittest('trend', test_trend)]
     end subroutine collect_level1_estimate
 
     pure function setup_said() result(setup)
@@ -547,4 +556,72 @@ contains
         if (allocated(error)) return
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
+
+    !> A span as an observation set: another estimator finds the offset, with the rods that flew.
+    subroutine test_observation_set(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: along(3)
+
+        call estimate_day('l1_set', flaws_t(), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call prepare_observations(calibration, setup_said(), estimate, 2, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(observations%accelerometer_time*10 - nint(observations%accelerometer_time*10))) < 1e-9_dp, &
+                   'whole tenths of a second')
+        if (allocated(error)) return
+        along = rod_moments(observations%knowledge%rods, 7.3_dp)
+        call check(error, maxval(abs(along - ROD*current_at(start_of(1) + 8.3_dp, flaws_t()))) < 0.1_dp, 'moments, A m^2')
+        if (allocated(error)) return
+        call estimate_offset('optimal', observations, estimation_options_t(), solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(solution%offset - OFFSET)) < 5*MICROMETRE, 'offset by optimal')
+    end subroutine test_observation_set
+
+    !> A line with a step is found again, and what the gas does.
+    subroutine test_trend(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(trend_point_t) :: points(6)
+        type(level1_trend_t) :: trend
+        type(error_t), allocatable :: failure
+        real(dp), parameter :: RATE(3) = [12e-6_dp, -3e-6_dp, 0.0_dp], JUMP(3) = [-40e-6_dp, 5e-6_dp, 1e-6_dp]    ! m/a, m
+        real(dp) :: at
+        integer :: i
+
+        do i = 1, size(points)
+            points(i)%time = 6e8_dp + 0.5_dp*i*JULIAN_YEAR
+            points(i)%sigma = [2, 1, 1]*MICROMETRE
+            points(i)%offset = [30e-6_dp, 10e-6_dp, 0.0_dp] + RATE*0.5_dp*i
+            if (i > 3) points(i)%offset = points(i)%offset + JUMP
+        end do
+        at = 6e8_dp + 1.75_dp*JULIAN_YEAR
+        call fit_trend(points, [5e8_dp, at, at + 60, 9e8_dp], 100e-6_dp, trend, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(trend%step_time), 1, 'steps that the dates see')
+        if (allocated(error)) return
+        call check(error, maxval(abs(trend%rate*JULIAN_YEAR - RATE)) < 1e-11_dp .and. &
+                   maxval(abs(trend%step(:, 1) - JUMP)) < 1e-11_dp, 'rate and step')
+        if (allocated(error)) return
+        call check(error, maxval(trend%chi_square) < 1e-8_dp .and. trend%degrees == 3, 'chi square')
+        if (allocated(error)) return
+        call check(error, norm2(trend%at(trend%passes)) > 100e-6_dp .and. norm2(trend%at(trend%passes - 86400)) <= 100e-6_dp, &
+                   'the date of 100 um')
+        if (allocated(error)) return
+        ! 1 g less in tank 1 at -0.6 m: the centre of mass moves by +1.03 um along x, d by -1.03 um
+        call check(error, maxval(abs(predicted_change(setup_said(), [13.0_dp, 13.0_dp], [12.999_dp, 13.0_dp]) - &
+                                     [-0.6e-3_dp/580, 0.0_dp, 0.0_dp])) < 1e-15_dp, 'by gas')
+        if (allocated(error)) return
+        call fit_trend(points(:1), [real(dp) ::], 100e-6_dp, trend, failure)
+        call check_fails(error, message_of(failure), ['at least 2 dates'])
+    end subroutine test_trend
 end module test_level1_estimate

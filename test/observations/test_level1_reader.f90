@@ -457,7 +457,22 @@ contains
 
         type(level1_records_t) :: records
         type(error_t), allocatable :: failure
+        character(:), allocatable :: text
 
+        call read_content(error, 'CLK1B_2020-02-01_C_04.txt', cards('1', 'GRACE C', '-5'), records, failure)
+        if (.not. allocated(error)) call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) &
+            call check_fails(error, join(padded(records%warnings), '; '), [character(60) :: &
+                             'line 4 of the header: "-5" is no number of records'])
+        if (allocated(error)) return
+        text = yaml('many', 'any')
+        text = text(:index(text, '738849600.5') - 1)//'soon'//LF//'# End of YAML header'//LF
+        call read_content(error, 'CLK1B_2020-02-01_C_04.txt', text, records, failure)
+        if (.not. allocated(error)) call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) &
+            call check_fails(error, join(padded(records%warnings), '; '), [character(60) :: &
+                             'line 3 of the header: "many" is no number', 'line 10 of the header: "soon" is no time'])
+        if (allocated(error)) return
         call read_content(error, 'VGN1B_2018-05-22_A_04.txt', cards('1', 'GRACE C', '864078')// &
                           '633798000 D 0.5 1 nan 0 00000000'//LF, records, failure)
         if (.not. allocated(error)) call check_passes(error, message_of(failure))
@@ -498,7 +513,6 @@ contains
 
         character(*), parameter :: NAME = 'CLK1B_2020-02-01_C_04.txt'
         integer, parameter :: W = 60
-        character(:), allocatable :: text
 
         call check_refused(error, NAME, '', [character(W) :: 'is empty'])
         if (.not. allocated(error)) &
@@ -512,14 +526,6 @@ contains
                                                        [character(W) :: 'FILE FORMAT 0=BINARY 1=ASCII'])
         if (.not. allocated(error)) call check_refused(error, NAME, cards('2', 'GRACE C', '1'), &
                                                        [character(W) :: ':2:', '"2"', '0 (binary) and 1 (text)'])
-        if (.not. allocated(error)) call check_refused(error, NAME, cards('1', 'GRACE C', '-5'), &
-                                                       [character(W) :: ':4:', '"-5" is no number of records'])
-        if (.not. allocated(error)) call check_refused(error, NAME, yaml('many', 'any'), &
-                                                       [character(W) :: ':3:', '"many" is no number of records'])
-        text = yaml('1', 'any')
-        if (.not. allocated(error)) &
-            call check_refused(error, NAME, text(:index(text, '738849600.5') - 1)//'soon'//LF//'# End of YAML header'//LF, &
-                               [character(W) :: ':10:', '"soon" is no time'])
         if (.not. allocated(error)) call check_refused(error, 'any.txt', yaml('0', 'any'), &
                                                        [character(W) :: 'neither header nor name say'])
         if (.not. allocated(error)) call check_refused(error, 'IMU1A_2020-02-01_C_04.dat', cards('0', 'GRACE C', '1'), &

@@ -9,13 +9,12 @@ module gracecg_estimation_level1_angular
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, rod_accelerations, known_acceleration, &
         slow_quantities
-    use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, remove_space, polynomial_columns
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, SPAN_MARGIN
-    use gracecg_estimation_level1_series, only: interpolate
+    use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, polynomial_columns
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
     implicit none
     private
-    public :: level1_motion_t, angular_calibration_t, gyro_axes_t, rod_motion, calibrate_angular_channels, channels_at
-    public :: differentiate_attitude, fit_gyro_axes, gyro_attitude, band_columns, NUISANCE_DEGREE
+    public :: level1_motion_t, angular_calibration_t, rod_motion, calibrate_angular_channels, channels_at
+    public :: differentiate_attitude, band_columns, NUISANCE_DEGREE
 
     integer, parameter :: NUISANCE_DEGREE = 2       !! Of the polynomial of each axis and span
     real(dp), parameter :: HIGHEST_LINE = 0.16_dp   !! Of the attitude's fit, Hz
@@ -46,13 +45,6 @@ module gracecg_estimation_level1_angular
         real(dp) :: common = 0                  !! The common scale
         real(dp) :: condition = 0
     end type angular_calibration_t
-
-    type :: gyro_axes_t
-        !! Directions of the gyros with their scales: angle = a . phi + bias
-        logical :: known = .false.
-        integer, allocatable :: gyro(:)         !! Those that see something
-        real(dp), allocatable :: axis(:, :)     !! a: (3, gyro)
-    end type gyro_axes_t
 
 contains
 
@@ -293,99 +285,4 @@ contains
             end do
         end do
     end subroutine differentiate_attitude
-
-    !> The axes of the gyros, by regression of their angles on those of the star cameras over all spans.
-    subroutine fit_gyro_axes(calibration, axes, error)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(gyro_axes_t), intent(out) :: axes
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), parameter :: LEAST = 0.05_dp      ! Of a: a gyro that is off sees nothing
-        real(dp) :: normal(3, 3), rhs(3), part(3, 3), part_rhs(3), x(3), covariance(3, 3), condition, angle(1)
-        real(dp), allocatable :: rows(:, :), observed(:), basis(:, :)
-        integer, allocatable :: wanted(:)
-        integer :: gyro, i, k, n
-
-        allocate (axes%gyro(0), axes%axis(3, 0))
-        if (.not. calibration%has_gyros) return
-        do gyro = 1, 4
-            normal = 0
-            rhs = 0
-            do i = 1, size(calibration%spans)
-                associate (span => calibration%spans(i))
-                    if (.not. span%used .or. size(span%gyros(gyro)%time) < 10) cycle
-                    wanted = pack([(k, k=1, size(span%attitude_time))], &
-                                  span%attitude_time > span%gyros(gyro)%time(2) .and. &
-                                  span%attitude_time < span%gyros(gyro)%time(size(span%gyros(gyro)%time) - 1))
-                    n = size(wanted)
-                    if (n < 20) cycle
-                    rows = span%angle(:, wanted)
-                    allocate (observed(n), basis(n, 2))
-                    do k = 1, n
-                        call interpolate(span%gyros(gyro)%time, reshape(span%gyros(gyro)%angle, &
-                                         [1, size(span%gyros(gyro)%angle)]), span%attitude_time(wanted(k)), angle)
-                        observed(k) = angle(1)
-                    end do
-                    call polynomial_columns(span%attitude_time(wanted), 1, basis)
-                end associate
-                ! Bias and drift of the gyro; the mean rate of the satellite goes with them but where spans differ, so
-                ! that only the offset is taken away.
-                basis = basis(:, :1)
-                call orthonormalise(basis)
-                call remove_space(basis, observed)
-                do k = 1, 3
-                    call remove_row(basis, rows, k)
-                end do
-                call normal_equations(rows, observed, part, part_rhs)
-                normal = normal + part
-                rhs = rhs + part_rhs
-                deallocate (observed, basis)
-            end do
-            if (.not. any(normal > 0)) cycle
-            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
-            if (allocated(error)) return
-            if (norm2(x) < LEAST) cycle
-            axes%gyro = [axes%gyro, gyro]
-            axes%axis = reshape([axes%axis, x], [3, size(axes%gyro)])
-        end do
-        if (size(axes%gyro) < 3) return
-        axes%known = abs(determinant_3x3(matmul(axes%axis, transpose(axes%axis)))) > LEAST**2
-    end subroutine fit_gyro_axes
-
-    subroutine remove_row(basis, rows, k)
-        real(dp), intent(in) :: basis(:, :)
-        real(dp), intent(inout) :: rows(:, :)
-        integer, intent(in) :: k
-
-        real(dp) :: row(size(rows, 2))
-
-        row = rows(k, :)
-        call remove_space(basis, row)
-        rows(k, :) = row
-    end subroutine remove_row
-
-    !> The rotation of the satellite by the gyros in a span, least squares at the times of the first.
-    subroutine gyro_attitude(span, axes, times, angles)
-        type(level1_span_t), intent(in) :: span
-        type(gyro_axes_t), intent(in) :: axes
-        real(dp), allocatable, intent(out) :: times(:)
-        real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
-
-        real(dp) :: inverse(3, 3), seen(size(axes%gyro)), angle(1)
-        integer :: i, k
-
-        inverse = inverse_3x3(matmul(axes%axis, transpose(axes%axis)))
-        times = span%gyros(axes%gyro(1))%time
-        times = times(3:size(times) - 2)
-        allocate (angles(3, size(times)))
-        do i = 1, size(times)
-            do k = 1, size(axes%gyro)
-                associate (gyro => span%gyros(axes%gyro(k)))
-                    call interpolate(gyro%time, reshape(gyro%angle, [1, size(gyro%angle)]), times(i), angle)
-                    seen(k) = angle(1) - gyro%angle(1)
-                end associate
-            end do
-            angles(:, i) = matmul(inverse, matmul(axes%axis, seen))
-        end do
-    end subroutine gyro_attitude
 end module gracecg_estimation_level1_angular

@@ -12,6 +12,7 @@ module gracecg_estimation_level1_attitude
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_estimation_level1_gyros, only: gyro_axes_t, gyro_attitude
     use gracecg_estimation_level1_series, only: interpolate, hold, node_before, integrate_twice
     implicit none
     private
@@ -42,14 +43,21 @@ module gracecg_estimation_level1_attitude
         real(dp) :: gain_sigma(3) = 0
         real(dp) :: delay = 0                           !! tau, s
         real(dp) :: delay_sigma = 0                     !! s
+        real(dp) :: gyro_delay = 0                      !! The same by the gyros, s
+        logical :: by_gyros = .false.                   !! Gyros have a part in the gains
         real(dp) :: rms(3) = 0                          !! Of the attitude's residuals by axis, rad
+        real(dp) :: gyro_rms = 0                        !! Of the gyros' about y, rad
         real(dp) :: explained(3) = 0                    !! Share of the variance that the rods explain, by axis
         real(dp) :: weighted_squares = 0                !! Of the residuals, by degree of freedom of the first fit
         logical :: estimated = .false.
     end type rod_calibration_t
 
-    !> A span's part of the fit that does not depend on the delay
+    integer, parameter :: CAMERAS = 1, GYROS = 2        !! Whose angles
+
+    !> What of a span's angles does not depend on the delay
     type :: fit_span_t
+        integer :: kind = CAMERAS
+        logical :: axes(3) = .true.                     !! Which are used
         real(dp), allocatable :: grid(:)                !! Times of the integrals, s
         real(dp), allocatable :: response(:, :, :)      !! N: axis, rod, time
         real(dp), allocatable :: time(:)                !! Of the attitude, s
@@ -134,58 +142,104 @@ contains
     end function known_acceleration
 
     !> Gains and delay. Fails when the attitude does not determine them.
-    subroutine calibrate_rods(calibration, setup, drive, rods, error)
+    !>
+    !> The delay is that by the star cameras. Where there are gyros, their angle about the axis of the orbital rate, the
+    !> scale of which that rate gives, has its part in the gains, with a delay of its own.
+    subroutine calibrate_rods(calibration, setup, drive, axes, rods, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
         type(level1_drive_t), intent(in) :: drive
+        type(gyro_axes_t), intent(in) :: axes
         type(rod_calibration_t), intent(out) :: rods
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: COARSE = 0.1_dp, FINE = 0.02_dp
+        real(dp), parameter :: LEAST_RATE = 5e-4_dp     ! rad/s: scales are safe above
         type(fit_span_t), allocatable :: fits(:)
-        real(dp) :: weight(3), squares(-1:1), best, delay, lowest, curvature, step, trial
-        integer :: i, round, used
+        real(dp), allocatable :: times(:), angles(:, :)
+        real(dp) :: weight(3, 2), delays(2), lowest, squares
+        integer :: i, used
 
         used = count(calibration%spans%used)
-        allocate (fits(used))
-        used = 0
-        do i = 1, size(calibration%spans)
-            if (.not. calibration%spans(i)%used) cycle
-            used = used + 1
-            call prepare(calibration%spans(i), setup, fits(used))
-        end do
         call find_driven(calibration, setup, rods%driven)
         if (used == 0 .or. .not. any(rods%driven)) then
             call fail(error, 'no manoeuvre found: in no usable span the current of a rod ranges over more than excitation_ma')
             return
         end if
-        weight = 1
-        rods%delay = setup%torque_delay
-        do round = 1, 3     ! weights by axis from the residuals, at the best delay so far
-            lowest = huge(lowest)
-            delay = rods%delay
-            do i = 0, nint((LATEST - EARLIEST)/COARSE)
-                if (round > 1) exit
-                trial = EARLIEST + i*COARSE
-                call fit(fits, drive, trial, weight, rods, best, error)
-                if (allocated(error)) return
-                if (best < lowest) delay = trial
-                lowest = min(lowest, best)
-            end do
-            step = merge(COARSE, FINE, round == 1)
-            do i = -1, 1
-                call fit(fits, drive, delay + i*step, weight, rods, squares(i), error)
-                if (allocated(error)) return
-            end do
-            curvature = squares(-1) - 2*squares(0) + squares(1)
-            if (curvature > 0) delay = delay + max(-1.0_dp, min(1.0_dp, (squares(-1) - squares(1))/(2*curvature)))*step
-            rods%delay = delay
-            call fit(fits, drive, delay, weight, rods, best, error)
-            if (allocated(error)) return
-            if (curvature > 0) rods%delay_sigma = sqrt(2*step**2/curvature*rods%weighted_squares)
-            weight = 1/rods%rms**2
+        allocate (fits(used))
+        used = 0
+        do i = 1, size(calibration%spans)
+            if (.not. calibration%spans(i)%used) cycle
+            used = used + 1
+            call prepare(calibration%spans(i), setup, calibration%spans(i)%attitude_time, calibration%spans(i)%angle, &
+                         fits(used))
         end do
+        weight = 1
+        delays = setup%torque_delay
+        lowest = huge(lowest)
+        do i = 0, nint((LATEST - EARLIEST)/COARSE)
+            delays(CAMERAS) = EARLIEST + i*COARSE
+            call fit(fits, drive, delays, weight, rods, squares, error)
+            if (allocated(error)) return
+            if (squares < lowest) rods%delay = delays(CAMERAS)
+            lowest = min(lowest, squares)
+        end do
+        delays = rods%delay
+        do i = 1, 3     ! weights by axis from the residuals, at the best delay so far
+            call refine(CAMERAS, merge(COARSE, FINE, i == 1), rods%delay_sigma)
+            if (allocated(error)) return
+        end do
+        rods%delay = delays(CAMERAS)
         rods%estimated = .true.
+        if (.not. axes%known) return
+        rods%by_gyros = .true.
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (.not. span%used) cycle
+                rods%by_gyros = rods%by_gyros .and. abs(sum(span%rate(2, :)))/size(span%rate, 2) > LEAST_RATE
+                if (.not. rods%by_gyros) return
+                call gyro_attitude(span, axes, times, angles)
+                fits = [fits, fit_span_t(kind=GYROS, axes=[.false., .true., .false.])]
+                call prepare(span, setup, times, angles, fits(size(fits)))
+            end associate
+        end do
+        delays(GYROS) = rods%delay
+        weight(:, GYROS) = weight(:, CAMERAS)
+        do i = 1, 3
+            call refine(GYROS, merge(2*FINE, FINE, i == 1), lowest)
+            if (allocated(error)) return
+        end do
+        rods%gyro_delay = delays(GYROS)
+
+    contains
+
+        !> One delay by a parabola through three; and its sigma.
+        subroutine refine(kind, step, sigma)
+            integer, intent(in) :: kind
+            real(dp), intent(in) :: step            !! s
+            real(dp), intent(inout) :: sigma        !! s
+
+            real(dp) :: at(-1:1), curvature, centre
+            integer :: k
+
+            centre = delays(kind)
+            do k = -1, 1
+                delays(kind) = centre + k*step
+                call fit(fits, drive, delays, weight, rods, at(k), error)
+                if (allocated(error)) return
+            end do
+            curvature = at(-1) - 2*at(0) + at(1)
+            delays(kind) = centre
+            if (curvature > 0) &
+                delays(kind) = centre + max(-1.0_dp, min(1.0_dp, (at(-1) - at(1))/(2*curvature)))*step
+            call fit(fits, drive, delays, weight, rods, at(0), error)
+            if (allocated(error)) return
+            if (curvature > 0) sigma = sqrt(2*step**2/curvature*rods%weighted_squares)
+            do k = 1, 3
+                weight(k, CAMERAS) = 1/rods%rms(k)**2
+            end do
+            if (rods%by_gyros) weight(2, GYROS) = 1/rods%gyro_rms**2
+        end subroutine refine
     end subroutine calibrate_rods
 
     !> Which rods some span drives.
@@ -211,20 +265,21 @@ contains
     end subroutine find_driven
 
     !> What of a span does not depend on the delay.
-    subroutine prepare(span, setup, fitted)
+    subroutine prepare(span, setup, times, angles, fitted)
         type(level1_span_t), intent(in) :: span
         type(level1_setup_t), intent(in) :: setup
-        type(fit_span_t), intent(out) :: fitted
+        real(dp), intent(in) :: times(:)            !! s
+        real(dp), intent(in) :: angles(:, :)        !! (3, n), rad
+        type(fit_span_t), intent(inout) :: fitted   !! Its kind and axes are kept
 
         integer, allocatable :: wanted(:)
         real(dp), allocatable :: known(:, :), twice(:)
         real(dp) :: slow(10), last
         integer :: i, k, n, axis
 
-        wanted = pack([(i, i=1, size(span%attitude_time))], span%attitude_time >= span%start - FIT_MARGIN .and. &
-                      span%attitude_time <= span%stop + FIT_MARGIN)
-        fitted%time = span%attitude_time(wanted)
-        fitted%angle = transpose(span%angle(:, wanted))
+        wanted = pack([(i, i=1, size(times))], times >= span%start - FIT_MARGIN .and. times <= span%stop + FIT_MARGIN)
+        fitted%time = times(wanted)
+        fitted%angle = transpose(angles(:, wanted))
         last = fitted%time(size(fitted%time))
         n = ceiling((last - fitted%time(1))/GRID_STEP - 1e-6_dp) + 1
         fitted%grid = fitted%time(1) + [(i*GRID_STEP, i=0, n - 1)]
@@ -280,26 +335,26 @@ contains
         end do
     end function on_samples
 
-    !> Gains at a delay, and the weighted squares of the residuals.
-    subroutine fit(fits, drive, delay, weight, rods, squares, error)
+    !> Gains at some delays, and the weighted squares of the residuals.
+    subroutine fit(fits, drive, delays, weight, rods, squares, error)
         type(fit_span_t), intent(in) :: fits(:)
         type(level1_drive_t), intent(in) :: drive
-        real(dp), intent(in) :: delay               !! s
-        real(dp), intent(in) :: weight(3)           !! Of the axes, 1/rad^2
+        real(dp), intent(in) :: delays(2)           !! Of cameras and gyros, s
+        real(dp), intent(in) :: weight(3, 2)        !! Of their axes, 1/rad^2
         type(rod_calibration_t), intent(inout) :: rods
         real(dp), intent(out) :: squares
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: rows(:, :), observed(:), current(:, :), twice(:), column(:), normal(:, :), rhs(:), x(:), &
-            covariance(:, :), residuals(:)
-        integer, allocatable :: axis_of(:), number(:)
-        real(dp) :: condition, total
-        integer :: i, k, axis, m, n, first, parameters, free
+            covariance(:, :), residuals(:), root(:)
+        integer, allocatable :: class_of(:), number(:)      ! class: axis, or 3 + axis of gyros
+        real(dp) :: condition, total, free(6)
+        integer :: i, k, axis, m, n, first, parameters, class
 
         number = pack([1, 2, 3], rods%driven)
         parameters = size(number)
-        n = 3*sum([(size(fits(i)%time), i=1, size(fits))])
-        allocate (rows(parameters, n), observed(n), axis_of(n), normal(parameters, parameters), rhs(parameters), &
+        n = sum([(count(fits(i)%axes)*size(fits(i)%time), i=1, size(fits))])
+        allocate (rows(parameters, n), observed(n), class_of(n), normal(parameters, parameters), rhs(parameters), &
                   x(parameters), covariance(parameters, parameters))
         first = 1
         free = 0
@@ -307,12 +362,14 @@ contains
             associate (f => fits(i))
                 allocate (current(3, size(f%grid)), twice(size(f%grid)))
                 do k = 1, size(f%grid)
-                    call drive%at(f%grid(k) - delay, current(:, k))
+                    call drive%at(f%grid(k) - delays(f%kind), current(:, k))
                 end do
                 m = size(f%time)
-                free = free + 3*(m - size(f%basis, 2))
                 do axis = 1, 3
-                    axis_of(first:first + m - 1) = axis
+                    if (.not. f%axes(axis)) cycle
+                    class = axis + 3*(f%kind - 1)
+                    class_of(first:first + m - 1) = class
+                    free(class) = free(class) + m - size(f%basis, 2)
                     column = f%angle(:, axis)
                     do k = 1, 3     ! a rod that is not driven acts as said
                         if (rods%driven(k)) cycle
@@ -332,13 +389,13 @@ contains
                 deallocate (current, twice)
             end associate
         end do
-        call normal_equations(rows*spread(sqrt(weight(axis_of)), 1, parameters), observed*sqrt(weight(axis_of)), normal, rhs)
+        root = [(sqrt(weight(modulo(class_of(k) - 1, 3) + 1, (class_of(k) - 1)/3 + 1)), k=1, n)]
+        call normal_equations(rows*spread(root, 1, parameters), observed*root, normal, rhs)
         call solve_normal_equations(normal, rhs, x, covariance, condition, error)
         if (allocated(error)) return
         residuals = observed - matmul(x, rows)
-        squares = sum(weight(axis_of)*residuals**2)
-        free = free - parameters
-        rods%weighted_squares = squares/free
+        squares = sum((root*residuals)**2)
+        rods%weighted_squares = squares/(sum(free) - parameters)
         rods%gain = 1
         rods%gain_sigma = 0
         do k = 1, parameters
@@ -346,9 +403,10 @@ contains
             rods%gain_sigma(number(k)) = sqrt(covariance(k, k)*rods%weighted_squares)
         end do
         do axis = 1, 3
-            total = sum(observed**2, mask=axis_of == axis)
-            rods%rms(axis) = sqrt(sum(residuals**2, mask=axis_of == axis)/(free/3.0_dp))
-            rods%explained(axis) = 1 - sum(residuals**2, mask=axis_of == axis)/max(total, tiny(total))
+            total = sum(observed**2, mask=class_of == axis)
+            rods%rms(axis) = sqrt(sum(residuals**2, mask=class_of == axis)/(free(axis) - parameters/3.0_dp))
+            rods%explained(axis) = 1 - sum(residuals**2, mask=class_of == axis)/max(total, tiny(total))
         end do
+        if (free(5) > 0) rods%gyro_rms = sqrt(sum(residuals**2, mask=class_of == 5)/free(5))
     end subroutine fit
 end module gracecg_estimation_level1_attitude

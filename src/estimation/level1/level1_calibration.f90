@@ -44,6 +44,8 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: linear(:, :)       !! m/s^2
         real(dp), allocatable :: angular(:, :)      !! rad/s^2; NaN: none
         real(dp), allocatable :: attitude_time(:)   !! Of the attitude, with margins
+        real(dp), allocatable :: quaternion(:, :)   !! Inertial to SRF, scalar last
+        real(dp), allocatable :: position(:, :)     !! Inertial, m
         real(dp), allocatable :: angle(:, :)        !! phi, rotation vector summed up, rad
         real(dp), allocatable :: rate(:, :)         !! Angular velocity, rad/s
         real(dp), allocatable :: field(:, :)        !! Of the Earth, T
@@ -71,6 +73,7 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
         real(dp), allocatable :: measured_field(:, :)   !! T
         real(dp) :: clock_correction = 0                !! GPS less OBC time at the epoch, s
+        real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
         real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
         logical :: has_angular = .false.                !! The accelerometer has angular channels
         logical :: has_gyros = .false.
@@ -117,7 +120,7 @@ contains
         if (.not. allocated(error)) call read_attitude(paths, setup, clock, calibration, windows, error)
         if (.not. allocated(error)) call read_gyros(paths, clock, calibration, windows, error)
         if (allocated(error)) return
-        if (field_choice == 'magnetometer') call correct_magnetometer(calibration, error)
+        call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
         if (allocated(error)) return
         call edit_spans(setup, calibration)
         call find_file(paths, ['MAS1B', 'MAS1A'], path)
@@ -629,7 +632,8 @@ contains
         wanted = pack([(i, i=1, size(times))], times >= span%start - SPAN_MARGIN - 2 .and. times <= span%stop + SPAN_MARGIN + 2)
         n = size(wanted)
         span%attitude_time = times(wanted)
-        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n))
+        span%quaternion = q(:, wanted)
+        allocate (span%angle(3, n), span%rate(3, n), span%field(3, n), span%up(3, n), span%gradient(n), span%position(3, n))
         if (n < 10) then
             call leave_out(span, 'no attitude')
             return
@@ -653,6 +657,7 @@ contains
                 c = inertial_of_earth_fixed(utc_of_gps(calibration%epoch + second, span%attitude_time(i) - real(second, dp)))
             end if
             call model%evaluate(rf, b)
+            span%position(:, i) = matmul(c, rf)
             to_body = matmul(rotation_matrix(q(:, wanted(i))), c)
             span%field(:, i) = matmul(to_body, b)
             span%up(:, i) = matmul(to_body, rf/norm2(rf))
@@ -739,16 +744,19 @@ contains
         end do
     end subroutine read_gyros
 
-    !> The measured field in place of the model's, its bias and the rods' part removed: both by least squares against
-    !> the model, b = B + bias + K_mag I.
-    subroutine correct_magnetometer(calibration, error)
+    !> Bias of the magnetometer and the rods' part in it by least squares against the model, b = B + bias + K_mag I,
+    !> and how far both fields then are apart: with spans at several places that is an upper bound of the model's error,
+    !> but for a constant along SRF. Where it is wanted, the corrected field stands in for the model's.
+    subroutine fit_magnetometer(calibration, replace, error)
         use gracecg_base_lapack, only: normal_equations, solve_normal_equations
         type(level1_calibration_t), intent(inout) :: calibration
+        logical, intent(in) :: replace
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
+        integer, parameter :: FEWEST = 40       ! Values
         real(dp), allocatable :: rows(:, :), differences(:, :), good(:, :), good_time(:)
-        real(dp) :: normal(4, 4), rhs(4), x(4), covariance(4, 4), condition, b(3), fit(4, 3), since
+        real(dp) :: normal(4, 4), rhs(4), x(4), covariance(4, 4), condition, b(3), fit(4, 3), left(3), since
         integer :: i, k, axis, span, n
         logical :: fresh
 
@@ -775,8 +783,8 @@ contains
                 end do
             end associate
         end do
-        if (n < 20) then
-            call fail(error, 'the magnetometer has no new values within the spans: use the field of the model')
+        if (n < FEWEST) then
+            if (replace) call fail(error, 'the magnetometer has no new values within the spans: use the field of the model')
             return
         end if
         do axis = 1, 3
@@ -784,7 +792,10 @@ contains
             call solve_normal_equations(normal, rhs, x, covariance, condition, error)
             if (allocated(error)) return
             fit(:, axis) = x
+            left(axis) = sum((differences(:n, axis) - matmul(x, rows(:, :n)))**2)/n
         end do
+        calibration%field_difference = sqrt(maxval(left))
+        if (.not. replace) return
         do i = 1, n
             good(:, i) = good(:, i) - matmul(rows(:, i), fit)
         end do
@@ -806,7 +817,7 @@ contains
                 end do
             end associate
         end do
-    end subroutine correct_magnetometer
+    end subroutine fit_magnetometer
 
     !> Leaves out samples at firings and at gaps of the currents, and spans with too little.
     subroutine edit_spans(setup, calibration)

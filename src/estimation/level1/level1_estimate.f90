@@ -2,16 +2,17 @@
 !> acceleration side by side, and a judgement that names what is wrong.
 module gracecg_estimation_level1_estimate
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MICROMETRE
+    use gracecg_base_constants, only: AXES, MICROMETRE, NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_estimation_level1_angular, only: level1_motion_t, angular_calibration_t, gyro_axes_t, rod_motion, &
-        calibrate_angular_channels, channels_at, differentiate_attitude, fit_gyro_axes, gyro_attitude, band_columns
+    use gracecg_estimation_level1_angular, only: level1_motion_t, angular_calibration_t, rod_motion, &
+        calibrate_angular_channels, channels_at, differentiate_attitude, band_columns
     use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, new_drive, calibrate_rods
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, keep_samples
+    use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes, gyro_attitude
     use gracecg_estimation_level1_series, only: hold
     use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, signal_of
     implicit none
@@ -28,6 +29,7 @@ module gracecg_estimation_level1_estimate
     type :: level1_estimate_t
         !! The result of a calibration
         type(rod_calibration_t) :: rods
+        type(level1_drive_t) :: drive                       !! Currents at any time
         logical :: steps = .false.                          !! Currents are held from tag to tag
         real(dp) :: accelerometer_delay = 0                 !! s
         real(dp) :: accelerometer_delay_sigma = 0           !! s; 0: not estimated
@@ -62,9 +64,9 @@ contains
             call fail(error, 'no span is usable: the first, because of '//trim(calibration%spans(1)%reason))
             return
         end if
+        call fit_gyro_axes(calibration, estimate%gyros, failure)
         call choose_drive(calibration, setup, drive, estimate, error)
         if (allocated(error)) return
-        call fit_gyro_axes(calibration, estimate%gyros, failure)
         do round = 1, EDIT_ROUNDS
             solution%source = LEVEL1_SOURCES(1)
             call solve_by_source(calibration, setup, estimate, LEVEL1_SOURCES(1), leakage, solution, error)
@@ -82,6 +84,7 @@ contains
             end if
             estimate%solutions = [estimate%solutions, solution]
         end do
+        estimate%drive = drive
         if (size(estimate%solutions) == 0) then
             call fail(error, 'no source gives an offset: '//estimate%remarks(size(estimate%remarks))%text)
             return
@@ -117,7 +120,7 @@ contains
             type(error_t), allocatable, intent(out) :: error
 
             call new_drive(calibration, estimate%steps, drive)
-            call calibrate_rods(calibration, setup, drive, estimate%rods, error)
+            call calibrate_rods(calibration, setup, drive, estimate%gyros, estimate%rods, error)
             if (allocated(error)) return
             call find_accelerometer_delay(calibration, setup, drive, estimate, error)
         end subroutine calibrate
@@ -339,7 +342,7 @@ contains
             do i = 1, n         ! the field of each place
                 if (.not. calibration%spans(i)%used) cycle
                 do k = 1, 3
-                    one = consider_t(sigma=setup%field_sigma, span=i)
+                    one = consider_t(sigma=field_sigma(calibration, setup), span=i)
                     allocate (one%change(n))
                     one%change(i)%acceleration = estimate%motion(i)%by_field(:, k, :)
                     considered = [considered, one]
@@ -372,6 +375,20 @@ contains
             end do
         end subroutine by_axis
     end subroutine list_considered
+
+    !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
+    !> magnetometer is closer to the model.
+    pure real(dp) function field_sigma(calibration, setup) result(sigma)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+
+        integer, parameter :: PLACES = 3
+        real(dp), parameter :: LEAST = 10*NANOTESLA     ! What no difference shows: a constant along SRF of that size
+
+        sigma = setup%field_sigma
+        if (calibration%field_difference < 0 .or. count(calibration%spans%used) < PLACES) return
+        sigma = min(sigma, max(LEAST, calibration%field_difference))
+    end function field_sigma
 
     !> Takes samples out whose residual exceeds five robust sigmas on some axis.
     subroutine drop_outliers(calibration, drive, estimate, solution, dropped)
@@ -438,7 +455,7 @@ contains
         type(level1_setup_t), intent(in) :: setup
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp     ! s
+        real(dp), parameter :: LEAST_CORRECTION = 5e-3_dp, WITHIN = 3e-3_dp, CERTAIN = 3e-3_dp      ! s
         real(dp), parameter :: HARDLY = 0.3_dp
         integer :: k
 
@@ -451,7 +468,8 @@ contains
         if (maxval(estimate%rods%explained) < HARDLY) call append(estimate%findings, 'the currents do not explain the '// &
             'attitude: B currents with the wrong sign, currents or attitude of another satellite or another time')
         associate (correction => calibration%clock_correction)
-            if (abs(correction) > LEAST_CORRECTION .and. estimate%accelerometer_delay_sigma > 0) then
+            if (abs(correction) > LEAST_CORRECTION .and. estimate%accelerometer_delay_sigma > 0 .and. &
+                estimate%accelerometer_delay_sigma < CERTAIN) then
                 if (abs(estimate%accelerometer_delay + correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
                     call append(estimate%findings, 'tags left in OBC time: the accelerometer lags by '// &
                                 milliseconds(estimate%accelerometer_delay)//' ms, which is the clock correction of '// &
@@ -460,7 +478,7 @@ contains
                     call append(estimate%findings, 'tags of ACC1A are in GPS time already, though they say OBC time: the '// &
                                 'accelerometer is ahead by the clock correction, '//milliseconds(correction)//' ms')
             end if
-            if (abs(correction) > LEAST_CORRECTION .and. &
+            if (abs(correction) > LEAST_CORRECTION .and. estimate%rods%delay_sigma < CERTAIN .and. &
                 abs(estimate%rods%delay - correction) < WITHIN + 2*estimate%rods%delay_sigma) &
                 call append(estimate%findings, 'tags left in OBC time: the torque is ahead of the currents by '// &
                             milliseconds(-estimate%rods%delay)//' ms, the clock correction that the tags of the currents lack')
@@ -537,7 +555,7 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
-        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3
+        real(dp), parameter :: WORST_CONDITION = 1e6_dp, SIGMAS = 3, MOST_COLOURED = 8
         real(dp) :: sigma(3), difference(3), allowed(3)
         integer :: i, k
 
@@ -551,6 +569,7 @@ contains
                     call lower(1, 'leakage and d are not separable')
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
+                if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
                 if (.not. calibration%has_angular .and. .not. estimate%gyros%known) &
                     call lower(1, 'torque and star cameras alone check each other')
                 do k = 1, 3

@@ -55,7 +55,8 @@ module gracecg_estimation_level1_offset
         real(dp), allocatable :: span_rms(:, :)         !! Of residuals in the band, m/s^2
         real(dp) :: chi_square = 0                      !! Of the spans about the combined offset
         integer :: degrees = 0                          !! Of freedom of it
-        real(dp) :: whiteness = 0                       !! Of the residuals: lag-1 correlation of band coefficients' squares
+        real(dp) :: whiteness = 0                       !! Mean squares of residuals in the lower half of the band over those in
+                                                        !! the upper, of the axis where that, or its inverse, is largest
         integer :: flag = 2                             !! 0 good, 1 with care, 2 not to be used
         character(200) :: reason = ''                   !! Why not 0
     end type level1_solution_t
@@ -413,17 +414,18 @@ contains
         real(dp), intent(in) :: weight(3), x(:)
         type(level1_solution_t), intent(inout) :: solution
 
-        real(dp) :: normal(3, 3), rhs(3), part(3, 3), part_rhs(3), d(3), covariance(3, 3), condition, worst
+        real(dp) :: normal(3, 3), rhs(3), part(3, 3), part_rhs(3), d(3), covariance(3, 3), condition
         real(dp), allocatable :: left(:)
         type(error_t), allocatable :: failure
-        integer :: i, k
+        real(dp) :: halves(2, 3)
+        integer :: i, k, half
 
+        halves = 0
         allocate (solution%span_offset(3, size(calibration%spans)), solution%span_sigma(3, size(calibration%spans)), &
                   solution%span_rms(3, size(calibration%spans)), source=0.0_dp)
         solution%span_sigma = -1
         solution%chi_square = 0
         solution%degrees = -3
-        worst = 0
         do i = 1, size(calibration%spans)
             if (.not. calibration%spans(i)%used) cycle
             normal = 0
@@ -436,6 +438,9 @@ contains
                 rhs = rhs + weight(blocks(k)%axis)*part_rhs
                 left = left - matmul(x(:3), blocks(k)%rows(:3, :))
                 solution%span_rms(blocks(k)%axis, i) = sqrt(sum(left**2)/size(left))
+                half = size(left)/2     ! columns of the band rise in frequency
+                halves(1, blocks(k)%axis) = halves(1, blocks(k)%axis) + sum(left(:half)**2)/half
+                halves(2, blocks(k)%axis) = halves(2, blocks(k)%axis) + sum(left(half + 1:)**2)/(size(left) - half)
             end do
             call solve_normal_equations(normal, rhs, d, covariance, condition, failure)
             if (allocated(failure)) cycle
@@ -444,5 +449,8 @@ contains
             solution%chi_square = solution%chi_square + dot_product(d - x(:3), matmul(normal, d - x(:3)))
             solution%degrees = solution%degrees + 3
         end do
+        halves = max(halves, tiny(1.0_dp))
+        k = maxloc(abs(log(halves(1, :)/halves(2, :))), 1)
+        solution%whiteness = halves(1, k)/halves(2, k)
     end subroutine span_solutions
 end module gracecg_estimation_level1_offset

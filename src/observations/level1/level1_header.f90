@@ -3,7 +3,7 @@
 module gracecg_observations_level1_header
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, parse_integer, parse_real, integer_text, lower_case
+    use gracecg_base_text, only: string_t, append, parse_integer, parse_real, integer_text, lower_case
     use gracecg_observations_level1_products, only: is_level1_product
     implicit none
     private
@@ -38,6 +38,7 @@ module gracecg_observations_level1_header
         character(16) :: version = ''               !! Of the product
         integer :: lines = 0                        !! Of the header
         integer :: bytes = 0                        !! Of the header: the records begin behind it
+        type(string_t), allocatable :: remarks(:)   !! What of it could not be read
     end type level1_header_t
 
 contains
@@ -52,6 +53,7 @@ contains
         integer :: first, last, next
         logical :: ended, has_format
 
+        allocate (header%remarks(0))
         if (len(text) == 0) then
             call fail(error, path//': is empty; expected the header of a Level-1 file')
             return
@@ -74,7 +76,7 @@ contains
             header%lines = header%lines + 1
             if (header%form == FORM_YAML) then
                 ended = index(text(first:last), YAML_LAST) == 1
-                if (.not. ended) call take_yaml(path, header%lines, text(first:last), header, error)
+                if (.not. ended) call take_yaml(text(first:last), header)
             else
                 ended = index(text(first:last), CARDS_LAST) == 1
                 if (.not. ended) call take_card(path, header%lines, text(first:last), header, has_format, error)
@@ -118,13 +120,12 @@ contains
     end function is_card
 
     !> Takes what is wanted of a line of a YAML header.
-    subroutine take_yaml(path, number, line, header, error)
-        character(*), intent(in) :: path, line
-        integer, intent(in) :: number
+    subroutine take_yaml(line, header)
+        character(*), intent(in) :: line
         type(level1_header_t), intent(inout) :: header
-        type(error_t), allocatable, intent(out) :: error
 
-        integer :: colon
+        integer :: colon, records
+        real(dp) :: time
         character(:), allocatable :: key, value
 
         colon = index(line, ':')
@@ -135,13 +136,16 @@ contains
         value = trim(adjustl(line(colon + 1:)))
         select case (key)
         case ('num_records')
-            call take_integer(path, number, line, value, header%records, error)
+            call take_integer(value, records, header)
+            header%records = records
         case ('platform')
             header%satellite = satellite_of_text(value)
         case ('start_time_epoch_secs')
-            call take_real(path, number, line, value, header%first_time, error)
+            call take_real(value, time, header)
+            header%first_time = time
         case ('stop_time_epoch_secs')
-            call take_real(path, number, line, value, header%last_time, error)
+            call take_real(value, time, header)
+            header%last_time = time
         case ('product_version')
             header%version = value
         case ('title')
@@ -175,6 +179,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         character(:), allocatable :: value
+        integer :: records
+        real(dp) :: time
 
         if (len(line) <= LABEL_LENGTH) return
         value = trim(adjustl(line(LABEL_LENGTH + 2:)))
@@ -190,11 +196,14 @@ contains
         case ('SATELLITE NAME')
             header%satellite = satellite_of_text(value)
         case ('NUMBER OF DATA RECORDS')
-            call take_integer(path, number, line, value, header%records, error)
+            call take_integer(value, records, header)
+            header%records = records
         case ('TIME FIRST OBS(SEC PAST EPOCH)')
-            call take_real(path, number, line, value, header%first_time, error)
+            call take_real(value, time, header)
+            header%first_time = time
         case ('TIME LAST OBS(SEC PAST EPOCH)')
-            call take_real(path, number, line, value, header%last_time, error)
+            call take_real(value, time, header)
+            header%last_time = time
         case ('FILENAME')
             header%product = product_of_file_name(value)
         case ('SOFTWARE VERSION')
@@ -202,32 +211,33 @@ contains
         end select
     end subroutine take_card
 
-    subroutine take_integer(path, number, line, value, number_read, error)
-        character(*), intent(in) :: path, line, value
-        integer, intent(in) :: number
-        integer, intent(inout) :: number_read
-        type(error_t), allocatable, intent(out) :: error
+    !> A number of records; one that cannot be read is noted and stays as it was.
+    subroutine take_integer(value, number, header)
+        character(*), intent(in) :: value
+        integer, intent(out) :: number
+        type(level1_header_t), intent(inout) :: header
 
         logical :: ok
 
-        call parse_integer(first_word(value), number_read, ok)
-        if (ok) ok = number_read >= 0
-        if (.not. ok) call fail_in_file(error, path, number, '"'//printable(value)// &
-                                        '" is no number of records; allowed are integers from 0 to '// &
-                                        integer_text(huge(0)), printable(line))
+        call parse_integer(first_word(value), number, ok)
+        if (ok) ok = number >= 0
+        if (ok) return
+        number = -1
+        call append(header%remarks, 'line '//integer_text(header%lines)//' of the header: "'//printable(value)// &
+                    '" is no number of records')
     end subroutine take_integer
 
-    subroutine take_real(path, number, line, value, number_read, error)
-        character(*), intent(in) :: path, line, value
-        integer, intent(in) :: number
-        real(dp), intent(inout) :: number_read
-        type(error_t), allocatable, intent(out) :: error
+    !> A time; one that cannot be read is noted and is 0.
+    subroutine take_real(value, number, header)
+        character(*), intent(in) :: value
+        real(dp), intent(out) :: number
+        type(level1_header_t), intent(inout) :: header
 
         logical :: ok
 
-        call parse_real(first_word(value), number_read, ok)
-        if (.not. ok) call fail_in_file(error, path, number, '"'//printable(value)//'" is no time in seconds past '// &
-                                        '2000-01-01 12:00:00', printable(line))
+        call parse_real(first_word(value), number, ok)
+        if (.not. ok) call append(header%remarks, 'line '//integer_text(header%lines)//' of the header: "'// &
+                                  printable(value)//'" is no time in seconds past 2000-01-01 12:00:00')
     end subroutine take_real
 
     pure integer function word_length(text) result(length)

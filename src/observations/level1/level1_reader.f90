@@ -93,6 +93,7 @@ contains
 
         character(5) :: product, named
         character(1) :: satellite
+        integer :: i
 
         call self%close()
         self%path = trim(path)
@@ -119,6 +120,9 @@ contains
         end if
         self%at = self%header%bytes + 1
         self%line = self%header%lines
+        do i = 1, size(self%header%remarks)
+            call self%warn(self%header%remarks(i)%text)
+        end do
         named = product_of_file_name(path)
         product = self%header%product
         if (product == '') product = named
