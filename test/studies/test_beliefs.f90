@@ -99,7 +99,8 @@ contains
             if (allocated(error)) return
             size_of_partials = norm2(partials(i, :))
             deviation = norm2((down - up)/(2*step) - partials(i, :))
-            call check(error, deviation <= merge(BLURRED, SIMILAR, any(ACCELEROMETER_DELAYS == BELIEFS(i)%parameter))* &
+            call check(error, deviation <= merge(BLURRED, SIMILAR, &
+                       any([ACCELEROMETER_DELAYS, ROD_DELAYS, ALL_RODS_DELAY] == BELIEFS(i)%parameter))* &
                        size_of_partials, trim(BELIEFS(i)%subject)//': partials '//number_text(size_of_partials)// &
                        ', off by '//number_text(deviation))
         end do
@@ -282,7 +283,7 @@ contains
     subroutine test_power(error)
         type(error_type), allocatable, intent(out) :: error
 
-        integer, parameter :: RUNS = 60, TESTED(3) = [ROD_GAINS(3), ACCELEROMETER_TURN(1), STAR_CAMERA_DELAY]
+        integer, parameter :: RUNS = 60, TESTED(3) = [ROD_FREQUENCIES(3), TORQUE_CHANGE(1), INERTIA(4)]
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, wrong

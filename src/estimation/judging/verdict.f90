@@ -8,7 +8,7 @@ module gracecg_estimation_verdict
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
-    use gracecg_estimation_fit_checks, only: DOUBTFUL, MISFITTING, MUCH_NOISE
+    use gracecg_estimation_fit_checks, only: MISFITTING, MUCH_NOISE
     use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
     implicit none
     private
@@ -215,7 +215,7 @@ contains
             call add(verdict, GRADE_DOUBTFUL, 'Torque', 'not compared with the rotation that the star camera saw')
             return
         end if
-        allowed = min(DOUBTFUL, NOT_ZERO*record%torque_sigma)
+        allowed = NOT_ZERO*record%torque_sigma
         text = 'the satellite turned as by '//rounded_text(record%torque_factor, 3)//' times (sigma '// &
             rounded_text(record%torque_sigma, 2)//') the torque of rods and magnetic field'
         if (abs(record%torque_factor - 1) <= allowed) then
