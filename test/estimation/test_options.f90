@@ -144,7 +144,7 @@ contains
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 else        ! sequential ends when corrections are below 1e-3 sigma
                     call check(error, norm2(untold%offset - told%offset) < &
-                               merge(1e-6_dp, 1e-3_dp, ESTIMATOR_NAMES(a) == 'optimal')*sqrt(told%covariance(1, 1)), &
+                               merge(1e-6_dp, 1e-4_dp, ESTIMATOR_NAMES(a) == 'optimal')*sqrt(told%covariance(1, 1)), &
                                REPORT_CASE_NAMES(i)//' '//ESTIMATOR_NAMES(a))
                 end if
                 if (allocated(error)) return
