@@ -9,6 +9,7 @@ module gracecg_cli_command
 
     !> First words of commands of two words, and what stands behind them
     character(6), parameter :: COMMAND_GROUPS(2) = [character(6) :: 'model', 'level1']
+    !> What the commands of each are, for the list of the commands
     character(40), parameter :: GROUP_SUMMARIES(2) = [character(40) :: 'single models of the environment', &
                                                       'Level-1 data of GRACE and GRACE-FO']
 

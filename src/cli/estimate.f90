@@ -39,9 +39,7 @@ contains
                                 'saved with --format json, one offset with --algorithm optimal, and '// &
                                 'whether they agree.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &
-                                'gracecg estimate run1 --algorithm assest-fde --report run1.html'//new_line('a')// &
-                                'gracecg simulate front-3 --out run3'//new_line('a')// &
-                                'gracecg estimate run1 run3 --algorithm optimal')
+                                'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call arguments%add_option('--algorithm', 'NAME', algorithm_help(), required=.true., choices=ESTIMATOR_NAMES)
         call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
                                   'guesses, what else to estimate (default: what the algorithm needs no telling)')

@@ -181,9 +181,9 @@ contains
     !> The name of a file without its folders.
     pure function file_name(path) result(name)
         character(*), intent(in) :: path
-        character(len_trim(path) - index(path, '/', back=.true.)) :: name
+        character(:), allocatable :: name
 
-        name = path(index(path, '/', back=.true.) + 1:)
+        name = trim(path(index(path, '/', back=.true.) + 1:))
     end function file_name
 
     pure character(6) function form_of(summary) result(form)

@@ -372,7 +372,7 @@ contains
     subroutine read_json_numbers(text, path, values, ok)
         character(*), intent(in) :: text        !! A JSON text
         character(*), intent(in) :: path        !! Keys from the outermost object on, with points: 'noise.level'
-        real(dp), allocatable, intent(out) :: values(:)
+        real(dp), allocatable, intent(out) :: values(:)    !! The numbers; none when not ok
         logical, intent(out) :: ok              !! There are such numbers
 
         real(dp), allocatable :: grown(:)
@@ -411,7 +411,7 @@ contains
     subroutine read_json_text(text, path, value, ok)
         character(*), intent(in) :: text        !! A JSON text
         character(*), intent(in) :: path        !! As of read_json_numbers
-        character(:), allocatable, intent(out) :: value
+        character(:), allocatable, intent(out) :: value    !! The text; empty when not ok
         logical, intent(out) :: ok              !! There is such a text
 
         integer :: first, last

@@ -53,7 +53,9 @@ module gracecg_files_namelist_syntax
     character(*), parameter :: SEPARATORS = ' '//TAB//LF//CR//',=/!&''"'
     character(*), parameter :: LETTERS = 'abcdefghijklmnopqrstuvwxyz'
     character(*), parameter :: NAME_CHARACTERS = LETTERS//'_0123456789'
-    integer, parameter :: LARGEST_REPEAT = 100000
+    !> Values of a key, keys of a group, groups of a file: far above what any file needs, and so few that the time to read
+    !> a file that is none stays short
+    integer, parameter :: MOST_VALUES = 1000, MOST_KEYS = 1000, MOST_GROUPS = 1000
 
 contains
 
@@ -102,6 +104,8 @@ contains
         group%index = count_groups(groups, group%name) + 1
         allocate (group%entries(0))
         call next_token(source, scanner, token, error)
+        if (size(groups) == MOST_GROUPS) &
+            call source%fail_at(name%line, 'more than '//integer_text(MOST_GROUPS)//' groups', error)
         do
             if (allocated(error)) return
             select case (token%kind)
@@ -143,6 +147,11 @@ contains
             call source%fail_at(entry%line, 'the key "'//entry%key//'" has no value', error)
             return
         end if
+        if (size(group%entries) == MOST_KEYS) then
+            call source%fail_at(entry%line, 'more than '//integer_text(MOST_KEYS)//' keys in the group &'//group%name, &
+                                error)
+            return
+        end if
         call append_entry(group%entries, entry)
     end subroutine parse_entry
 
@@ -173,12 +182,13 @@ contains
                                         'missing after a key, or quotes around a text', error)
                     return
                 end if
-                call append_values(values, token)
+                call append_values(source, values, token, error)
             case (QUOTED)
-                call append_values(values, token)
+                call append_values(source, values, token, error)
             case default
                 return
             end select
+            if (allocated(error)) return
             after_comma = token%kind == COMMA
         end do
     end subroutine parse_values
@@ -362,9 +372,9 @@ contains
         star = index(word_text, '*')
         if (star > 0) then
             call parse_integer(word_text(:star - 1), times, ok)
-            if (.not. ok .or. times < 1 .or. times > LARGEST_REPEAT) then
+            if (.not. ok .or. times < 1 .or. times > MOST_VALUES) then
                 call source%fail_at(token%line, '"'//word_text//'": before the * must stand a '// &
-                                    'repeat count of 1 to '//integer_text(LARGEST_REPEAT), error)
+                                    'repeat count of 1 to '//integer_text(MOST_VALUES), error)
                 return
             end if
             token%times = times
@@ -398,14 +408,20 @@ contains
         found = text(position:)
     end function word_at
 
-    subroutine append_values(values, token)
+    subroutine append_values(source, values, token, error)
+        type(text_file_t), intent(in) :: source
         type(value_t), allocatable, intent(inout) :: values(:)
         type(token_t), intent(in) :: token
+        type(error_t), allocatable, intent(out) :: error
 
         type(value_t), allocatable :: longer(:)
         integer :: i, n
 
         n = size(values)
+        if (n + token%times > MOST_VALUES) then
+            call source%fail_at(token%line, 'more than '//integer_text(MOST_VALUES)//' values of one key', error)
+            return
+        end if
         allocate (longer(n + token%times))
         longer(:n) = values
         do i = n + 1, size(longer)

@@ -95,6 +95,7 @@ module gracecg_interface_c_estimation
         type(estimation_options_t) :: options       !! Beside it
     end type setup_object_t
 
+    !> Observations behind a handle, with how they are estimated.
     type, extends(object_t) :: observations_object_t
         type(observation_set_t) :: set                  !! The samples, and what the operator knows
         type(estimation_options_t) :: options       !! How to estimate from it

@@ -18,7 +18,7 @@ module gracecg_studies_history_check
     !> A mission that is simulated many times.
     type :: mission_t
         type(utc_t) :: start = utc_t(52350, 0.0_dp)     !! 2002-03-17, the launch of GRACE
-        real(dp) :: years = 5
+        real(dp) :: years = 5    !! Its length
         real(dp) :: spacing = 0.5_dp                    !! Of the calibrations, years
         real(dp) :: covariance(3, 3) = 0                !! Of each calibration, m^2
         type(offset_change_t), allocatable :: changes(:)    !! As they are known: the true ones differ by their sigmas
@@ -40,7 +40,7 @@ contains
     subroutine check_history(mission, settings, runs, seed, result, error)
         type(mission_t), intent(in) :: mission
         type(history_settings_t), intent(in) :: settings
-        integer, intent(in) :: runs
+        integer, intent(in) :: runs    !! Missions that are simulated
         integer(i8), intent(in) :: seed             !! Of the random numbers
         type(history_check_t), intent(out) :: result
         type(error_t), allocatable, intent(out) :: error

@@ -40,6 +40,7 @@ module gracecg_studies_statements
                                                       'condition', 'two-steps', 'stars']
 
     integer, parameter :: HOLDS = 1, HOLDS_IN_PART = 2, HOLDS_NOT = 3   !! Verdicts
+    !> The verdicts in words, by HOLDS, HOLDS_IN_PART, HOLDS_NOT
     character(13), parameter :: VERDICT_WORDS(3) = [character(13) :: 'holds', 'holds in part', 'does not hold']
 
     !> One setting of a statement's study.

@@ -206,7 +206,8 @@ contains
 
     !> Joins a round with what is known before it: the offset that was estimated has been moved away, so that 0 is
     !> expected, with the covariance of that estimate and of the movement. With P of what is expected and R of the round
-    !> alone, P (P + R)^-1 of the round's estimate remains, with the covariance P (P + R)^-1 R.
+    !> alone, P (P + R)^-1 of the round's estimate remains, with the covariance P (P + R)^-1 R. To a round without noise
+    !> earlier ones add nothing.
     subroutine join_earlier(before, settings, latest, error)
         type(trim_round_t), intent(in) :: before
         type(trim_settings_t), intent(in) :: settings
@@ -216,6 +217,7 @@ contains
         real(dp) :: expected(3, 3), inverse(3, 3), gain(3, 3), unused(3), condition
         integer :: i
 
+        if (.not. any(latest%sigma > 0)) return
         expected = before%covariance
         do i = 1, 3
             expected(i, i) = expected(i, i) + (settings%balance_error*before%estimate(i))**2 + settings%balance_noise**2

@@ -500,9 +500,9 @@ contains
         call estimate_day('l1_act', flaws_t(no_angular=.true.), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call check(error, says(calibration%notes, 'transplanted'), 'is told')
+        call check(error, says(estimate%findings, 'transplanted'), 'is told')
         if (allocated(error)) return
-        call check(error, estimate%flag > 0, 'with care')
+        call check(error, estimate%flag, 2, 'not to be used')
     end subroutine test_no_angular
 
     subroutine test_no_manoeuvre(error)

@@ -48,6 +48,7 @@ contains
                     new_unittest('wrong-logical', test_wrong_logical), &
                     new_unittest('wrong-text', test_wrong_text), &
                     new_unittest('reject', test_reject), &
+                    new_unittest('endless-files', test_endless), &
                     new_unittest('unknown-key', test_unknown_key), &
                     new_unittest('unknown-group', test_unknown_group), &
                     new_unittest('files', test_files), &
@@ -278,6 +279,44 @@ contains
             call check_fails(error, message_of(failure), parts)
         end subroutine refused
     end subroutine test_syntax_errors
+
+    !> Far more values, keys or groups than any file has are refused at once, not read in a time that grows with the
+    !> square of their number.
+    subroutine test_endless(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: MANY = 500000
+        type(namelist_file_t) :: file
+        type(error_t), allocatable :: failure
+
+        call file%parse('&a x = '//repeat('1,', MANY)//'1 /', 'case.nml', failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1:', 'more than 1000 values'])
+        if (allocated(error)) return
+        call file%parse('&a x = 600*1, 600*1 /', 'case.nml', failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1:', 'more than 1000 values'])
+        if (allocated(error)) return
+        call file%parse(repeat('&a /'//LF, MANY), 'case.nml', failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1001:', 'more than 1000 groups'])
+        if (allocated(error)) return
+        call file%parse('&a'//LF//many_keys()//'/', 'case.nml', failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'case.nml:1002:', 'more than 1000 keys'])
+
+    contains
+
+        function many_keys() result(text)
+            character(:), allocatable :: text
+
+            character(16) :: line
+            integer :: i
+
+            allocate (character(16*2000) :: text)
+            do i = 1, 2000
+                write (line, '("k", i0.5, " = 1")') i
+                line(16:) = LF
+                text(16*i - 15:16*i) = line
+            end do
+        end function many_keys
+    end subroutine test_endless
 
     subroutine test_missing(error)
         type(error_type), allocatable, intent(out) :: error

@@ -58,7 +58,7 @@ contains
         integer :: i, kind
 
         id = 'statement_'//trim(statement%name)
-        heads = heads_of(statement, caption)
+        call describe_table(statement, caption, heads)
         do i = 1, size(statement%rows)
             associate (row => statement%rows(i))
                 cells = head_cell(trim(row%case_name))//text_cell(trim(row%setting))
@@ -85,11 +85,11 @@ contains
                        trim(VERDICT_WORDS(statement%verdict)))
     end subroutine add_statement
 
-    !> Heads of the columns of a statement's table, by what its rows have.
-    function heads_of(statement, caption) result(heads)
+    !> What stands above a statement's table and its columns, by what its rows have.
+    subroutine describe_table(statement, caption, heads)
         type(statement_t), intent(in) :: statement
         character(:), allocatable, intent(out) :: caption
-        character(20), allocatable :: heads(:)
+        character(20), allocatable, intent(out) :: heads(:)
 
         character(:), allocatable :: name
         integer :: i
@@ -110,7 +110,7 @@ contains
                 caption = name//'errors of the CG offset by theory, mm'
             end if
         end associate
-    end function heads_of
+    end subroutine describe_table
 
     function condition_text(condition) result(text)
         real(dp), intent(in) :: condition

@@ -24,7 +24,7 @@ module gracecg_estimation_joint_runs
 
     !> One of the runs.
     type :: joint_run_t
-        type(run_information_t) :: information
+        type(run_information_t) :: information    !! What it says of the parameters that are joined
         type(solution_t) :: solution                !! Its own estimate, if there are samples
         logical, private :: has_samples = .false.
         type(operator_knowledge_t), private :: knowledge

@@ -12,7 +12,7 @@ module gracecg_estimation_offset_change
 
     type :: offset_change_t
         !! One movement of masses
-        type(utc_t) :: time
+        type(utc_t) :: time    !! When it happened, UTC
         real(dp) :: change(3) = 0   !! Of d, body axes, m
         real(dp) :: sigma(3) = 0    !! Of the change, m; 0: exact
     end type offset_change_t

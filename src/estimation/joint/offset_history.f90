@@ -40,14 +40,14 @@ module gracecg_estimation_offset_history
 
     !> Masses of gas in the two tanks, at times; linear between, the last rate goes on.
     type :: tank_series_t
-        type(utc_t), allocatable :: time(:)
+        type(utc_t), allocatable :: time(:)    !! UTC, ascending
         real(dp), allocatable :: shift(:, :)    !! Change of d since the first time, (3, n), m
     end type tank_series_t
 
     !> The offset at a time. Body axes, m.
     type :: history_point_t
-        type(utc_t) :: time
-        logical :: is_calibration = .false.
+        type(utc_t) :: time    !! UTC
+        logical :: is_calibration = .false.    !! A calibration, not a time between
         real(dp) :: filtered(3) = 0             !! From the calibrations up to here
         real(dp) :: filtered_sigma(3) = 0       !! Of it
         real(dp) :: smoothed(3) = 0             !! From all calibrations
@@ -59,7 +59,7 @@ module gracecg_estimation_offset_history
     type :: offset_history_t
         type(history_point_t), allocatable :: points(:)     !! From the first calibration to today, in order of time
         type(history_point_t) :: today          !! Filtered: from all that is known
-        integer :: calibrations = 0
+        integer :: calibrations = 0         !! That are used
         real(dp) :: statistic = 0               !! Chi square of what each calibration brought that was not expected
         integer :: degrees = 0                  !! Of freedom: 3 for each calibration after the first
         real(dp) :: probability = 1             !! That chance makes so much
@@ -137,7 +137,7 @@ contains
         type(history_settings_t), intent(in) :: settings
         type(offset_history_t), intent(out) :: history
         type(error_t), allocatable, intent(out) :: error
-        type(utc_t), intent(in), optional :: today          !! Absent: the time of the last calibration
+        type(utc_t), intent(in), optional :: today          !! When absent, the time of the last calibration
 
         type(node_t), allocatable :: nodes(:)
         type(utc_t) :: start, end

@@ -17,6 +17,7 @@ module gracecg_estimation_run_information
     public :: run_information_t, JOINED, JOINED_COUNT, OFFSET_OF_JOINED, SHARED_GROUPS, GROUP_OF_JOINED, BELIEFS_COUNT
     public :: beliefs_of, GROUP_OF_BELIEF
 
+    !> Parameters that several runs can share, and those of them in which an operator believes
     integer, parameter :: JOINED_COUNT = 16, BELIEFS_COUNT = 15
     !> The parameters that runs can have in common, by their places among all: the offset first
     integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
@@ -32,7 +33,7 @@ module gracecg_estimation_run_information
     type :: run_information_t
         !! Of one run
         character(64) :: name = ''          !! Of the calibration
-        type(utc_t) :: epoch
+        type(utc_t) :: epoch    !! Time 0 of the run, UTC
         real(dp) :: point(JOINED_COUNT) = 0                 !! x*, SI units
         real(dp) :: matrix(JOINED_COUNT, JOINED_COUNT) = 0  !! Information about JOINED, inverse SI units
         real(dp) :: rhs(JOINED_COUNT) = 0                   !! Of the normal equations at the point

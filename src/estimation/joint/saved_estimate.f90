@@ -21,7 +21,7 @@ module gracecg_estimation_saved_estimate
 
     type :: dated_offset_t
         !! An offset that was estimated
-        type(utc_t) :: time
+        type(utc_t) :: time    !! Epoch of the calibration, UTC
         real(dp) :: offset(3) = 0           !! Body axes, m
         real(dp) :: covariance(3, 3) = 0    !! m^2
     end type dated_offset_t

@@ -28,7 +28,7 @@ module gracecg_estimation_level1_angular
         real(dp), allocatable :: by_field(:, :, :)  !! Its change by 1 T in x, y, z of the field
         real(dp), allocatable :: torque(:, :)       !! Angular acceleration by all torques, rad/s^2
         real(dp), allocatable :: rate(:, :)         !! rad/s
-        real(dp), allocatable :: up(:, :)
+        real(dp), allocatable :: up(:, :)    !! Unit vector from the Earth's centre, SRF
         real(dp), allocatable :: gradient(:)        !! 1/s^2
         real(dp), allocatable :: band(:, :)         !! Orthonormal basis of the band without the polynomial: sample, column
     end type level1_motion_t
@@ -43,7 +43,7 @@ module gracecg_estimation_level1_angular
         real(dp) :: residual(3) = 0             !! RMS in the band, rad/s^2
         real(dp) :: explained(3) = 0            !! Share of the variance
         real(dp) :: common = 0                  !! The common scale
-        real(dp) :: condition = 0
+        real(dp) :: condition = 0    !! Of the normal matrix
     end type angular_calibration_t
 
 contains
@@ -52,7 +52,7 @@ contains
     subroutine band_columns(times, band, columns)
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: band(2)             !! Hz
-        real(dp), allocatable, intent(out) :: columns(:, :)
+        real(dp), allocatable, intent(out) :: columns(:, :)    !! Sample, column
 
         real(dp) :: polynomial(size(times), NUISANCE_DEGREE + 1)
         real(dp), allocatable :: basis(:, :), nuisance(:, :)
@@ -164,8 +164,9 @@ contains
         allocate (values(parameters), vectors(parameters, parameters))
         call symmetric_eigen(scaled, values, vectors, error)
         if (allocated(error)) return
-        result%condition = values(parameters)/max(values(1), tiny(1.0_dp))
-        result%separable = values(1) > 0 .and. result%condition < WORST .and. all(driven_axis)
+        result%condition = huge(1.0_dp)
+        if (values(1) > values(parameters)*epsilon(1.0_dp)) result%condition = values(parameters)/values(1)
+        result%separable = result%condition < WORST .and. all(driven_axis)
         product = [(sum(rows(axis, :)*observed(:, axis)), axis=1, 3)]
         square = [(sum(rows(axis, :)**2), axis=1, 3)]
         result%common = sum(product/max(total, tiny(1.0_dp)))/sum(square/max(total, tiny(1.0_dp)))
@@ -203,7 +204,7 @@ contains
         type(level1_span_t), intent(in) :: span
         type(level1_motion_t), intent(in) :: motion
         type(angular_calibration_t), intent(in) :: result
-        real(dp), allocatable, intent(out) :: acceleration(:, :)
+        real(dp), allocatable, intent(out) :: acceleration(:, :)    !! (3, samples), SRF, rad/s^2
         type(error_t), allocatable, intent(out) :: error
 
         real(dp) :: inverse(3, 3)

@@ -40,7 +40,7 @@ module gracecg_estimation_level1_attitude
         !! What the attitude says of the rods
         logical :: driven(3) = .false.                  !! Some span drives the rod: it has a gain
         real(dp) :: gain(3) = 1                         !! g, of the moment said: kappa = g kappa_said
-        real(dp) :: gain_sigma(3) = 0
+        real(dp) :: gain_sigma(3) = 0    !! Of g
         real(dp) :: delay = 0                           !! tau, s
         real(dp) :: delay_sigma = 0                     !! s
         real(dp) :: gyro_delay = 0                      !! The same by the gyros, s
@@ -49,7 +49,7 @@ module gracecg_estimation_level1_attitude
         real(dp) :: gyro_rms = 0                        !! Of the gyros' about y, rad
         real(dp) :: explained(3) = 0                    !! Share of the variance that the rods explain, by axis
         real(dp) :: weighted_squares = 0                !! Of the residuals, by degree of freedom of the first fit
-        logical :: estimated = .false.
+        logical :: estimated = .false.    !! There was an attitude to estimate from
     end type rod_calibration_t
 
     integer, parameter :: CAMERAS = 1, GYROS = 2        !! Whose angles
@@ -70,7 +70,7 @@ contains
     !> Currents of a calibration, smooth or held.
     pure subroutine new_drive(calibration, steps, drive)
         type(level1_calibration_t), intent(in) :: calibration
-        logical, intent(in) :: steps
+        logical, intent(in) :: steps    !! Held from sample to sample, not smooth
         type(level1_drive_t), intent(out) :: drive
 
         integer :: i
@@ -307,8 +307,8 @@ contains
     !> Field, rate, vertical and gradient of a span at a time.
     pure subroutine slow_quantities(span, time, slow)
         type(level1_span_t), intent(in) :: span
-        real(dp), intent(in) :: time
-        real(dp), intent(out) :: slow(10)
+        real(dp), intent(in) :: time    !! s
+        real(dp), intent(out) :: slow(10)    !! Field (T), rate (rad/s), vertical, gradient (1/s^2)
 
         real(dp) :: gradient(1)
 

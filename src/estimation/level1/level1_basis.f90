@@ -38,7 +38,7 @@ contains
     !> What of a column is outside of the space of an orthonormal basis.
     pure subroutine remove_space(basis, column)
         real(dp), intent(in) :: basis(:, :)     !! Sample, column
-        real(dp), intent(inout) :: column(:)
+        real(dp), intent(inout) :: column(:)    !! Of as many samples
 
         integer :: k
 
@@ -70,7 +70,7 @@ contains
     !> 1, u, u^2, ... with u from -1 to 1 over the samples (as Legendre polynomials, not normalised).
     pure subroutine polynomial_columns(times, degree, columns)
         real(dp), intent(in) :: times(:)            !! Rising, s; at least two
-        integer, intent(in) :: degree
+        integer, intent(in) :: degree    !! The highest
         real(dp), intent(out) :: columns(:, :)      !! Sample, degree + 1
 
         real(dp) :: u(size(times))

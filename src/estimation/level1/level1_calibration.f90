@@ -38,7 +38,7 @@ module gracecg_estimation_level1_calibration
     type :: level1_span_t
         !! One sub-manoeuvre; times in s from the epoch of the calibration, vectors in SRF
         real(dp) :: start = 0, stop = 0             !! s
-        logical :: used = .true.
+        logical :: used = .true.    !! Its samples suffice
         character(80) :: reason = ''                !! Why it is not used
         real(dp), allocatable :: time(:)            !! Of the accelerometer's samples that are left
         real(dp), allocatable :: linear(:, :)       !! m/s^2
@@ -51,24 +51,24 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: field(:, :)        !! Of the Earth, T
         real(dp), allocatable :: up(:, :)           !! Unit vector from the Earth's centre
         real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
-        type(level1_gyro_t), allocatable :: gyros(:)
+        type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
         integer :: without_current = 0              !! For gaps in the currents
         integer :: outliers = 0                     !! As outliers
-        integer :: firings_inside = 0
+        integer :: firings_inside = 0    !! Thruster firings between start and stop
         real(dp) :: mean_field(3) = 0               !! T
     end type level1_span_t
 
     type :: level1_calibration_t
         !! What a folder says of a calibration manoeuvre
-        character(1) :: satellite = ''
+        character(1) :: satellite = ''    !! A to D
         character(10) :: date = ''                      !! Of the epoch, GPS
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
         character(24) :: spans_from = ''                !! Where the spans come from
-        type(level1_span_t), allocatable :: spans(:)
+        type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
         real(dp), allocatable :: measured_field(:, :)   !! T
@@ -76,7 +76,8 @@ module gracecg_estimation_level1_calibration
         real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
         real(dp) :: gas(2) = -1                         !! In tanks 1 and 2, kg; -1: not known
         logical :: has_angular = .false.                !! The accelerometer has angular channels
-        logical :: has_gyros = .false.
+        logical :: zero_angular = .false.               !! It has them, and they are zero: transplanted data (ACT)
+        logical :: has_gyros = .false.    !! There are IMU files
         type(string_t), allocatable :: notes(:)         !! What is unusual
     end type level1_calibration_t
 
@@ -480,8 +481,13 @@ contains
         interval = sum(steps, mask=steps < 0.5_dp)/max(1, count(steps < 0.5_dp))
         calibration%has_angular = .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3)))) .and. &
             maxval(abs(acc%values(:, 4:6)), mask=spread(good, 2, 3)) > 0
-        if (.not. calibration%has_angular) call note(calibration, 'ACC1A: the angular accelerations are zero or missing, as in '// &
-            'transplanted data (ACT): they are no source, and the linear ones may be those of the other satellite')
+        calibration%zero_angular = .not. calibration%has_angular .and. &
+            .not. any(ieee_is_nan(pack(acc%values(:, 4:6), spread(good, 2, 3))))
+        if (calibration%zero_angular) then
+            call note(calibration, 'ACC1A: all angular accelerations are zero, as in transplanted data (ACT)')
+        else if (.not. calibration%has_angular) then
+            call note(calibration, 'ACC1A has no angular accelerations: acc-cal and acc-raw are no sources')
+        end if
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 span%expected = nint((span%stop - span%start)/interval)
@@ -880,7 +886,7 @@ contains
     !> Keeps some of the samples of the accelerometer.
     subroutine keep_samples(span, stays)
         type(level1_span_t), intent(inout) :: span
-        logical, intent(in) :: stays(:)
+        logical, intent(in) :: stays(:)    !! Which, by sample
 
         integer, allocatable :: wanted(:)
         integer :: k

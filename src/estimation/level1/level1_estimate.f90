@@ -28,15 +28,15 @@ module gracecg_estimation_level1_estimate
 
     type :: level1_estimate_t
         !! The result of a calibration
-        type(rod_calibration_t) :: rods
+        type(rod_calibration_t) :: rods    !! Gains and delay of the rods
         type(level1_drive_t) :: drive                       !! Currents at any time
         logical :: steps = .false.                          !! Currents are held from tag to tag
         real(dp) :: accelerometer_delay = 0                 !! s
         real(dp) :: accelerometer_delay_sigma = 0           !! s; 0: not estimated
-        type(angular_calibration_t) :: angular
-        type(gyro_axes_t) :: gyros
+        type(angular_calibration_t) :: angular    !! The angular channels
+        type(gyro_axes_t) :: gyros    !! Axes of the gyros
         type(level1_motion_t), allocatable :: motion(:)     !! Of each span, by the recommended source
-        type(level1_solution_t), allocatable :: solutions(:)
+        type(level1_solution_t), allocatable :: solutions(:)    !! By source, the recommended one first
         type(string_t), allocatable :: findings(:)          !! What is wrong, by name
         type(string_t), allocatable :: remarks(:)           !! What is to be known
         integer :: flag = 2                                 !! Of the first solution
@@ -472,25 +472,29 @@ contains
                 estimate%accelerometer_delay_sigma < CERTAIN) then
                 if (abs(estimate%accelerometer_delay + correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
                     call append(estimate%findings, 'tags left in OBC time: the accelerometer lags by '// &
-                                milliseconds(estimate%accelerometer_delay)//' ms, which is the clock correction of '// &
-                                milliseconds(correction)//' ms that its tags lack')
+                                trim(milliseconds(estimate%accelerometer_delay))//' ms, which is the clock correction of '// &
+                                trim(milliseconds(correction))//' ms that its tags lack')
                 if (abs(estimate%accelerometer_delay - correction) < WITHIN + 2*estimate%accelerometer_delay_sigma) &
                     call append(estimate%findings, 'tags of ACC1A are in GPS time already, though they say OBC time: the '// &
-                                'accelerometer is ahead by the clock correction, '//milliseconds(correction)//' ms')
+                                'accelerometer is ahead by the clock correction, '//trim(milliseconds(correction))//' ms')
             end if
             if (abs(correction) > LEAST_CORRECTION .and. estimate%rods%delay_sigma < CERTAIN .and. &
                 abs(estimate%rods%delay - correction) < WITHIN + 2*estimate%rods%delay_sigma) &
                 call append(estimate%findings, 'tags left in OBC time: the torque is ahead of the currents by '// &
-                            milliseconds(-estimate%rods%delay)//' ms, the clock correction that the tags of the currents lack')
+                            trim(milliseconds(-estimate%rods%delay))//' ms, the clock correction that the tags of the '// &
+                            'currents lack')
         end associate
+        if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
+            'accelerations are zero, and the linear ones may be those of the other satellite')
         if (calibration%has_angular) call check_axes(calibration, setup, estimate)
     end subroutine name_faults
 
-    function milliseconds(time) result(text)
-        real(dp), intent(in) :: time
-        character(:), allocatable :: text
+    !> A time in milliseconds, with blanks behind it.
+    pure function milliseconds(time) result(text)
+        real(dp), intent(in) :: time        !! s
+        character(24) :: text
 
-        text = trim(rounded_text(time*1e3_dp, 3))
+        text = rounded_text(time*1e3_dp, 3)
     end function milliseconds
 
     !> Whether the angular channels follow the torque in the axes that the setup says.
@@ -538,14 +542,15 @@ contains
                 axes_found(k) = signs(k)*setup%accelerometer_axes(PERMUTATIONS(k, chosen))
             end do
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
-                        'follow the torque with accelerometer_axes = '//axes_text(axes_found)//', not '// &
-                        axes_text(setup%accelerometer_axes))
+                        'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
+                        trim(axes_text(setup%accelerometer_axes)))
         end if
     end subroutine check_axes
 
-    function axes_text(numbers) result(text)
+    !> Three axes as in the setup, with blanks behind them.
+    pure function axes_text(numbers) result(text)
         integer, intent(in) :: numbers(3)
-        character(:), allocatable :: text
+        character(40) :: text
 
         text = integer_text(numbers(1))//', '//integer_text(numbers(2))//', '//integer_text(numbers(3))
     end function axes_text
@@ -570,8 +575,7 @@ contains
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')
-                if (.not. calibration%has_angular .and. .not. estimate%gyros%known) &
-                    call lower(1, 'torque and star cameras alone check each other')
+                if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
                 do k = 1, 3
                     difference(k) = abs(solution%offset(k) - first%offset(k))
                     allowed(k) = max(CLOSE_ENOUGH, SIGMAS*hypot(sigma(k), sqrt(first%covariance(k, k))))

@@ -13,7 +13,7 @@ module gracecg_estimation_level1_gyros
 
     type :: gyro_axes_t
         !! Directions of the gyros with their scales: angle = a . phi + bias
-        logical :: known = .false.
+        logical :: known = .false.    !! They could be found
         integer, allocatable :: gyro(:)         !! Those that see something
         real(dp), allocatable :: axis(:, :)     !! a: (3, gyro)
     end type gyro_axes_t
@@ -94,7 +94,7 @@ contains
     subroutine gyro_attitude(span, axes, times, angles)
         type(level1_span_t), intent(in) :: span
         type(gyro_axes_t), intent(in) :: axes
-        real(dp), allocatable, intent(out) :: times(:)
+        real(dp), allocatable, intent(out) :: times(:)    !! s
         real(dp), allocatable, intent(out) :: angles(:, :)      !! (3, n), rad
 
         real(dp) :: inverse(3, 3), seen(size(axes%gyro)), angle(1)

@@ -18,6 +18,7 @@ module gracecg_estimation_level1_offset
     public :: level1_solution_t, source_series_t, consider_t, solve_offset, signal_of
     public :: LEAKAGE_CHOICES
 
+    !> What is done about the leakage of the rods into the accelerometer
     character(8), parameter :: LEAKAGE_CHOICES(3) = [character(8) :: 'estimate', 'prior', 'none']
     integer, parameter :: WEIGHT_ROUNDS = 3
     real(dp), parameter :: WORST_CONDITION = 1e6_dp
@@ -30,14 +31,14 @@ module gracecg_estimation_level1_offset
 
     type :: consider_t
         !! Something that is not estimated and is known with a sigma: how it changes the angular acceleration
-        real(dp) :: sigma = 0
+        real(dp) :: sigma = 0    !! Of what is not estimated, in its unit
         integer :: span = 0                             !! Only this one changes; 0: all
         type(source_series_t), allocatable :: change(:) !! By span, for a change by 1
     end type consider_t
 
     type :: level1_solution_t
         !! An offset with what it rests on
-        character(12) :: source = ''
+        character(12) :: source = ''    !! Of the angular acceleration
         character(12) :: leakage = ''                   !! estimated, a priori or none
         real(dp) :: offset(3) = 0                       !! d, m, SRF
         real(dp) :: formal(3, 3) = 0                    !! Covariance by noise and leakage, m^2
@@ -49,7 +50,7 @@ module gracecg_estimation_level1_offset
         real(dp) :: condition = 0                       !! Of the scaled normal matrix with leakage, without a-priori sigma
         character(160) :: weakest = ''                  !! Direction that the data determine least
         real(dp) :: rms(3) = 0                          !! Of residuals in the band, by sample, m/s^2
-        integer :: samples = 0, spans = 0
+        integer :: samples = 0, spans = 0    !! That are used
         real(dp), allocatable :: span_offset(:, :)      !! By each span alone with the leakage of all, m
         real(dp), allocatable :: span_sigma(:, :)       !! m; negative: not determined
         real(dp), allocatable :: span_rms(:, :)         !! Of residuals in the band, m/s^2

@@ -17,9 +17,9 @@ module gracecg_estimation_level1_results
 
     type :: trim_command_t
         !! One command to a trim mass
-        integer :: axis = 0
+        integer :: axis = 0    !! 1, 2, 3: x, y, z of SRF
         integer :: steps = 0                    !! With its sign
-        character(80) :: text = ''
+        character(80) :: text = ''    !! The command in words
     end type trim_command_t
 
     real(dp), parameter :: STEPS_A_SECOND = 50  !! Of a trim mass: 0.125 mm/s in steps of 2.5 um
@@ -61,7 +61,7 @@ contains
 
     !> Writes the CoM in SRF, -d, as a VCM1B file with one record.
     subroutine write_vcm(path, calibration, estimate, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(in) :: estimate
         type(error_t), allocatable, intent(out) :: error
@@ -92,7 +92,7 @@ contains
 
     !> Writes the CoM as a VCM event.
     subroutine write_event(path, calibration, estimate, error)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! Of the file
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(in) :: estimate
         type(error_t), allocatable, intent(out) :: error

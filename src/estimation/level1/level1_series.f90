@@ -75,8 +75,8 @@ contains
     !> The double integral of samples at equal steps by trapezoids; it and its rate begin at 0.
     pure subroutine integrate_twice(step, values, twice)
         real(dp), intent(in) :: step            !! s
-        real(dp), intent(in) :: values(:)
-        real(dp), intent(out) :: twice(:)
+        real(dp), intent(in) :: values(:)    !! At equal steps
+        real(dp), intent(out) :: twice(:)    !! Their integral of the integral, 0 at the first
 
         real(dp) :: once, before
         integer :: i

@@ -19,7 +19,7 @@ module gracecg_estimation_level1_trend
         real(dp) :: offset(3) = 0       !! d, m
         real(dp) :: sigma(3) = 0        !! m
         real(dp) :: gas(2) = -1         !! In tanks 1 and 2, kg; negative: not known
-        integer :: flag = 0
+        integer :: flag = 0    !! 0 good, 1 with care, 2 not to be used
     end type trend_point_t
 
     type :: level1_trend_t
@@ -29,7 +29,7 @@ module gracecg_estimation_level1_trend
         real(dp) :: rate(3) = 0, rate_sigma(3) = 0  !! m/s
         real(dp), allocatable :: step_time(:)       !! Of the steps that the dates see, GPS s
         real(dp), allocatable :: step(:, :), step_sigma(:, :)   !! (3, steps), m
-        real(dp) :: chi_square(3) = 0
+        real(dp) :: chi_square(3) = 0    !! Of the residuals, by axis
         integer :: degrees = 0                      !! Of freedom, of each axis
         real(dp) :: passes = -1                     !! When |d| exceeds 100 um, GPS s; -1: never in 50 years
     contains

@@ -38,7 +38,7 @@ module gracecg_observations_level1_check
     type :: check_row_t
         !! One number
         character(NAME_LENGTH) :: quantity = ''     !! Name
-        real(dp) :: value = 0
+        real(dp) :: value = 0    !! In `unit`
         character(16) :: unit = ''                  !! Of the value; blank: none
         real(dp) :: allowed(2) = 0                  !! What such data have
     contains
@@ -47,7 +47,7 @@ module gracecg_observations_level1_check
 
     type :: level1_check_t
         !! All that was found
-        type(check_row_t), allocatable :: rows(:)
+        type(check_row_t), allocatable :: rows(:)    !! The numbers
         type(string_t), allocatable :: warnings(:)  !! What could not be looked at, and what files say
     contains
         procedure :: add                            !! One more number
@@ -71,8 +71,9 @@ contains
 
     subroutine add(self, quantity, value, unit, low, high)
         class(level1_check_t), intent(inout) :: self
-        character(*), intent(in) :: quantity, unit
+        character(*), intent(in) :: quantity, unit    !! Name and unit of the number
         real(dp), intent(in) :: value, low, high
+        !! The number, and the range in which it is as it should be
 
         type(check_row_t) :: row
 
@@ -86,7 +87,7 @@ contains
     subroutine add_axes(self, quantity, values, unit, low, high)
         class(level1_check_t), intent(inout) :: self
         character(*), intent(in) :: quantity, unit      !! The axis follows behind _
-        real(dp), intent(in) :: values(3), low, high
+        real(dp), intent(in) :: values(3), low, high    !! Of x, y, z, and the range of each
 
         integer :: i
 
@@ -97,7 +98,7 @@ contains
 
     subroutine note(self, text)
         class(level1_check_t), intent(inout) :: self
-        character(*), intent(in) :: text
+        character(*), intent(in) :: text    !! A warning; the same is kept once
 
         integer :: i
 

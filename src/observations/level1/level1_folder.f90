@@ -11,7 +11,7 @@ module gracecg_observations_level1_folder
 
     type :: level1_folder_t
         !! The files of one satellite and one day, and the calibration histories
-        character(:), allocatable :: folder
+        character(:), allocatable :: folder    !! As the user gave it
         character(1) :: satellite = ''                  !! A to D
         character(10) :: date = ''                      !! YYYY-MM-DD of the names
         type(string_t), allocatable :: paths(:)         !! Of all files of the satellite, by name
@@ -88,7 +88,7 @@ contains
     subroutine path_of(self, product, path)
         class(level1_folder_t), intent(in) :: self
         character(5), intent(in) :: product         !! 'ACC1A'
-        character(:), allocatable, intent(out) :: path
+        character(:), allocatable, intent(out) :: path    !! Empty when there is none
 
         integer :: i
 

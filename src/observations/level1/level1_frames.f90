@@ -61,7 +61,7 @@ contains
     pure integer function record_at(history, seconds, head) result(number)
         type(level1_records_t), intent(in) :: history   !! All fields, in order of time
         integer(i8), intent(in) :: seconds              !! GPS, past 2000-01-01 12:00
-        integer, intent(in), optional :: head           !! sca_id: of that head only
+        integer, intent(in), optional :: head           !! Of that head (sca_id) only
 
         integer :: i, column
 

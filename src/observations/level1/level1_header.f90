@@ -12,7 +12,9 @@ module gracecg_observations_level1_header
     public :: FORM_YAML, FORM_CARDS, YAML_FIRST, YAML_LAST, CARDS_LAST, CARD_LENGTH, LABEL_LENGTH
 
     integer, parameter :: FORM_YAML = 1, FORM_CARDS = 2             !! Of headers
+    !> First and last line of a header in YAML
     character(*), parameter :: YAML_FIRST = 'header:', YAML_LAST = '# End of YAML header'
+    !> Last line of a header in cards
     character(*), parameter :: CARDS_LAST = 'END OF HEADER'
     integer, parameter :: CARD_LENGTH = 80      !! Characters of a card, without its line feed
     integer, parameter :: LABEL_LENGTH = 30     !! Characters before the colon of a card

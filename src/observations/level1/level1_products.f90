@@ -42,7 +42,7 @@ module gracecg_observations_level1_products
         logical :: has_binary = .true.  !! There is a binary form
         logical :: is_event = .false.   !! Records when something happens: there are no gaps
         logical :: keeps_last = .false. !! Of records with equal epochs the last one holds
-        type(level1_field_t), allocatable :: fields(:)
+        type(level1_field_t), allocatable :: fields(:)    !! In the order of a record
         integer :: fraction = 0         !! Position of the fraction of the time tag; its whole seconds are field 1
         integer :: time_frac = 0        !! Position of the fraction of a second: of the tag, or of TIM1B's receiver time
         real(dp) :: fraction_unit = 1e-6_dp     !! Of `time_frac`, s

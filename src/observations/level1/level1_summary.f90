@@ -21,7 +21,7 @@ module gracecg_observations_level1_summary
         integer(i8) :: count = 0                    !! Records that have it
         real(dp) :: first = 0, last = 0             !! Of the records in the order of the file
         real(dp) :: total = 0, rest = 0             !! Sum, and what was lost of it by rounding
-        real(dp) :: least = 0, greatest = 0
+        real(dp) :: least = 0, greatest = 0    !! Of the finite values
     contains
         procedure :: mean => mean_of_field          !! Of all values
     end type field_summary_t
@@ -33,7 +33,7 @@ module gracecg_observations_level1_summary
         type(level1_layout_t) :: layout                 !! The fields of the records
         character(1) :: satellite = ''                  !! By the records; without any by header or name
         type(string_t), allocatable :: warnings(:)      !! What is unusual, but no failure
-        integer(i8) :: records = 0
+        integer(i8) :: records = 0    !! That could be read
         integer(i8) :: first_seconds = 0, last_seconds = 0      !! Of the first and the last record of the file
         real(dp) :: first_fraction = 0, last_fraction = 0       !! s
         real(dp) :: interval = 0                        !! Mean of the steps of one series that are no gaps, s; 0: none

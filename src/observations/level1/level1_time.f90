@@ -188,7 +188,7 @@ contains
     subroutine to_gps_time(records, clock, extrapolated)
         type(level1_records_t), intent(inout) :: records
         type(level1_clock_t), intent(in) :: clock
-        integer, intent(out) :: extrapolated
+        integer, intent(out) :: extrapolated    !! Records without one of CLK1B near
 
         integer :: i
 
