@@ -3,7 +3,7 @@
 module test_sequential
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_error, only: error_t, message_of, number_text
     use gracecg_base_text, only: string_t
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -182,7 +182,8 @@ contains
             if (.not. allocated(error)) call solve('sequential', observations, sequential, error)
             if (allocated(error)) return
             call check(error, maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal)) < 0.02_dp, &
-                       REPORT_CASE_NAMES(i)//': estimate')
+                       REPORT_CASE_NAMES(i)//': estimate, sigmas off: '// &
+                       number_text(maxval(abs(sequential%offset - optimal%offset)/sigma_of(optimal))))
             if (allocated(error)) return
             call check(error, maxval(abs(sigma_of(sequential)/sigma_of(optimal) - 1)) < 0.002_dp, &
                        REPORT_CASE_NAMES(i)//': sigma')

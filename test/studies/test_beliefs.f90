@@ -16,8 +16,9 @@ module test_beliefs_of_operator
     use gracecg_estimation_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
-    use gracecg_estimation_belief, only: BELIEFS, apply_value, ALTERATIONS, apply_alteration
+    use gracecg_estimation_belief, only: BELIEFS, apply_value, ALTERATIONS, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
+    use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use fixture, only: check_passes
     use statistics, only: chi_square_limits
@@ -98,7 +99,13 @@ contains
             call whitened(other, unused, down)
             if (allocated(error)) return
             size_of_partials = norm2(partials(i, :))
-            deviation = norm2((down - up)/(2*step) - partials(i, :))
+            if (any(ACCELEROMETER_SWAPS == BELIEFS(i)%parameter)) then  ! samples that are sound become wrong
+                deviation = norm2(up - residuals - partials(i, :))
+            else if (is_interchange(BELIEFS(i)%parameter)) then
+                deviation = norm2(residuals - up - partials(i, :))
+            else
+                deviation = norm2((down - up)/(2*step) - partials(i, :))
+            end if
             call check(error, deviation <= merge(BLURRED, SIMILAR, &
                        any([ACCELEROMETER_DELAYS, ROD_DELAYS, ALL_RODS_DELAY] == BELIEFS(i)%parameter))* &
                        size_of_partials, trim(BELIEFS(i)%subject)//': partials '//number_text(size_of_partials)// &
@@ -172,6 +179,7 @@ contains
         type(error_t), allocatable :: failure
         real(dp) :: limits(2)
         real(dp), allocatable :: squares(:)
+        character(:), allocatable :: found
         integer :: run, i, k
 
         do k = 1, size(NAMES)
@@ -183,7 +191,8 @@ contains
                 if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
                 call check_passes(error, message_of(failure))
                 if (allocated(error)) return
-                call check(error, .not. solution%beliefs%has_contradiction(), NAMES(k)//' run '//integer_text(run))
+                call say_contradiction(solution%beliefs, found)
+                call check(error, found, '', NAMES(k)//' run '//integer_text(run))
                 if (allocated(error)) return
                 do i = 1, size(solution%beliefs%values)
                     associate (test => solution%beliefs%values(i))

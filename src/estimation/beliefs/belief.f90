@@ -8,13 +8,14 @@ module gracecg_estimation_belief
     use gracecg_base_constants, only: DEGREE, NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
+    use gracecg_spacecraft_torque_rods, only: interchange_rods
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_estimation_parameters
     use gracecg_estimation_physical_model, only: turned_by
     implicit none
     private
-    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre
+    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
 
     !> A belief with a value.
     type :: belief_t
@@ -29,7 +30,7 @@ module gracecg_estimation_belief
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
     real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
     !> All beliefs with a value, in the order in which they are shown
-    type(belief_t), parameter :: BELIEFS(56) = [ &
+    type(belief_t), parameter :: BELIEFS(65) = [ &
         belief_t(ROD_GAINS(1), 'gain of rod x', NONE, 1.0_dp, 2.0_dp), &
         belief_t(ROD_GAINS(2), 'gain of rod y', NONE, 1.0_dp, 2.0_dp), &
         belief_t(ROD_GAINS(3), 'gain of rod z', NONE, 1.0_dp, 2.0_dp), &
@@ -85,7 +86,16 @@ module gracecg_estimation_belief
         belief_t(MOUNTING_2(1), 'mounting of head 2 about x', 'deg', DEGREE, 180.0_dp), &
         belief_t(MOUNTING_2(2), 'mounting of head 2 about y', 'deg', DEGREE, 180.0_dp), &
         belief_t(MOUNTING_2(3), 'mounting of head 2 about z', 'deg', DEGREE, 180.0_dp), &
-        belief_t(STAR_CAMERA_DELAY, 'delay of star camera', 's', 1.0_dp, LATE)]
+        belief_t(STAR_CAMERA_DELAY, 'delay of star camera', 's', 1.0_dp, LATE), &
+        belief_t(ROD_SWAPS(1), 'interchange of rods x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ROD_SWAPS(2), 'interchange of rods y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ROD_SWAPS(3), 'interchange of rods z and x', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(1), 'interchange of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(2), 'interchange of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(3), 'interchange of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(1), 'interchange of accelerometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(2), 'interchange of accelerometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(3), 'interchange of accelerometer z and x', NONE, 1.0_dp, 1.0_dp)]
 
     !> All beliefs without a value: what would have to hold instead. apply_alteration knows them by their place
     character(44), parameter :: ALTERATIONS(23) = [character(44) :: &
@@ -105,19 +115,28 @@ module gracecg_estimation_belief
 
 contains
 
+    !> Is a parameter one of those that are either 0 or 1?
+    elemental logical function is_interchange(parameter)
+        integer, intent(in) :: parameter    !! Its place among PARAMETERS
+
+        is_interchange = any([ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS] == parameter)
+    end function is_interchange
+
     !> Which manoeuvre lets the data tell a belief.
     subroutine testing_manoeuvre(belief, text)
         integer, intent(in) :: belief       !! Its place in BELIEFS
         character(:), allocatable, intent(out) :: text
 
         select case (BELIEFS(belief)%parameter)
-        case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN)
+        case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN, ROD_SWAPS(1):ROD_SWAPS(3))
             text = 'driving the rods one after the other, slowly enough (0.02 to 0.05 Hz) that the star camera sees the turn'
         case (INERTIA(1):INERTIA(6), TORQUE_CHANGE(1):TORQUE_CHANGE(3))
             text = 'a longer arc with turns about all three axes, at two frequencies or more'
-        case (FIELD_BIAS(1):FIELD_BIAS(3), FIELD_TURN(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3))
+        case (FIELD_BIAS(1):FIELD_BIAS(3), FIELD_TURN(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3), &
+              FIELD_SWAPS(1):FIELD_SWAPS(3))
             text = 'driving the same rods at another place of the orbit, where the field has another direction'
-        case (SCALE_FACTORS(1):SCALE_FACTORS(3), ACCELEROMETER_DELAYS(1):ACCELEROMETER_TURN(3))
+        case (SCALE_FACTORS(1):SCALE_FACTORS(3), ACCELEROMETER_DELAYS(1):ACCELEROMETER_TURN(3), &
+              ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
             text = 'angular accelerations about all three axes at frequencies of their own, so that each offset is seen by '// &
                 'two axes of the accelerometer'
         case default
@@ -126,7 +145,7 @@ contains
     end subroutine testing_manoeuvre
 
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
-    !> samples change. Of those that have to do with force and torque (curvature of the drag) nothing changes.
+    !> samples change. An interchange is done if the value is not 0, whatever it is.
     pure subroutine apply_value(parameter, value, observations)
         integer, intent(in) :: parameter    !! Its place among PARAMETERS
         real(dp), intent(in) :: value       !! SI units
@@ -182,6 +201,12 @@ contains
                     observations%field(i, j) = other - value*observations%field(next, j)
                     observations%field(next, j) = observations%field(next, j) - value*other
                 end do
+            case (ROD_SWAPS(1):ROD_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(5 + parameter - ROD_SWAPS(1), observations)
+            case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(11 + parameter - ACCELEROMETER_SWAPS(1), observations)
+            case (FIELD_SWAPS(1):FIELD_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(17 + parameter - FIELD_SWAPS(1), observations)
             case (FIELD_DELAY)
                 observations%magnetometer_time = observations%magnetometer_time - value
             case (STAR_CAMERA_DELAY)
@@ -280,11 +305,7 @@ contains
                 k%rods%gain = -k%rods%gain
             case (5:7)
                 i = alteration - 4
-                where (k%rods%activations%axis == i)
-                    k%rods%activations%axis = TO(i)
-                elsewhere (k%rods%activations%axis == TO(i))
-                    k%rods%activations%axis = i
-                end where
+                call interchange_rods(k%rods, i, TO(i))
             case (8:10)
                 observations%acceleration(alteration - 7, :) = -observations%acceleration(alteration - 7, :)
             case (11:13)

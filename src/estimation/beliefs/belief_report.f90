@@ -30,6 +30,7 @@ module gracecg_estimation_belief_report
         real(dp) :: score = 0               !! T: standard normal if the belief is right
         real(dp) :: detectable = 0          !! Minimal detectable value, SI units; 0: none
         real(dp) :: largest = 0             !! Wrong value that is conceivable, SI units
+        logical :: all_or_nothing = .false. !! It is either 0 or `largest`
         real(dp) :: effect(3) = 0
         !! What the smaller of the two, or the conceivable one where nothing is detectable, does to the offset, m
         real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
@@ -99,7 +100,10 @@ contains
 
     !> A belief with a value, from its score, the information that the other parameters leave of it (0: none), what the
     !> operator states of it and what a value of 1 does to the offset.
-    subroutine add_value(report, belief, score, information, stated, by_one, largest)
+    !>
+    !> Of one that is all or nothing the score is the root of twice the logarithm of the likelihood ratio, 0 where
+    !> nothing is as likely: 2 g - S for the value 1. It exceeds c with no more than the probability of a normal variable.
+    subroutine add_value(report, belief, score, information, stated, by_one, largest, all_or_nothing)
         type(belief_report_t), intent(inout) :: report
         integer, intent(in) :: belief       !! Place in BELIEFS
         real(dp), intent(in) :: score       !! In 1/unit
@@ -107,17 +111,20 @@ contains
         real(dp), intent(in) :: stated      !! Standard deviation; 0: none
         real(dp), intent(in) :: by_one(3)   !! m/unit
         real(dp), intent(in) :: largest     !! Conceivable wrong value
+        logical, intent(in) :: all_or_nothing   !! The only one
 
         type(value_test_t) :: test
 
         test%belief = belief
         test%largest = largest
+        test%all_or_nothing = all_or_nothing
         test%effect = by_one
         if (information > 0) then
             test%value = score/information
             test%sigma = 1/sqrt(information)
             test%detectable = sqrt(1/information + stated**2)
             test%score = test%value/test%detectable
+            if (all_or_nothing) test%score = sqrt(max(0.0_dp, information*largest*(2*test%value - largest)))
             test%shift = by_one*test%value
         end if
         report%values = [report%values, test]
@@ -163,15 +170,22 @@ contains
     subroutine finish_report(report)
         type(belief_report_t), intent(inout) :: report
 
+        real(dp) :: factor, likelier    ! of a standard deviation: what is found with the power
         integer :: i, axis, n
 
         n = size(report%values) + size(report%noises)
         report%critical = normal_quantile(1 - (1 - (1 - FAMILY_LEVEL)**(1.0_dp/max(1, n)))/2)
+        associate (beta => normal_quantile(POWER))
+            factor = report%critical + beta
+            likelier = beta + sqrt(beta**2 + report%critical**2)
+        end associate
         do i = 1, size(report%values)
             associate (test => report%values(i))
                 if (test%sigma > 0) then
-                    test%detectable = (report%critical + normal_quantile(POWER))*test%detectable
+                    test%detectable = factor*test%detectable
+                    if (test%all_or_nothing) test%detectable = likelier*test%detectable/factor
                     test%effect = test%effect*min(test%detectable, test%largest)
+                    if (test%all_or_nothing .and. test%detectable < test%largest) test%effect = 0   ! it would be seen
                 else
                     test%effect = test%effect*test%largest
                 end if

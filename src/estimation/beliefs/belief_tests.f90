@@ -25,7 +25,7 @@ module gracecg_estimation_belief_tests
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
-    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_estimation_belief, only: BELIEFS, is_interchange
     use gracecg_estimation_belief_report
     implicit none
     private
@@ -107,7 +107,8 @@ contains
                 by_one = on_fit(d)
                 if (left < DETERMINED*information(c, c)) left = 0
             end if
-            call add_value(report, i, score, left, stated, by_one, BELIEFS(i)%largest*BELIEFS(i)%size)
+            call add_value(report, i, score, left, stated, by_one, BELIEFS(i)%largest*BELIEFS(i)%size, &
+                           is_interchange(BELIEFS(i)%parameter))
         end do
     end subroutine test_values
 

@@ -11,7 +11,8 @@ module gracecg_estimation_explanation
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY
-    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration
+    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
+        is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
         OF_ALTERATION, OF_NOISE
     use gracecg_estimation_solution, only: solution_t
@@ -25,6 +26,7 @@ module gracecg_estimation_explanation
     integer, parameter :: MOST_STEPS = 6        !! Of such a fit
     real(dp), parameter :: SETTLED = 0.05_dp    !! Of a step, in standard deviations, that ends it
     real(dp), parameter :: FREQUENCY_RANGE = 0.25_dp    !! Of the rods', relative, that is searched
+    real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
 
 contains
 
@@ -48,6 +50,7 @@ contains
         do i = 1, size(ALTERATIONS)
             call try_alteration(observations, options, i, misfit, found)
         end do
+        call examine_alterations(observations, options, found)
         noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
         if (size(noises) > 0) then      ! all levels that are off together, named by the worst
             i = maxloc(noises%gain, 1)
@@ -92,6 +95,7 @@ contains
         do i = 1, min(MOST_CANDIDATES, size(order))
             if (fitted%values(order(i))%state /= CONTRADICTED) exit
             if (fitted%values(order(i))%belief == all_rods) cycle
+            if (is_interchange(BELIEFS(fitted%values(order(i))%belief)%parameter)) cycle     ! among the alterations
             call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
         end do
         frequency = best_frequency(observations, options)
@@ -119,7 +123,7 @@ contains
         do i = -n, n
             other = observations
             call apply_value(ALL_RODS_FREQUENCY, i*step, other)
-            call refit(other, options, solution, misfit, error)
+            call refit(other, without_tests(options), solution, misfit, error)
             if (misfit >= smallest) cycle
             smallest = misfit
             best = i*step
@@ -162,6 +166,8 @@ contains
                     tried%complete = .not. solution%beliefs%has_contradiction()
                 end if
                 if (.not. test%sigma > 0 .or. abs(test%value) < SETTLED*test%sigma) exit
+                if (left < huge(1.0_dp) .and. (misfit - left)/2 + HOPE*(test%value/test%sigma)**2/2 < &
+                    maxval([0.0_dp, found%gain]) - SAME) exit       ! another belief explains more
                 tried%value = tried%value + test%value
                 if (abs(tried%value) > BELIEFS(belief)%largest*BELIEFS(belief)%size) exit
             end associate
@@ -184,11 +190,40 @@ contains
 
         other = observations
         call apply_alteration(alteration, other)
-        call refit(other, options, solution, left, error)
+        call refit(other, without_tests(options), solution, left, error)
         if (.not. left < misfit) return
         found = [found, explanation_t(kind=OF_ALTERATION, place=alteration, gain=(misfit - left)/2, offset=solution%offset)]
-        if (allocated(solution%beliefs)) found(size(found))%complete = .not. solution%beliefs%has_contradiction()
     end subroutine try_alteration
+
+    !> Whether the alterations that may be the best explanation leave nothing contradicted.
+    subroutine examine_alterations(observations, options, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(explanation_t), intent(inout) :: found(:)
+
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: left
+        integer :: i
+
+        do i = 1, size(found)
+            if (found(i)%kind /= OF_ALTERATION .or. found(i)%gain < maxval(found%gain) - SAME) cycle
+            other = observations
+            call apply_alteration(found(i)%place, other)
+            call refit(other, options, solution, left, error)
+            if (allocated(solution%beliefs)) found(i)%complete = .not. solution%beliefs%has_contradiction()
+        end do
+    end subroutine examine_alterations
+
+    !> Options of a fit whose beliefs are not tested.
+    pure function without_tests(options) result(fewer)
+        type(estimation_options_t), intent(in) :: options
+        type(estimation_options_t) :: fewer
+
+        fewer = options
+        fewer%covariance = .false.
+    end function without_tests
 
     !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.
     subroutine refit(observations, options, solution, misfit, error)

@@ -15,10 +15,11 @@ module gracecg_estimation_parameters
     public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
     public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
     public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, FIELD_SCALES, FIELD_SHEARS
+    public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
     public :: is_rotational, is_tested_only, typical_sizes, loose_sigmas, a_priori_sigmas
 
-    integer, parameter :: PARAMETERS = 94    !! Number of all parameters
+    integer, parameter :: PARAMETERS = 103    !! Number of all parameters
     integer, parameter :: ESTIMABLE = 54    !! The first so many can be estimated; the others are tested only
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch
@@ -57,6 +58,10 @@ module gracecg_estimation_parameters
     integer, parameter :: FIELD_SCALES(3) = [89, 90, 91]    !! Scale factors of the magnetometer minus 1
     integer, parameter :: FIELD_SHEARS(3) = [92, 93, 94]
     !! Parts of one component of the field in another and as much back: x and y, y and z, z and x
+    ! 1 if two axes are interchanged, x and y, y and z, z and x; no other value has a meaning
+    integer, parameter :: ROD_SWAPS(3) = [95, 96, 97]       !! The commands of two rods
+    integer, parameter :: FIELD_SWAPS(3) = [98, 99, 100]    !! Two axes of the magnetometer
+    integer, parameter :: ACCELEROMETER_SWAPS(3) = [101, 102, 103]  !! Two axes of the accelerometer
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time
     !> Axes and degrees of FORCE_BENDS
@@ -120,7 +125,7 @@ module gracecg_estimation_parameters
                                                26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 27, 27, 28, 28, &
                                                16, 16, 16, 17, 17, 17, 17, 17, 17, 18, 18, 18, 19, 19, 19, &
                                                20, 20, 20, 21, 22, 22, 22, 23, 23, 23, 24, 24, 24, 24, 24, 24, 25, 18, 19, &
-                                               16, 16, 16, 16, 16, 16]
+                                               16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 7, 7, 7]
 
     character(12), parameter :: PARAMETER_NAMES(PARAMETERS) = [character(12) :: &
         'zeta_x', 'zeta_y', 'zeta_z', 'omega_x', 'omega_y', 'omega_z', 'torque_x', 'torque_y', 'torque_z', &
@@ -136,7 +141,9 @@ module gracecg_estimation_parameters
         'acc_delay_x', 'acc_delay_y', 'acc_delay_z', 'acc_turn_x', 'acc_turn_y', 'acc_turn_z', &
         'head1_turn_x', 'head1_turn_y', 'head1_turn_z', 'head2_turn_x', 'head2_turn_y', 'head2_turn_z', &
         'star_delay', 'rod_delay', 'rod_freq', &
-        'field_scal_x', 'field_scal_y', 'field_scal_z', 'field_sh_xy', 'field_sh_yz', 'field_sh_zx']
+        'field_scal_x', 'field_scal_y', 'field_scal_z', 'field_sh_xy', 'field_sh_yz', 'field_sh_zx', &
+        'rod_swap_xy', 'rod_swap_yz', 'rod_swap_zx', 'field_swp_xy', 'field_swp_yz', 'field_swp_zx', &
+        'acc_swap_xy', 'acc_swap_yz', 'acc_swap_zx']
     !! By place
     character(8), parameter :: PARAMETER_UNITS(PARAMETERS) = TABLE(GROUP)%unit    !! By place
 

@@ -19,7 +19,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -55,7 +55,7 @@ module gracecg_estimation_physical_model
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         real(dp), allocatable :: shape(:, :, :)
-        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SHEARS, (3, 0:2n, parameter); of size 0 unless some of
+        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SWAPS, (3, 0:2n, parameter); of size 0 unless some of
         !! them are asked for
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
@@ -138,7 +138,7 @@ contains
         ! the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
         ! Runge-Kutta steps are those of a step wherever they lie
         delay_step = model%interval/2
-        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SHEARS(3)), source=0.0_dp)
+        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SWAPS(3)), source=0.0_dp)
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
         do i = 1, 3
@@ -159,6 +159,10 @@ contains
                 down%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
             end where
             call difference(2*FREQUENCY_STEP, ROD_FREQUENCIES(i))
+            up = rods
+            call interchange_rods(up, i, modulo(i, 3) + 1)
+            down = rods
+            call difference(1.0_dp, ROD_SWAPS(i))
         end do
         do i = 1, size(ROD_TURNS)
             up = rods
@@ -178,6 +182,9 @@ contains
                 model%shape(:, i, FIELD_SHEARS(1)) = cross(model%dipole(:, i), [-b(2, i + 1), -b(1, i + 1), 0.0_dp])
                 model%shape(:, i, FIELD_SHEARS(2)) = cross(model%dipole(:, i), [0.0_dp, -b(3, i + 1), -b(2, i + 1)])
                 model%shape(:, i, FIELD_SHEARS(3)) = cross(model%dipole(:, i), [-b(3, i + 1), 0.0_dp, -b(1, i + 1)])
+                model%shape(:, i, FIELD_SWAPS(1)) = cross(model%dipole(:, i), b([2, 1, 3], i + 1) - b(:, i + 1))
+                model%shape(:, i, FIELD_SWAPS(2)) = cross(model%dipole(:, i), b([1, 3, 2], i + 1) - b(:, i + 1))
+                model%shape(:, i, FIELD_SWAPS(3)) = cross(model%dipole(:, i), b([3, 2, 1], i + 1) - b(:, i + 1))
                 ! samples that are tagged late show the field of an earlier time: the field at t stands at t + delay
                 model%shape(:, i, FIELD_DELAY) = cross(model%dipole(:, i), (b(:, min(n, i + 1) + 1) - b(:, max(0, i - 1) + 1))/ &
                                                        ((min(n, i + 1) - max(0, i - 1))*model%interval/2))
@@ -474,7 +481,7 @@ contains
                     cross(omega, matmul(dj, omega))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
                 f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
-            case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3))
+            case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SWAPS(3))
                 f = model%shape(:, half, parameter)
             case (ALL_RODS_DELAY)
                 f = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
@@ -623,7 +630,7 @@ contains
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
         real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
-        integer :: i, axis
+        integer :: i, axis, other
 
         associate (d => state%value(OFFSET), t => k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
@@ -673,6 +680,11 @@ contains
                         partials(i, axis) = -factor(axis)*slope(axis)
                     case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
                         partials(i, :) = factor*turned_about(p - ACCELEROMETER_TURN(1) + 1, unscaled)
+                    case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+                        axis = p - ACCELEROMETER_SWAPS(1) + 1
+                        other = modulo(axis, 3) + 1
+                        partials(i, axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
+                        partials(i, other) = -partials(i, axis)
                     end select
                 end associate
             end do
