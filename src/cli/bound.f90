@@ -206,7 +206,7 @@ contains
 
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
-        call console%line('what a wrong belief could do unseen: the smallest value found with probability '// &
+        call console%paragraph('What a wrong belief could do unseen: the smallest value found with probability '// &
                           rounded_text(POWER, 2)//' (level '//rounded_text(FAMILY_LEVEL, 1)//' for all tests), or the '// &
                           'largest conceivable one')
         write (line, '(t3, a, t42, a10, t54, a, t63, a)') 'belief', 'value', 'unit', 'effect x, y, z, mm'

@@ -28,7 +28,7 @@ contains
                                 'delays, directions, signs, interchanged axes, conventions, noise levels), each at up to '// &
                                 'three sizes, and counts how often the estimate contradicts it, names it, or is wrong '// &
                                 'without a word. `bound` says beforehand what can be detected.', &
-                                'gracecg reliability front-3 --only sign --runs 2')
+                                'gracecg reliability front-3 --only quaternions --runs 1')
         call add_cases_option(arguments, 'front-3')
         call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
                                   choices=ESTIMATOR_NAMES)

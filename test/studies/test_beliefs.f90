@@ -20,6 +20,7 @@ module test_beliefs_of_operator
     use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use fixture, only: check_passes
     use statistics, only: chi_square_limits
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -37,7 +38,8 @@ contains
                     new_unittest('partials-are-those-of-altered-observations', test_partials), &
                     new_unittest('scores-are-standard-normal', test_scores), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
-                    new_unittest('power-is-that-stated', test_power)]
+                    new_unittest('power-is-that-stated', test_power), &
+                    new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_beliefs
 
     !> Abramowitz and Stegun, Table 26.5, and the relation of both tails.
@@ -287,6 +289,36 @@ contains
             end associate
         end subroutine named
     end subroutine test_wrong_beliefs
+
+    !> Sound runs, a rod with half its gain and noise believed too small by ten: told, and told by name. A gain far
+    !> beyond what is detectable counts as that.
+    subroutine test_trials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 2
+        type(calibration_t) :: calibration
+        type(wrong_belief_t), allocatable :: list(:)
+        type(tally_t), allocatable :: tallies(:)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call find_calibration('front-3', calibration, failure)
+        list = all_wrong_beliefs()
+        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'gain of rod z', 'noise of accelerometer x'] == &
+                                subject_of(list(i))), i=1, size(list))])
+        if (.not. allocated(failure)) &
+            call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(tallies), 1 + 3 + 3)
+        if (.not. allocated(error)) call check(error, all(tallies%silent == 0), 'silent')
+        if (.not. allocated(error)) call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
+        if (.not. allocated(error)) call check(error, tallies(4)%times > 2, 'detectable')
+        if (.not. allocated(error)) call check(error, tallies(4)%contradicted, RUNS, 'gain')
+        if (.not. allocated(error)) call check(error, tallies(4)%named, RUNS, 'gain by name')
+        if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
+        if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
+    end subroutine test_trials
 
     !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
     subroutine test_power(error)

@@ -222,7 +222,8 @@ contains
         type(estimation_options_t) :: fewer
 
         fewer = options
-        fewer%covariance = .false.
+        fewer%test_beliefs = .false.
+        fewer%covariance = .false.      ! nor is the fit checked
     end function without_tests
 
     !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.

@@ -40,7 +40,7 @@ contains
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
             return
         end select
-        if (options%covariance) call judge_beliefs(observations, options, solution, error)
+        if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error)
     end subroutine estimate_offset
 
     !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is

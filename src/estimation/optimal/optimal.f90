@@ -90,7 +90,7 @@ contains
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
         if (.not. allocated(error) .and. .not. fit%noise_estimated) solution%misfit = misfit_of(fit)
-        if (.not. allocated(error) .and. options%covariance) then
+        if (.not. allocated(error) .and. options%covariance .and. options%test_beliefs) then
             allocate (solution%beliefs)
             call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
         end if
