@@ -290,7 +290,7 @@ contains
         end subroutine named
     end subroutine test_wrong_beliefs
 
-    !> Sound runs, a rod with half its gain and noise believed too small by ten: told, and told by name. A gain far
+    !> Sound runs, a rod of another frequency and noise believed too small by ten: told, and told by name. A frequency far
     !> beyond what is detectable counts as that.
     subroutine test_trials(error)
         type(error_type), allocatable, intent(out) :: error
@@ -304,7 +304,7 @@ contains
 
         call find_calibration('front-3', calibration, failure)
         list = all_wrong_beliefs()
-        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'gain of rod z', 'noise of accelerometer x'] == &
+        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
                                 subject_of(list(i))), i=1, size(list))])
         if (.not. allocated(failure)) &
             call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)
@@ -314,8 +314,8 @@ contains
         if (.not. allocated(error)) call check(error, all(tallies%silent == 0), 'silent')
         if (.not. allocated(error)) call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
         if (.not. allocated(error)) call check(error, tallies(4)%times > 2, 'detectable')
-        if (.not. allocated(error)) call check(error, tallies(4)%contradicted, RUNS, 'gain')
-        if (.not. allocated(error)) call check(error, tallies(4)%named, RUNS, 'gain by name')
+        if (.not. allocated(error)) call check(error, tallies(4)%contradicted, RUNS, 'frequency')
+        if (.not. allocated(error)) call check(error, tallies(4)%named, RUNS, 'frequency by name')
         if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
         if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
     end subroutine test_trials

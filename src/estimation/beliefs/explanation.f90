@@ -10,7 +10,7 @@ module gracecg_estimation_explanation
     use gracecg_base_error, only: error_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY
+    use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
@@ -78,7 +78,8 @@ contains
         end do
     end function by_gain
 
-    !> The beliefs with a value whose scores are largest, and the rods' frequency from all over its range.
+    !> The beliefs with a value whose scores are largest, and frequencies of the rods from all over their range: no step
+    !> leads from a frequency that is off by a cycle of the arc.
     subroutine try_values(observations, options, fitted, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -87,25 +88,40 @@ contains
         type(explanation_t), allocatable, intent(inout) :: found(:)
 
         integer, allocatable :: order(:)
-        real(dp) :: frequency
-        integer :: i, all_rods
+        integer :: i, parameter
 
-        all_rods = findloc(BELIEFS%parameter, ALL_RODS_FREQUENCY, 1)
         order = by_gain(abs(fitted%values%score))
         do i = 1, min(MOST_CANDIDATES, size(order))
             if (fitted%values(order(i))%state /= CONTRADICTED) exit
-            if (fitted%values(order(i))%belief == all_rods) cycle
-            if (is_interchange(BELIEFS(fitted%values(order(i))%belief)%parameter)) cycle     ! among the alterations
+            parameter = BELIEFS(fitted%values(order(i))%belief)%parameter
+            if (any([ROD_FREQUENCIES, ALL_RODS_FREQUENCY] == parameter)) cycle
+            if (is_interchange(parameter)) cycle    ! among the alterations
             call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
         end do
-        frequency = best_frequency(observations, options)
-        call try_value(observations, options, all_rods, frequency, misfit, found)
+        call try_frequency(ALL_RODS_FREQUENCY)
+        associate (rods => observations%knowledge%rods)
+            associate (axes => rods%activations(:rods%count)%axis)
+                do i = 1, 3
+                    if (any(axes == i) .and. any(axes /= i)) call try_frequency(ROD_FREQUENCIES(i))
+                end do
+            end associate
+        end associate
+
+    contains
+
+        subroutine try_frequency(parameter)
+            integer, intent(in) :: parameter
+
+            call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
+                           best_frequency(observations, options, parameter), misfit, found)
+        end subroutine try_frequency
     end subroutine try_values
 
-    !> The error of the rods' frequency, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
-    real(dp) function best_frequency(observations, options) result(best)
+    !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
+    real(dp) function best_frequency(observations, options, parameter) result(best)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: parameter    !! One of ROD_FREQUENCIES, or ALL_RODS_FREQUENCY
 
         type(observation_set_t) :: other
         type(solution_t) :: solution
@@ -122,7 +138,7 @@ contains
         n = ceiling(FREQUENCY_RANGE*highest/step)
         do i = -n, n
             other = observations
-            call apply_value(ALL_RODS_FREQUENCY, i*step, other)
+            call apply_value(parameter, i*step, other)
             call refit(other, without_tests(options), solution, misfit, error)
             if (misfit >= smallest) cycle
             smallest = misfit
