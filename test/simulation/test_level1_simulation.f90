@@ -6,13 +6,13 @@ module test_level1_simulation
     use gracecg_base_constants, only: ARCSECOND, DEGREE, EARTH_GM, MICROMETRE, MICROTESLA, NANOTESLA, TWO_PI
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, rotation_angle_between
-    use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_text, only: string_t, integer_text
     use gracecg_base_vectors, only: cross
     use gracecg_files_file, only: make_directory
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
-    use gracecg_observations_level1_frames, only: gracecg_quaternion, mounting_of_head, small_turn, &
-        fused_attitude, inertial_of_earth_fixed_by_states
+    use gracecg_observations_level1_frames, only: gracecg_quaternion, mounting_of_head, attitude_by_head, &
+        inertial_of_earth_fixed_by_states
+    use gracecg_observations_level1_products, only: level1_layout_t
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
@@ -22,7 +22,7 @@ module test_level1_simulation
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_level1_files, only: level1_errors_t, draw_errors, write_level1_folder, SETUP_NAME
     use gracecg_simulation_level1_settings, only: level1_settings_t, read_level1_settings
-    use gracecg_simulation_level1_truth, only: level1_orbit_t, level1_truth_t, truth_point_t, new_level1_orbit, &
+    use gracecg_simulation_level1_truth, only: level1_orbit_t, level1_truth_t, truth_point_t, firing_t, new_level1_orbit, &
         new_level1_truth
     use statistics, only: chi_square_limits, Z_999
     use testdrive, only: unittest_type, error_type, check, new_unittest
@@ -53,7 +53,6 @@ contains
                     new_unittest('delays-and-staircase', test_delays), &
                     new_unittest('magnetometer', test_magnetometer), &
                     new_unittest('heads', test_heads), &
-                    new_unittest('fused-heads', test_fused), &
                     new_unittest('gyros', test_gyros), &
                     new_unittest('orbit', test_orbit), &
                     new_unittest('firings', test_firings), &
@@ -600,45 +599,6 @@ contains
         end do
         call check(error, worst < 1.2e-6_dp .and. worst > 2e-7_dp, 'noise of SCA1B')
     end subroutine test_heads
-
-    !> Heads fused: the truth's attitude, whose error has the covariance (sum M diag(1/sigma^2) M^T)^-1; a head alone gives
-    !> what it saw.
-    subroutine test_fused(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        real(dp), parameter :: SIGMA(3) = [1e-5_dp, 1e-5_dp, 1e-4_dp], ROOT = 0.7071067811865476_dp
-        ! Boresights along z, x and y of SRF
-        real(dp), parameter :: MOUNTING(4, 3) = reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, -ROOT, 0.0_dp, ROOT, &
-                                                         ROOT, 0.0_dp, 0.0_dp, ROOT], [4, 3])
-        integer, parameter :: TRIALS = 2000
-        type(random_stream_t) :: stream
-        real(dp) :: q(4), seen(4, 3), m(3, 3), turn(3), squares(3), expected, limits(2)
-        integer :: i, k, axis
-
-        q = [0.1_dp, -0.5_dp, 0.3_dp, 0.8_dp]/sqrt(0.99_dp)
-        stream = new_stream(1_i8, 1, 1, 1, 1)
-        squares = 0
-        do i = 1, TRIALS
-            do k = 1, 3
-                m = rotation_matrix(MOUNTING(:, k))
-                do axis = 1, 3
-                    turn(axis) = SIGMA(axis)*stream%normal()
-                end do
-                turn = matmul(m, turn)
-                seen(:, k) = quaternion_product([turn/2, 1.0_dp], q)
-                seen(:, k) = seen(:, k)/norm2(seen(:, k))
-            end do
-            turn = small_turn(fused_attitude(seen, MOUNTING, [.true., .true., .true.]), q)
-            squares = squares + turn**2
-        end do
-        ! About each axis two heads see across, one about its boresight
-        expected = 1/(2/SIGMA(1)**2 + 1/SIGMA(3)**2)
-        limits = chi_square_limits(TRIALS)
-        call check(error, all(squares/expected > limits(1) .and. squares/expected < limits(2)), 'noise of three heads')
-        if (allocated(error)) return
-        call check(error, maxval(abs(fused_attitude(seen, MOUNTING, [.false., .true., .false.]) - seen(:, 2))) < 1e-15_dp, &
-                   'one head alone')
-    end subroutine test_fused
 
     !> Gyros 1 and 3 see 0.8165 of the pitch rate with both signs, gyro 2 none; their angle is the integral of the rate.
     subroutine test_gyros(error)

@@ -6,12 +6,12 @@ module gracecg_estimation_level1_instruments
     use gracecg_base_constants, only: DEGREE, EARTH_GM, MICROMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text
-    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix, normalised
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
     use gracecg_environment_time, only: decimal_year
     use gracecg_observations_level1_frames, only: srf_of_accelerometer, gracecg_quaternion, continuous_quaternions, &
-        mounting_of_head, attitude_by_head, small_turn, fused_attitude, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
+        mounting_of_head, attitude_by_head, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     use gracecg_observations_level1_folder, only: level1_folder_t
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t
@@ -292,8 +292,9 @@ contains
         character(10), parameter :: FIELDS(7) = [character(10) :: 'quatangle', 'quaticoeff', 'quatjcoeff', 'quatkcoeff', &
                                                  'sca_id', 'qualflg', 'sca_mode']
         type(level1_records_t) :: sca, qsa
+        real(dp) :: mounting(4)
         character(:), allocatable :: path, other
-        integer :: i, k
+        integer :: i, k, head, number(HEADS)
 
         call find_file(paths, ['SCA1B'], path)
         if (path /= '') then
@@ -313,89 +314,32 @@ contains
             call read_product(path, clock, calibration, FIELDS, sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop([(.not. btest(nint(sca%values(k, 7)), 0), k=1, sca%count)])
-            call note(calibration, 'no SCA1B: attitude by the heads of SCA1A together')
+            do head = 1, HEADS
+                number(head) = count(nint(sca%values(:, 5)) == head)
+            end do
+            head = maxloc(number, 1)
+            call note(calibration, 'no SCA1B: attitude by head '//integer_text(head)//' of SCA1A')
+            call sca%drop(nint(sca%values(:, 5)) /= head)
         end if
         if (sca%count < 30) then
             call fail(error, sca%path//': no attitude within the spans of the manoeuvre')
             return
         end if
-        if (allocated(qsa%fields)) then
-            call fuse_heads(calibration, sca, qsa, times, q, error)
-            if (allocated(error)) return
-        else
-            call sca%times_since(calibration%epoch, times)
-            allocate (q(4, sca%count))
-            do i = 1, sca%count
-                q(:, i) = gracecg_quaternion(sca%values(i, 1:4))
-            end do
-        end if
-        call continuous_quaternions(q)
-    end subroutine star_cameras
-
-    !> One attitude an epoch of all heads that saw stars then, weighted by their noise. What the heads differ by in the
-    !> mean (mountings are known to some 0.05 degrees) is taken from all but the first, so that the attitude does not jump
-    !> where a head is blind.
-    subroutine fuse_heads(calibration, sca, qsa, times, q, error)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_records_t), intent(in) :: sca               !! Four of the quaternion, and the head
-        type(level1_records_t), intent(in) :: qsa
-        real(dp), allocatable, intent(out) :: times(:), q(:, :)
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp), allocatable :: all_times(:)
-        real(dp) :: mounting(4, HEADS), seen(4, HEADS), bias(3, HEADS), turn(3)
-        logical :: there(HEADS), known(HEADS)
-        integer :: i, k, n, round, common(HEADS)
-
-        known = .false.
-        do k = 1, HEADS
-            if (.not. any(nint(sca%values(:, 5)) == k)) cycle
-            known(k) = .true.
-            mounting(:, k) = mounting_of_head(qsa, k, calibration%epoch)
-            if (norm2(mounting(:, k)) < 0.5_dp) then
-                call fail(error, qsa%path//': no mounting of head '//integer_text(k))
+        call sca%times_since(calibration%epoch, times)
+        allocate (q(4, sca%count))
+        mounting = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+        if (sca%layout%product == 'SCA1A') then
+            mounting = mounting_of_head(qsa, head, calibration%epoch)
+            if (norm2(mounting) < 0.5_dp) then
+                call fail(error, qsa%path//': no mounting of head '//integer_text(head))
                 return
             end if
+        end if
+        do i = 1, sca%count
+            q(:, i) = attitude_by_head(mounting, gracecg_quaternion(sca%values(i, 1:4)))
         end do
-        call sca%times_since(calibration%epoch, all_times)
-        allocate (times(sca%count), q(4, sca%count))
-        bias = 0
-        do round = 1, 2         ! what heads differ by, then the attitudes
-            common = 0
-            n = 0
-            i = 1
-            do while (i <= sca%count)
-                there = .false.
-                n = n + 1
-                times(n) = all_times(i)
-                do
-                    k = nint(sca%values(i, 5))
-                    if (k >= 1 .and. k <= HEADS) then
-                        there(k) = .true.
-                        seen(:, k) = attitude_by_head(mounting(:, k), gracecg_quaternion(sca%values(i, 1:4)))
-                        if (round == 2) seen(:, k) = normalised(quaternion_product([-bias(:, k)/2, 1.0_dp], seen(:, k)))
-                    end if
-                    i = i + 1
-                    if (i > sca%count) exit
-                    if (all_times(i) > times(n)) exit
-                end do
-                if (.not. any(there)) then
-                    n = n - 1
-                else if (round == 1) then
-                    do k = 2, HEADS
-                        if (.not. (there(1) .and. there(k))) cycle
-                        turn = small_turn(seen(:, k), seen(:, 1))
-                        common(k) = common(k) + 1
-                        bias(:, k) = bias(:, k) + (turn - bias(:, k))/common(k)
-                    end do
-                else
-                    q(:, n) = fused_attitude(seen, mounting, there)
-                end if
-            end do
-        end do
-        times = times(:n)
-        q = q(:, :n)
-    end subroutine fuse_heads
+        call continuous_quaternions(q)
+    end subroutine star_cameras
 
     !> Attitude, rate, field, vertical and gradient of one span.
     subroutine span_attitude(calibration, span, times, q, fixed, inertial, has_inertial, model)

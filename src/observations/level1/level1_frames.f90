@@ -3,14 +3,14 @@
 module gracecg_observations_level1_frames
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: ARCSECOND, EARTH_ROTATION_RATE
-    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
-    use gracecg_base_quaternion, only: quaternion_product, normalised, rotation_matrix
+    use gracecg_base_vectors, only: cross, rotation_z
+    use gracecg_base_quaternion, only: quaternion_product, normalised
     use gracecg_environment_time, only: utc_t, julian_centuries_tt, gmst_1982
     use gracecg_observations_level1_records, only: level1_records_t
     implicit none
     private
     public :: srf_of_accelerometer, signed_axes_valid, gracecg_quaternion, continuous_quaternions
-    public :: record_at, mounting_of_head, attitude_by_head, small_turn, fused_attitude, calibration_vector
+    public :: record_at, mounting_of_head, attitude_by_head, calibration_vector
     public :: inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, inertial_velocity
     public :: ACCELEROMETER_AXES
 
@@ -101,50 +101,6 @@ contains
 
         q = quaternion_product(mounting, head_attitude)
     end function attitude_by_head
-
-    !> The small rotation from one attitude to another, twice the vector part: about the axes that both share.
-    pure function small_turn(to, from) result(turn)
-        real(dp), intent(in) :: to(4), from(4)      !! Scalar last
-        real(dp) :: turn(3)                         !! rad
-
-        real(dp) :: q(4)
-
-        q = quaternion_product(to, [-from(1:3), from(4)])
-        turn = 2*sign(1.0_dp, q(4))*q(1:3)
-    end function small_turn
-
-    !> The attitude by several heads, weighted by their noise, which about the boresight is ten times that across it
-    !> (GRACE-FO: 1 to 4 and 20 to 42 arcsec): with the small turn t_h of head h from one of them and M_h its mounting
-    !>
-    !>     t = (sum W_h)^-1 sum W_h t_h,    W_h = M_h diag(1/sigma^2) M_h^T
-    pure function fused_attitude(seen, mounting, there) result(q)
-        real(dp), intent(in) :: seen(:, :)          !! Inertial to SRF by each head, scalar last; (4, heads)
-        real(dp), intent(in) :: mounting(:, :)      !! Head to SRF, scalar last; (4, heads)
-        logical, intent(in) :: there(:)             !! Which heads saw stars; at least one
-        real(dp) :: q(4)                            !! Inertial to SRF, scalar last
-
-        real(dp), parameter :: WEIGHT(3) = [1.0_dp, 1.0_dp, 0.01_dp]
-        real(dp) :: m(3, 3), part(3, 3), total(3, 3), rhs(3), turn(3)
-        integer :: first, k, axis
-
-        first = findloc(there, .true., 1)
-        q = seen(:, first)
-        if (count(there) == 1) return
-        total = 0
-        rhs = 0
-        do k = first, size(there)
-            if (.not. there(k)) cycle
-            m = rotation_matrix(mounting(:, k))
-            do axis = 1, 3
-                part(:, axis) = WEIGHT(axis)*m(:, axis)
-            end do
-            part = matmul(part, transpose(m))
-            total = total + part
-            rhs = rhs + matmul(part, small_turn(seen(:, k), seen(:, first)))
-        end do
-        turn = matmul(inverse_3x3(total), rhs)
-        q = normalised(quaternion_product([turn/2, 1.0_dp], seen(:, first)))
-    end function fused_attitude
 
     !> The vector of a calibration history (VCM1B, VKB1B, ...) that holds at a time, m in SRF. Zero: there is none.
     pure function calibration_vector(history, seconds) result(vector)
