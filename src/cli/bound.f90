@@ -11,6 +11,7 @@ module gracecg_cli_bound
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_planning_leakage, only: leakage_pair_t, leakage_of_case
     use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
@@ -18,6 +19,7 @@ module gracecg_cli_bound
     use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t, console_width, wrapped
+    use gracecg_cli_leakage, only: show_leakage, put_leakage
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     use gracecg_files_data_table, only: data_table_t
     implicit none
@@ -46,6 +48,8 @@ contains
         call add_format_option(arguments)
         call arguments%add_option('--joint', '', 'also of all cases together, as calibrations of one offset: what one joint '// &
                                   'estimate could reach')
+        call arguments%add_option('--leakage', '', 'also with the leakage of the rods into the accelerometer estimated, of '// &
+                                  'one flight and of a second one half a revolution away')
         call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
                                   '`optimal` from observations without noise, and compare')
         call arguments%add_option('--seed', 'S', 'of the draws (default 1)')
@@ -61,6 +65,7 @@ contains
 
         type(calibration_t), allocatable :: calibrations(:)
         type(case_bound_t) :: bound
+        type(leakage_pair_t) :: pair
         type(results_t) :: results
         type(data_table_t) :: table
         integer(i8) :: seed        !! Of the random numbers
@@ -89,6 +94,12 @@ contains
                 if (i > 1) call console%line('')
                 call print_text(calibration, bound, console)
                 call put_details(calibration, bound, results)
+                if (arguments%has('--leakage')) then
+                    call leakage_of_case(calibration%case, pair, error)
+                    if (allocated(error)) return
+                    call show_leakage(pair, calibration%case, console)
+                    call put_leakage(pair, results)
+                end if
                 call show_reliability(calibration, console, results, error)
                 if (allocated(error)) return
                 if (runs > 0) call print_checks(calibration, seed, runs, threads, console, results, error)
