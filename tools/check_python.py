@@ -23,7 +23,7 @@ PYTHON = VENV / "bin/python"
 
 CONSUMER = """cmake_minimum_required(VERSION 3.20)
 project(consumer LANGUAGES C Fortran)
-find_package(gracecg 0 REQUIRED)
+find_package(gracecg REQUIRED)
 add_executable(in_fortran in_fortran.f90)
 target_link_libraries(in_fortran PRIVATE gracecg::gracecg)
 add_executable(in_c in_c.c)
