@@ -562,6 +562,23 @@ gracecg_status gracecg_fit_test(const gracecg_fit *fit, gracecg_fit_tests *tests
 gracecg_status gracecg_fit_running(const gracecg_fit *fit, size_t capacity, double *time, double *offset,
                                    double *sigma, gracecg_error *error);
 
+/* What the data say of the things that the setup states. */
+typedef struct gracecg_beliefs {
+    double undetected[3];       /* what a single wrong one could move each component by, unseen, and what the estimate
+                                   differs from that of "optimal" by, m */
+    double apart[3];            /* the latter alone, m */
+    int32_t tested;             /* how many */
+    int32_t contradicted;
+    int32_t untested;           /* too weakly: they could move a component farther than is wanted */
+    int32_t sign_known;         /* 1: the setup says that the sign of the accelerometer is confirmed */
+} gracecg_beliefs;
+
+/* Estimates as gracecg_estimate does, and tells what the data say of rods, inertia, accelerometer, magnetometer, star
+   camera and noise. text[size] (or NULL with size 0) receives two lines, each ended by a newline and perhaps empty:
+   what is contradicted, with what would explain it, and what cannot be tested here. */
+gracecg_status gracecg_test_beliefs(const char *algorithm, const gracecg_observations *observations,
+                                    gracecg_beliefs *beliefs, char *text, size_t size, gracecg_error *error);
+
 /* One offset from several observation sets, by the algorithm optimal with the options of each; scale factors, rod gain,
    magnetometer bias and inertia are one for all. */
 typedef struct gracecg_joint {

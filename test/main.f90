@@ -67,6 +67,7 @@ program tester
     use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
+    use test_beliefs_of_operator, only: collect_beliefs
     use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
     use test_programme, only: collect_programme
@@ -172,6 +173,7 @@ program tester
              new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
+             new_testsuite('beliefs', collect_beliefs), &
              new_testsuite('joint', collect_joint), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('programme', collect_programme), &

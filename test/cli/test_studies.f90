@@ -376,8 +376,8 @@ contains
     !> The example of every help works as printed.
     subroutine test_examples(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(4) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
-                                                  'trim']
+        character(*), parameter :: COMMANDS(5) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
+                                                  'trim', 'reliability']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
         integer :: i, k

@@ -169,6 +169,7 @@ contains
             if (allocated(error)) return
             options%covariance = .false.
             options%information = .true.
+            options%optimal%estimate_within_limits = .false.    ! the parameters of the stacked batch alone
             options%optimal%estimate_scale_factors = .true.
             options%optimal%estimate_rod_gain = .true.
             options%optimal%estimate_magnetometer_bias = .true.
