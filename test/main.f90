@@ -98,6 +98,7 @@ program tester
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
     use test_html, only: collect_html
+    use test_launcher, only: collect_launcher
     use test_gnuplot, only: collect_gnuplot
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
@@ -204,6 +205,7 @@ program tester
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
              new_testsuite('html', collect_html), &
+             new_testsuite('launcher', collect_launcher), &
              new_testsuite('gnuplot', collect_gnuplot), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &

@@ -29,6 +29,7 @@ module gracecg_interface_c_estimation
     public :: c_observations_free, c_observations_setup, c_observations_counts
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
     public :: c_observations_orbit, c_options_text, c_options_replace, c_estimate
+    public :: give_solution, give_warnings, check_capacity
 
     integer, parameter :: MOST_PARAMETERS = 16      !! Beside the offset
     integer, parameter :: NAME_SIZE = 16            !! Bytes of a parameter's name with its closing zero

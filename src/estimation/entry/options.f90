@@ -41,8 +41,8 @@ module gracecg_estimation_options
         !! Of its axes, in the report's estimators: CSR-TM-00-01 section 6.1
         real(dp) :: star_camera_weight = 1          !! Of every attitude component in ASSEST: ibid.
         real(dp) :: combined_star_camera_weight = 90    !! The same in ASCFEST and ASCREST: ibid.
-        type(optimal_options_t) :: optimal          !! Of the estimator `optimal`
-        type(sequential_options_t) :: sequential    !! Of the estimator `sequential`
+        type(optimal_options_t) :: optimal = optimal_options_t()              !! Of the estimator `optimal`
+        type(sequential_options_t) :: sequential = sequential_options_t()     !! Of the estimator `sequential`
     end type estimation_options_t
 
 contains

@@ -629,10 +629,12 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
         integer :: i, axis, other
 
-        associate (d => state%value(OFFSET), t => k*model%interval)
+        ! Not by associate: a vector subscript as its selector stops flang 22
+        d = state%value(OFFSET)
+        associate (t => k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
             by_angles = 0
             if (model%rate_squared(2*k) > 0) then
