@@ -213,13 +213,15 @@ contains
         character(120) :: line
         character(10) :: detectable
         real(dp) :: smallest
-        integer :: i
+        integer :: i, shown
 
+        shown = 0
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
         call console%paragraph('What a wrong belief could do unseen: the smallest value found with probability '// &
                           rounded_text(POWER, 2)//' (level '//rounded_text(FAMILY_LEVEL, 1)//' for all tests), or the '// &
-                          'largest conceivable one')
+                          'largest conceivable one. Those that could move d by more than '// &
+                          rounded_text(report%wanted/MILLIMETRE, 3)//' mm:')
         write (line, '(t3, a, t42, a10, t54, a, t63, a)') 'belief', 'value', 'unit', 'effect x, y, z, mm'
         call console%line(trim(line))
         call results%begin_array('reliability')
@@ -231,7 +233,10 @@ contains
                 if (smallest > 0) write (detectable, '(es10.2)') smallest
                 write (line, '(t3, a, t42, a10, t54, a, t60, 3f11.5)') trim(belief%subject), adjustr(detectable), &
                     belief%unit, abs(test%effect)/MILLIMETRE
-                call console%line(trim(line))
+                if (any(abs(test%effect) > report%wanted)) then
+                    shown = shown + 1
+                    call console%line(trim(line))
+                end if
                 call results%begin(on_one_line=.true.)
                 call results%member('belief', trim(belief%subject))
                 call results%member('detectable', smallest)
@@ -241,6 +246,8 @@ contains
             end associate
         end do
         call results%end()
+        call console%line('  and '//integer_text(size(report%values) - shown)// &
+                          ' that could not (--format json has them all)')
     end subroutine show_reliability
 
     !> What JSON has of a case beside the row of the table; its object is left open for the checks.
