@@ -375,8 +375,7 @@ contains
         type(dated_offset_t), allocatable :: offsets(:)
         type(error_t), allocatable :: failure
         character(1), parameter :: LF = new_line('a')
-        character(*), parameter :: HEAD = '{"command": "level1 estimate", "epoch_gps_s": 631108818.5, '// &
-            '"offset_mm": [0.1, -0.2, 0.3], '
+        character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//LF
 
         call information_from_json('{"command": "bound"}', information, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'is no estimate', '--format json'])

@@ -98,7 +98,7 @@ module gracecg_estimation_parameters
         group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
         group_t('m', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &          ! OFFSET
         group_t('m/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &    ! DRIFT
-        group_t('m/s^2', ACCELERATION, 1e-6_dp, NO, 1e-3_dp), &     ! BIAS
+        group_t('m/s^2', ACCELERATION, 1e-6_dp, NO, 10.0_dp), &     ! BIAS: it would pull the scale factor
         group_t('1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &           ! SCALE_FACTORS
         group_t('1', ROTATION, 1.0_dp, NO, 1.0_dp), &               ! ROD_GAIN
         group_t('T', ROTATION, 1e-7_dp, NO, 1e-3_dp), &             ! FIELD_BIAS

@@ -266,7 +266,7 @@ contains
         logical, intent(out) :: converged
         type(error_t), allocatable, intent(out) :: error
 
-        integer, parameter :: SEARCHED = 2      ! iteration
+        integer, parameter :: SEARCHED = 3      ! iteration
         real(dp) :: y(N_CONSTANTS), remainder(N_CONSTANTS + 1, size(problem%epoch), 3), unused
         type(constants_t) :: constants
         integer :: axis
