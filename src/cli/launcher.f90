@@ -7,6 +7,7 @@ module gracecg_cli_launcher
     private
     public :: find_place, PLACE_ADVICE
 
+    !> Which launchers are known, in words
     character(*), parameter :: PLACE_ADVICE = 'known are job arrays of Slurm, SGE and (with auto/N, for they do not say '// &
         'how many there are) PBS, and processes started by srun, Open MPI''s or MPICH''s mpirun'
 

@@ -207,9 +207,9 @@ contains
 
     !> Room for n elements.
     subroutine check_capacity(n, capacity, status, error)
-        integer, intent(in) :: n
-        integer(c_size_t), intent(in) :: capacity
-        integer(c_int), intent(inout) :: status
+        integer, intent(in) :: n    !! Elements that there are
+        integer(c_size_t), intent(in) :: capacity    !! Elements that the caller has room for
+        integer(c_int), intent(inout) :: status    !! A gracecg_status
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK .or. capacity >= n) return
@@ -968,6 +968,7 @@ contains
         call give_lines(contradicted_text//new_line('a')//untested_text//new_line('a'), text, size)
     end function c_test_beliefs
 
+    !> A solution as C has it.
     subroutine give_solution(solution, c_solution)
         type(solution_t), intent(in) :: solution
         type(c_solution_t), intent(inout) :: c_solution
@@ -1012,8 +1013,8 @@ contains
     !> The warnings as lines, cut off where the buffer ends.
     subroutine give_warnings(solution, buffer, size_of_buffer)
         type(solution_t), intent(in) :: solution
-        character(kind=c_char), intent(inout), optional :: buffer(*)
-        integer(c_size_t), intent(in) :: size_of_buffer
+        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Of characters, ended by a null
+        integer(c_size_t), intent(in) :: size_of_buffer    !! Bytes of it
 
         character(:), allocatable :: text
         integer :: i

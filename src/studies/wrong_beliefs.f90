@@ -33,15 +33,15 @@ module gracecg_studies_wrong_beliefs
 
     !> A belief that is wrong, and by how much.
     type :: wrong_belief_t
-        integer :: kind = SOUND
+        integer :: kind = SOUND         !! SOUND, OF_VALUE, OF_ALTERATION or OF_NOISE
         integer :: place = 0            !! In BELIEFS, ALTERATIONS, NOISE_SUBJECTS
         real(dp) :: value = 0           !! SI units; of a noise the level believed, standard deviation, by the true one
     end type wrong_belief_t
 
     !> What came of one wrong belief in the runs of a case.
     type :: tally_t
-        type(wrong_belief_t) :: wrong
-        integer :: runs = 0
+        type(wrong_belief_t) :: wrong   !! What was made wrong
+        integer :: runs = 0             !! How many
         integer :: refused = 0          !! Runs in which the estimate failed
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
         integer :: named = 0            !! Of those that are not refused: the cause is among the explanations given

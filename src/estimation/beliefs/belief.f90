@@ -125,7 +125,7 @@ contains
     !> Which manoeuvre lets the data tell a belief.
     subroutine testing_manoeuvre(belief, text)
         integer, intent(in) :: belief       !! Its place in BELIEFS
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Part of a sentence
 
         select case (BELIEFS(belief)%parameter)
         case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN, ROD_SWAPS(1):ROD_SWAPS(3))

@@ -86,10 +86,11 @@ module gracecg_estimation_belief_report
 
 contains
 
+    !> An empty report of a fit; its tests are to be added.
     subroutine begin_report(offset, wanted, signs_known, report)
         real(dp), intent(in) :: offset(3)   !! Estimated, m
         real(dp), intent(in) :: wanted      !! Accuracy, m
-        logical, intent(in) :: signs_known
+        logical, intent(in) :: signs_known    !! The sign of the accelerometer has been confirmed
         type(belief_report_t), intent(inout) :: report
 
         report%offset = offset
@@ -135,7 +136,7 @@ contains
     subroutine add_noise(report, subject, squares, freedom)
         type(belief_report_t), intent(inout) :: report
         integer, intent(in) :: subject      !! Place in NOISE_SUBJECTS
-        real(dp), intent(in) :: squares, freedom
+        real(dp), intent(in) :: squares, freedom    !! Sum of whitened squares; its degrees of freedom
 
         type(noise_test_t) :: test
         real(dp) :: variance
@@ -153,7 +154,7 @@ contains
     subroutine add_score(report, subject, score, frequency, at_a_rod)
         type(belief_report_t), intent(inout) :: report
         integer, intent(in) :: subject      !! Place in NOISE_SUBJECTS
-        real(dp), intent(in) :: score
+        real(dp), intent(in) :: score    !! Standard normal if nothing is wrong
         real(dp), intent(in) :: frequency   !! Of a line, Hz; else 0
         logical, intent(in) :: at_a_rod     !! A rod has it
 

@@ -19,7 +19,7 @@ contains
     !> How many beliefs were tested, and with what result.
     subroutine say_counts(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         associate (values => report%values%state, noises => report%noises%state)
             text = integer_text(size(values) + size(noises))//' tested: '// &
@@ -32,7 +32,7 @@ contains
     !> What contradicts the operator's beliefs, and what would explain it; empty if nothing does.
     subroutine say_contradiction(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         character(:), allocatable :: part
         integer :: i
@@ -59,7 +59,7 @@ contains
     !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; empty if there are none.
     subroutine say_lines(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         integer :: i
 
@@ -76,7 +76,7 @@ contains
     !> The beliefs that cannot be tested here, those with the largest effects first; empty if there are none.
     subroutine say_untested(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         logical :: left(size(report%values))
         integer :: i, n
@@ -123,7 +123,7 @@ contains
     !> The belief with the largest score.
     subroutine say_worst(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         real(dp) :: of_values, of_noises
 
@@ -140,7 +140,7 @@ contains
     !> An explanation, with what the offset would be.
     subroutine say_explanation(explanation, text)
         type(explanation_t), intent(in) :: explanation
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         integer :: axis
 
@@ -165,7 +165,7 @@ contains
     subroutine say_value(belief, value, sigma, text)
         integer, intent(in) :: belief           !! Place in BELIEFS
         real(dp), intent(in) :: value, sigma    !! SI units
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         associate (b => BELIEFS(belief))
             if (b%parameter == ROD_GAIN .or. any(ROD_GAINS == b%parameter)) then
@@ -182,7 +182,7 @@ contains
     !> What could be wrong by how much on each axis without any test seeing it.
     subroutine say_undetected(report, text)
         type(belief_report_t), intent(in) :: report
-        character(:), allocatable, intent(out) :: text
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
         integer :: axis
 

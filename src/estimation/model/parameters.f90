@@ -66,7 +66,7 @@ module gracecg_estimation_parameters
     !! Of forces that are no straight line in time
     !> Axes and degrees of FORCE_BENDS
     integer, parameter :: BEND_AXIS(12) = [1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3]
-    integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]
+    integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]    !! Of the polynomials
     real(dp), parameter :: USUAL_BEND = 5e-11_dp
     !! Standard deviation of each, m/s^2. Fitted, as USUAL_SIDE_FORCE is, to the six cases of CSR-TM-00-01: with these two
     !! the mean normalised square of the errors of `optimal` is near 3 there, and its RMS error is not enlarged by more
@@ -97,7 +97,7 @@ module gracecg_estimation_parameters
         group_t('rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &          ! RATE
         group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
         group_t('m', ACCELERATION, 1e-3_dp, NO, 1.0_dp), &          ! OFFSET
-        group_t('m/s^3', ACCELERATION, 1e-6_dp, YES, 1e-4_dp), &    ! DRIFT
+        group_t('m/s^3', ACCELERATION, 1e-6_dp, YES, 1.0_dp), &     ! DRIFT: likewise
         group_t('m/s^2', ACCELERATION, 1e-6_dp, NO, 10.0_dp), &     ! BIAS: it would pull the scale factor
         group_t('1', ACCELERATION, 1.0_dp, NO, 1.0_dp), &           ! SCALE_FACTORS
         group_t('1', ROTATION, 1.0_dp, NO, 1.0_dp), &               ! ROD_GAIN
