@@ -69,8 +69,8 @@ module gracecg_estimation_parameters
     integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]    !! Of the polynomials
     real(dp), parameter :: USUAL_BEND = 5e-11_dp
     !! Standard deviation of each, m/s^2. Fitted, as USUAL_SIDE_FORCE is, to the six cases of CSR-TM-00-01: with these two
-    !! the mean normalised square of the errors of `optimal` is near 3 there, and its RMS error is not enlarged by more
-    !! than 2 %. The forces themselves bend by up to 4e-10 m/s^2, most of which the offset does not feel
+    !! the mean normalised square of the errors of `optimal` is near 3 there, and its RMS error grows by some
+    !! per cent (docs/validation.md). The forces themselves bend by up to 4e-10 m/s^2, most of which the offset does not feel
     real(dp), parameter :: USUAL_WIND = 0.013_dp
     !! Standard deviation of AIRFLOW_TURN, rad: 100 m/s RMS across polar orbits (data/wind_hwm93_1989-01-02.txt)
     real(dp), parameter :: USUAL_SIDE_FORCE = 7e-7_dp
