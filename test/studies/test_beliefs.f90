@@ -295,7 +295,7 @@ contains
     subroutine test_trials(error)
         type(error_type), allocatable, intent(out) :: error
 
-        integer, parameter :: RUNS = 2
+        integer, parameter :: RUNS = 1
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
         type(tally_t), allocatable :: tallies(:)

@@ -5,10 +5,13 @@
 !> which, a sign, a convention), only a fit under the other belief tells: its gain of log-likelihood is half of what
 !> the weighted squares of the residuals fall. A wrong noise level gains chi^2/2 - nu/2 (1 + ln(chi^2/nu)). Hypotheses
 !> whose gains differ by less than SAME cannot be told apart by the data and are named together.
+!>
+!> The search fits a hundred hypotheses. In a long arc it is done in its beginning, in which the rods have turned a few
+!> times; the most likely of what it finds are then fitted to the whole.
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, beginning_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
@@ -26,6 +29,9 @@ module gracecg_estimation_explanation
     integer, parameter :: MOST_STEPS = 6        !! Of such a fit
     real(dp), parameter :: SETTLED = 0.05_dp    !! Of a step, in standard deviations, that ends it
     real(dp), parameter :: FREQUENCY_RANGE = 0.25_dp    !! Of the rods', relative, that is searched
+    real(dp), parameter :: SEARCHED = 60        !! From when the first rod acts: the part of an arc that is searched, s
+    integer, parameter :: SHORTLIST = 6         !! Hypotheses found in this part that are fitted to the whole
+    real(dp), parameter :: WORST = 1e12_dp      !! Weighted squares that stand for a fit that failed
     real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
 
 contains
@@ -43,13 +49,21 @@ contains
         type(explanation_t), allocatable :: found(:)
         type(noise_test_t), allocatable :: noises(:)
         integer, allocatable :: order(:)
+        real(dp) :: part
         integer :: i
 
         allocate (found(0))
+        associate (rods => observations%knowledge%rods)
+            part = SEARCHED
+            if (rods%count > 0) part = part + max(0.0_dp, minval(rods%activations(:rods%count)%start))
+        end associate
         call try_values(observations, options, fitted, misfit, found)
-        do i = 1, size(ALTERATIONS)
-            call try_alteration(observations, options, i, misfit, found)
-        end do
+        if (observations%knowledge%duration > 2*part) then
+            call search_part(observations, options, part, misfit, found)
+        else
+            call try_frequencies(observations, options, misfit, found)
+            call try_alterations(observations, options, misfit, found)
+        end if
         call examine_alterations(observations, options, found)
         noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
         if (size(noises) > 0) then      ! all levels that are off together, named by the worst
@@ -78,8 +92,44 @@ contains
         end do
     end function by_gain
 
-    !> The beliefs with a value whose scores are largest, and frequencies of the rods from all over their range: no step
-    !> leads from a frequency that is off by a cycle of the arc.
+    !> Hypotheses that are the most likely in the beginning of an arc, fitted to the whole. Those that are tried
+    !> already are left out.
+    subroutine search_part(observations, options, length, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: length      !! Of the beginning, s
+        real(dp), intent(in) :: misfit      !! Of the whole
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        type(observation_set_t) :: part
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        type(explanation_t), allocatable :: likely(:)
+        integer, allocatable :: order(:)
+        real(dp) :: part_misfit
+        integer :: i
+
+        call beginning_of(observations, length, part)
+        call refit(part, options, solution, part_misfit, error)
+        part_misfit = min(part_misfit, WORST)
+        allocate (likely(0))
+        if (allocated(solution%beliefs)) call try_values(part, options, solution%beliefs, part_misfit, likely)
+        call try_frequencies(part, options, part_misfit, likely)
+        call try_alterations(part, options, part_misfit, likely)
+        order = by_gain(likely%gain)
+        do i = 1, min(SHORTLIST, size(order))
+            associate (one => likely(order(i)))
+                if (any(found%kind == one%kind .and. found%place == one%place)) cycle
+                if (one%kind == OF_ALTERATION) then
+                    call try_alteration(observations, options, one%place, misfit, found)
+                else
+                    call try_value(observations, options, one%place, one%value, misfit, found)
+                end if
+            end associate
+        end do
+    end subroutine search_part
+
+    !> The beliefs with a value whose scores are largest.
     subroutine try_values(observations, options, fitted, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -98,6 +148,18 @@ contains
             if (is_interchange(parameter)) cycle    ! among the alterations
             call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
         end do
+    end subroutine try_values
+
+    !> Frequencies of the rods from all over their range: no step leads from a frequency that is off by a cycle of the
+    !> arc.
+    subroutine try_frequencies(observations, options, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        integer :: i
+
         call try_frequency(ALL_RODS_FREQUENCY)
         associate (rods => observations%knowledge%rods)
             associate (axes => rods%activations(:rods%count)%axis)
@@ -115,7 +177,7 @@ contains
             call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
                            best_frequency(observations, options, parameter), misfit, found)
         end subroutine try_frequency
-    end subroutine try_values
+    end subroutine try_frequencies
 
     !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
     real(dp) function best_frequency(observations, options, parameter) result(best)
@@ -191,6 +253,19 @@ contains
         tried%value = tried%fitted
         if (tried%gain > 0) found = [found, tried]
     end subroutine try_value
+
+    subroutine try_alterations(observations, options, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        integer :: i
+
+        do i = 1, size(ALTERATIONS)
+            call try_alteration(observations, options, i, misfit, found)
+        end do
+    end subroutine try_alterations
 
     subroutine try_alteration(observations, options, alteration, misfit, found)
         type(observation_set_t), intent(in) :: observations
