@@ -265,7 +265,7 @@ contains
 
             type(solution_t) :: solution
             type(error_t), allocatable :: failure
-            character(44) :: found
+            character(48) :: found
 
             call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
             call check(error, allocated(solution%beliefs), subject//': no tests')
@@ -304,7 +304,7 @@ contains
 
         call find_calibration('front-3', calibration, failure)
         list = all_wrong_beliefs()
-        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
+        list = pack(list, [(any([character(48) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
                                 subject_of(list(i))), i=1, size(list))])
         if (.not. allocated(failure)) &
             call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)

@@ -98,7 +98,7 @@ module gracecg_estimation_belief
         belief_t(ACCELEROMETER_SWAPS(3), 'interchange of accelerometer z and x', NONE, 1.0_dp, 1.0_dp)]
 
     !> All beliefs without a value: what would have to hold instead. apply_alteration knows them by their place
-    character(44), parameter :: ALTERATIONS(23) = [character(44) :: &
+    character(48), parameter :: ALTERATIONS(23) = [character(48) :: &
         'rod x has the opposite sign', 'rod y has the opposite sign', 'rod z has the opposite sign', &
         'all rods have the opposite sign', &
         'rods x and y are interchanged', 'rods y and z are interchanged', 'rods z and x are interchanged', &
