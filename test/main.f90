@@ -24,6 +24,8 @@ program tester
     use test_geomagnetic_field, only: collect_geomagnetic_field
     use test_text, only: collect_text
     use test_decimal, only: collect_decimal
+    use test_fourier, only: collect_fourier
+    use test_shortest_decimal, only: collect_shortest_decimal
     use test_file, only: collect_file
     use test_table, only: collect_table
     use test_csv, only: collect_csv
@@ -127,6 +129,8 @@ program tester
              new_testsuite('geomagnetic-field', collect_geomagnetic_field), &
              new_testsuite('text', collect_text), &
              new_testsuite('decimal', collect_decimal), &
+             new_testsuite('fourier', collect_fourier), &
+             new_testsuite('shortest-decimal', collect_shortest_decimal), &
              new_testsuite('file', collect_file), &
              new_testsuite('table', collect_table), &
              new_testsuite('csv', collect_csv), &

@@ -3,25 +3,19 @@
 !> Up to 18 digits make an integer m, and the number is m 10^e. Where m has at most 53 bits and |e| <= 22,
 !> both are exact in double precision and one operation rounds correctly (W. D. Clinger, "How to read
 !> floating point numbers accurately", PLDI 1990). Otherwise m and 10^|e| (exact as a sum of two reals up to
-!> 10^45) are combined with twice the precision (T. J. Dekker, Numer. Math. 18 (1971) 224-242); where even
-!> that leaves open which of two neighbours is nearer, and for more digits or larger exponents, the run-time
-!> library decides.
+!> 10^45) are combined with twice the precision (gracecg_base_double_double); where even that leaves
+!> open which of two neighbours is nearer, and for more digits or larger exponents, the run-time library decides.
 module gracecg_base_decimal
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_text, only: parse_real
+    use gracecg_base_double_double, only: exact_product, exact_power, POWER, EXACT_TENS, MOST_TENS
     implicit none
     private
     public :: scan_real, scan_integer, is_white
 
-    integer, parameter :: EXACT_TENS = 22      !! Largest power of ten that is exact in double precision
-    integer, parameter :: MOST_TENS = 45    !! Largest that is exact as a sum of two
     integer, parameter :: MOST_DIGITS = 18      !! Of an integer of 64 bits
     integer(i8), parameter :: EXACT_INTEGER = 2_i8**53
-    real(dp), parameter :: SPLITTER = 2.0_dp**27 + 1    !! Of Dekker's product
     real(dp), parameter :: DOUBT = 2.0_dp**(-40)        !! Relative, far above the error of the small part
-    real(dp), parameter :: POWER(0:EXACT_TENS) = [1e0_dp, 1e1_dp, 1e2_dp, 1e3_dp, 1e4_dp, 1e5_dp, 1e6_dp, 1e7_dp, 1e8_dp, &
-                                                  1e9_dp, 1e10_dp, 1e11_dp, 1e12_dp, 1e13_dp, 1e14_dp, 1e15_dp, 1e16_dp, &
-                                                  1e17_dp, 1e18_dp, 1e19_dp, 1e20_dp, 1e21_dp, 1e22_dp]
     character(1), parameter :: LF = achar(10)
 
 contains
@@ -163,42 +157,6 @@ contains
         value = product + correction
         sure = abs((product + correction*(1 + DOUBT)) - (product + correction*(1 - DOUBT))) <= 0
     end subroutine scale_integer
-
-    !> 10^n as large + small, exactly.
-    pure subroutine exact_power(n, large, small)
-        integer, intent(in) :: n        !! 0 to MOST_TENS
-        real(dp), intent(out) :: large, small
-
-        real(dp) :: product, error, more
-
-        if (n <= EXACT_TENS) then
-            large = POWER(n)
-            small = 0
-        else if (n <= 2*EXACT_TENS) then
-            call exact_product(POWER(EXACT_TENS), POWER(n - EXACT_TENS), large, small)
-        else
-            call exact_product(POWER(EXACT_TENS), POWER(EXACT_TENS), product, error)
-            call exact_product(product, POWER(n - 2*EXACT_TENS), large, more)
-            small = more + error*POWER(n - 2*EXACT_TENS)
-        end if
-    end subroutine exact_power
-
-    !> a b = product + error, exactly.
-    pure subroutine exact_product(a, b, product, error)
-        real(dp), intent(in) :: a, b
-        real(dp), intent(out) :: product, error
-
-        real(dp) :: a1, a2, b1, b2
-
-        product = a*b
-        a1 = SPLITTER*a
-        a1 = a1 - (a1 - a)
-        a2 = a - a1
-        b1 = SPLITTER*b
-        b1 = b1 - (b1 - b)
-        b2 = b - b1
-        error = (((a1*b1 - product) + a1*b2) + a2*b1) + a2*b2
-    end subroutine exact_product
 
     !> Reads the integer that begins at `at` and ends before white space or a line feed, one of which must
     !> follow in the text. Not ok: anything else, or more than 18 digits.

@@ -1,10 +1,11 @@
-!> The power spectrum of a record of samples: Welch's averaged periodogram, by a direct transform.
+!> The power spectrum of a record of samples: Welch's averaged periodogram.
 !>
-!> P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70-73. The transform costs the square of
-!> the segment's length, which for the minutes of a calibration is milliseconds.
+!> P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967) 70-73. The time grows like n log n
+!> (gracecg_base_fourier), whatever the length.
 module gracecg_base_spectrum
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_fourier, only: fourier_sums
     implicit none
     private
     public :: power_spectrum, band_means, strongest_line, BOXCAR, HANN
@@ -30,7 +31,8 @@ contains
         real(dp), allocatable, intent(out) :: frequency(:)  !! Hz
         real(dp), allocatable, intent(out) :: density(:)    !! Unit of the samples squared, per Hz
 
-        real(dp), allocatable :: record(:), window(:), cosine(:), sine(:), power(:)
+        real(dp), allocatable :: record(:), window(:)
+        complex(dp), allocatable :: sums(:)
         logical, allocatable :: is_there(:)
         integer :: span, length, first, used, i, k
 
@@ -43,21 +45,16 @@ contains
             is_there(epoch(i) - epoch(1)) = .true.
         end do
         allocate (window(0:length - 1), source=1.0_dp)
-        allocate (cosine(0:length - 1), sine(0:length - 1))
-        do i = 0, length - 1
-            cosine(i) = cos(TWO_PI*i/length)
-            sine(i) = sin(TWO_PI*i/length)
-            if (taper == HANN) window(i) = sin(TWO_PI*(i + 0.5_dp)/(2*length))**2
-        end do
+        if (taper == HANN) window = [(sin(TWO_PI*(i + 0.5_dp)/(2*length))**2, i=0, length - 1)]
         frequency = [(k/(length*interval), k=0, length/2)]
         allocate (density(length/2 + 1), source=0.0_dp)
-        allocate (power(length/2 + 1))
+        allocate (sums(length/2 + 1))
         used = 0
         do first = 0, span - length, max(1, length/2)
             associate (part => record(first:first + length - 1), there => is_there(first:first + length - 1))
                 if (2*count(there) < length) cycle
-                call periodogram(part*window, cosine, sine, power)
-                density = density + power*interval/sum(window**2, mask=there)
+                call fourier_sums(part*window, real(length, dp), 0, sums)
+                density = density + (sums%re**2 + sums%im**2)*interval/sum(window**2, mask=there)
                 used = used + 1
             end associate
         end do
@@ -79,55 +76,30 @@ contains
         real(dp), intent(out) :: frequency      !! Hz
 
         integer, parameter :: LINES_PER_BIN = 4     ! frequencies tried, in units of 1/arc
-        complex(dp) :: total, turn, phase
+        real(dp), allocatable :: record(:)
+        complex(dp), allocatable :: sums(:)
         real(dp) :: power, spacing
-        integer :: i, j, k, first
+        integer :: i, j, first, last
 
         line = 0
         spacing = 1/(LINES_PER_BIN*arc)
         first = ceiling(least_cycles*LINES_PER_BIN)
+        last = int(min(highest, 0.5_dp/interval)*arc*LINES_PER_BIN)
         frequency = first*spacing
-        do j = first, int(min(highest, 0.5_dp/interval)*arc*LINES_PER_BIN)
-            turn = exp(cmplx(0.0_dp, TWO_PI*j*spacing*interval, dp))
-            phase = 1
-            total = 0
-            k = epoch(1)
-            do i = 1, size(values)
-                do while (k < epoch(i))
-                    phase = phase*turn
-                    k = k + 1
-                end do
-                total = total + values(i)*phase
-            end do
-            power = 2*(real(total)**2 + aimag(total)**2)/counted
+        if (last < first) return
+        allocate (record(epoch(1):epoch(size(epoch))), source=0.0_dp)
+        do i = 1, size(epoch)
+            record(epoch(i)) = values(i)
+        end do
+        allocate (sums(first:last))
+        call fourier_sums(record, LINES_PER_BIN*arc/interval, first, sums)
+        do j = first, last
+            power = 2*(sums(j)%re**2 + sums(j)%im**2)/counted
             if (.not. power > line) cycle
             line = power
             frequency = j*spacing
         end do
     end subroutine strongest_line
-
-    !> |sum x_i exp(-2 pi j k i/L)|^2 for k = 0 .. L/2.
-    pure subroutine periodogram(x, cosine, sine, power)
-        real(dp), intent(in) :: x(0:)
-        real(dp), intent(in) :: cosine(0:), sine(0:)    !! Of 2 pi i/L
-        real(dp), intent(out) :: power(0:)
-
-        real(dp) :: re, im
-        integer :: i, k, turn
-
-        do k = 0, ubound(power, 1)
-            re = 0
-            im = 0
-            turn = 0
-            do i = 0, ubound(x, 1)
-                re = re + x(i)*cosine(turn)
-                im = im + x(i)*sine(turn)
-                turn = turn + k
-                if (turn > ubound(x, 1)) turn = turn - size(x)
-            end do
-            power(k) = re**2 + im**2
-        end do
-    end subroutine periodogram
 
     !> The means of a spectrum over bands of `octaves`, from its second frequency (the first above 0)
     !> on: each band begins where the last one ended and holds at least one frequency.

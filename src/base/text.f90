@@ -8,6 +8,7 @@ module gracecg_base_text
         c_ptr
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp, i4, i8
+    use gracecg_base_shortest_decimal, only: shortest_digits, MOST_DIGITS
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
@@ -53,11 +54,9 @@ module gracecg_base_text
 
     character(*), parameter :: BLANKS = ' '//achar(9)
     integer, parameter :: LONGEST_NUMBER = 128  !! Longer texts are not taken for numbers
-    integer, parameter :: MOST_DIGITS = 17      !! Always enough to tell two numbers apart
     integer, parameter :: LONGEST_REAL = 32     !! Of real_text: sign, 17 digits, zeros, point, exponent
     integer, parameter :: LONGEST_INTEGER = 20  !! Of integer_text
-    integer, parameter :: extended = max(dp, selected_real_kind(18))
-    !! A kind with more digits than double precision, where there is one
+    character(*), parameter :: ZEROS = '0000000000000000'
 
 contains
 
@@ -324,6 +323,7 @@ contains
 
         integer(i8) :: mantissa
         integer :: exponent
+        logical :: sure
         character(25) :: buffer
 
         if (abs(value) <= 0) then
@@ -334,17 +334,14 @@ contains
             field = adjustl(buffer)
             return
         end if
-        ! The digits by arithmetic: several times quicker than a formatted write, and nearly always
-        ! right, which reading back shows.
-        if (abs(value) > 1e-200_dp .and. abs(value) < 1e200_dp) then
-            exponent = floor(log10(abs(value)))
-            mantissa = nint(abs(value)*10.0_extended**(MOST_DIGITS - 1 - exponent), i8)
+        call shortest_digits(abs(value), mantissa, exponent, sure)
+        if (sure) then
+            field = decimal_text(value < 0, mantissa, exponent)
+        else
+            write (buffer, '(es25.16e3)') abs(value)
+            call scan_scientific(buffer, mantissa, exponent)
             field = shortest(value, mantissa, exponent)
-            if (field /= '') return
         end if
-        write (buffer, '(es25.16e3)') abs(value)
-        call scan_scientific(buffer, mantissa, exponent)
-        field = shortest(value, mantissa, exponent)
     end function real_field
 
     !> The shortest decimal that reads back as exactly the same number: 0.1 is '0.1'.
@@ -440,9 +437,9 @@ contains
         integer, intent(in) :: exponent
         character(LONGEST_REAL) :: text
 
-        character(20) :: digits
+        character(LONGEST_INTEGER) :: digits
         integer(i8) :: rest
-        integer :: first, n, leading
+        integer :: sign_there, n, leading
 
         rest = mantissa
         leading = exponent
@@ -450,36 +447,68 @@ contains
             rest = rest/10
             leading = leading + 1
         end do
-        first = len(digits) + 1
-        do while (rest > 0)
-            first = first - 1
-            digits(first:first) = achar(iachar('0') + int(mod(rest, 10_i8)))
-            rest = rest/10
-        end do
-        n = len(digits) - first + 1
-        digits = digits(first:)
+        call put_integer(rest, digits, n)
         leading = leading + n - 1       ! exponent of the first digit
 
-        if (leading >= 0 .and. leading < n - 1) then
-            text = digits(:leading + 1)//'.'//digits(leading + 2:n)
-        else if (leading >= 0 .and. leading < 16) then
-            text = digits(:n)//repeat('0', leading - n + 1)
-        else if (leading < 0 .and. leading >= -5) then
-            text = '0.'//repeat('0', -leading - 1)//digits(:n)
-        else if (n == 1) then
-            text = digits(:1)//'e'//integer_text(leading)
-        else
-            text = digits(:1)//'.'//digits(2:n)//'e'//integer_text(leading)
-        end if
-        if (negative) text = '-'//text(:LONGEST_REAL - 1)
+        text = ''
+        sign_there = merge(1, 0, negative)
+        if (negative) text(1:1) = '-'
+        associate (body => text(sign_there + 1:))
+            if (leading >= 0 .and. leading < n - 1) then
+                body(:leading + 1) = digits(:leading + 1)
+                body(leading + 2:leading + 2) = '.'
+                body(leading + 3:n + 1) = digits(leading + 2:n)
+            else if (leading >= 0 .and. leading < 16) then
+                body(:n) = digits(:n)
+                body(n + 1:leading + 1) = ZEROS
+            else if (leading < 0 .and. leading >= -5) then
+                body(:1 - leading) = '0.'//ZEROS
+                body(2 - leading:1 - leading + n) = digits(:n)
+            else
+                body(:1) = digits(:1)
+                if (n > 1) body(2:n + 1) = '.'//digits(2:n)
+                if (n > 1) n = n + 1
+                body(n + 1:n + 1) = 'e'
+                call put_integer(int(leading, i8), body(n + 2:), leading)
+            end if
+        end associate
     end function decimal_text
+
+    !> The digits of an integer from the first place on, a minus before them; blanks behind.
+    pure subroutine put_integer(value, text, length)
+        integer(i8), intent(in) :: value
+        character(*), intent(inout) :: text     !! Long enough
+        integer, intent(out) :: length          !! Places taken
+
+        character(LONGEST_INTEGER) :: digits
+        integer(i8) :: rest, tenth
+        integer :: first
+
+        rest = value
+        first = LONGEST_INTEGER + 1
+        do
+            tenth = rest/10
+            first = first - 1
+            digits(first:first) = achar(iachar('0') + abs(int(rest - 10*tenth)))
+            rest = tenth
+            if (rest == 0) exit
+        end do
+        if (value < 0) then
+            first = first - 1
+            digits(first:first) = '-'
+        end if
+        length = LONGEST_INTEGER + 1 - first
+        text = digits(first:)
+    end subroutine put_integer
 
     !> An integer with blanks behind it.
     pure function integer_field(value) result(field)
         integer(i8), intent(in) :: value
         character(LONGEST_INTEGER) :: field
 
-        write (field, '(i0)') value
+        integer :: length
+
+        call put_integer(value, field, length)
     end function integer_field
 
     pure function integer_text_i8(value) result(text)

@@ -1,6 +1,8 @@
 !> Propagation of noise through a fit, against covariance matrices written out in full.
 module test_noise_propagation
     use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, TWO_SIDED
     use gracecg_base_quaternion, only: normalised, quaternion_product, conjugate_quaternion, &
         quaternion_from_axis_angle
     use gracecg_estimation_interpolation, only: interpolation_t
@@ -29,40 +31,42 @@ contains
         scatter = sin(1.7_dp*i) + cos(0.31_dp*i*i)
     end function scatter
 
-    !> G R G^T with the Toeplitz matrix R(i, j) = r(|k_i - k_j|); some epochs are missing.
+    !> G R G^T with the Toeplitz matrix R(i, j) = r(|k_i - k_j|) of flicker noise; some epochs are missing, others
+    !> lie far away.
     subroutine test_stationary(error)
         type(error_type), allocatable, intent(out) :: error
-        integer, parameter :: EPOCH(12) = [1, 2, 3, 5, 8, 9, 10, 11, 20, 21, 30, 31]
-        real(dp) :: gain(3, 12), r(0:31), toeplitz(12, 12), expected(3, 3), found(3, 3)
+        integer, parameter :: EPOCH(12) = [1, 2, 3, 5, 8, 9, 10, 11, 20, 21, 30, 5000]
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
+        real(dp) :: gain(3, 12), toeplitz(12, 12), expected(3, 3), found(3, 3)
         integer :: i, j
 
+        noise = coloured_noise(noise_spectrum_t(2.0_dp, 0.3_dp, TWO_SIDED), 0.1_dp, failure)
         gain = reshape([(scatter(i), i=1, 36)], [3, 12])
-        r = [(0.7_dp**i + 0.4_dp*0.99_dp**i, i=0, 31)]
-        r(0) = r(0) + 2
         do j = 1, 12
-            do i = 1, 12
-                toeplitz(i, j) = r(abs(EPOCH(i) - EPOCH(j)))
-            end do
+            toeplitz(:, j) = noise%autocovariance([(EPOCH(i) - EPOCH(j), i=1, 12)])
         end do
         expected = matmul(gain, matmul(toeplitz, transpose(gain)))
-        found = stationary_noise_covariance(gain, EPOCH, r)
+        found = stationary_noise_covariance(gain, EPOCH, noise)
         call check(error, maxval(abs(found - expected)), 0.0_dp, thr=1e-13_dp*maxval(abs(expected)))
         if (allocated(error)) return
         call check(error, maxval(abs(found - transpose(found))), 0.0_dp, &
                    thr=1e-15_dp*maxval(abs(found)))
     end subroutine test_stationary
 
-    !> Without correlation sigma^2 G G^T.
+    !> Without correlation sigma^2 G G^T, sigma^2 = S/h.
     subroutine test_white(error)
         type(error_type), allocatable, intent(out) :: error
+        type(coloured_noise_t) :: noise
+        type(error_t), allocatable :: failure
         real(dp) :: gain(2, 6), found(2, 2)
         integer :: i
 
+        noise = coloured_noise(noise_spectrum_t(0.3_dp, 0.0_dp, TWO_SIDED), 0.1_dp, failure)
         gain = reshape([(scatter(i), i=1, 12)], [2, 6])
-        found = stationary_noise_covariance(gain, [1, 2, 3, 4, 5, 6], &
-                                            [3.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp])
+        found = stationary_noise_covariance(gain, [1, 2, 3, 4, 5, 6], noise)
         call check(error, maxval(abs(found - 3*matmul(gain, transpose(gain)))), 0.0_dp, &
-                   thr=1e-14_dp)
+                   thr=1e-13_dp)
     end subroutine test_white
 
     !> G L S L^T G^T: S the block-diagonal covariance of the samples, whose blocks come from turning

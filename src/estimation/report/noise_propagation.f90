@@ -4,7 +4,7 @@ module gracecg_estimation_noise_propagation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_attitude_fit, only: kinematic_partials
     use gracecg_estimation_interpolation, only: interpolation_t
@@ -26,35 +26,51 @@ contains
 
         type(coloured_noise_t) :: noise
         real(dp) :: part(size(covariance, 1), size(covariance, 2))
-        integer :: axis, lag
+        integer :: axis
 
         covariance = 0
         do axis = 1, 3
             noise = coloured_noise(knowledge%accelerometer_noise(axis), knowledge%accelerometer_interval, error)
             if (allocated(error)) return
-            part = stationary_noise_covariance( &
-                   gain(:, axis::3), epoch, &
-                   noise%autocovariance([(lag, lag=0, epoch(size(epoch)) - epoch(1))]))
+            part = stationary_noise_covariance(gain(:, axis::3), epoch, noise)
             covariance = covariance + part
             if (present(by_axis)) by_axis(:, :, axis) = part
         end do
     end subroutine accelerometer_noise_covariance
 
     !> sum over pairs of epochs of g_i r(|k_i - k_j|) g_j^T for one accelerometer axis.
-    pure function stationary_noise_covariance(gain, epoch, autocovariance) result(covariance)
+    !>
+    !> The noise is a white sequence and processes of the first order with r(k) = s phi^k. What the samples before
+    !> epoch j contribute, sum_(i<j) g_i phi^(k_j - k_i), follows from what those before the epoch ahead did, as the
+    !> process itself would: one pass, whatever the length.
+    pure function stationary_noise_covariance(gain, epoch, noise) result(covariance)
         real(dp), intent(in) :: gain(:, :)              !! N^-1 W H: parameters x samples
         integer, intent(in) :: epoch(:)                 !! Increasing index k of each sample
-        real(dp), intent(in) :: autocovariance(0:)      !! r(lag), at least to the longest lag
+        type(coloured_noise_t), intent(in) :: noise     !! Of one axis
         real(dp) :: covariance(size(gain, 1), size(gain, 1))
 
-        real(dp) :: passed(size(gain, 1))
-        integer :: i, j, p
+        real(dp) :: white_variance, correlation(N_POLES), variance(N_POLES), decay(N_POLES)
+        real(dp) :: past(size(gain, 1), N_POLES), passed(size(gain, 1))
+        integer :: j, p, pole, gap
 
+        call noise%markov_form(white_variance, correlation, variance)
         covariance = 0
+        past = 0
+        gap = 0
         do j = 1, size(epoch)
-            passed = gain(:, j)*autocovariance(0)/2     ! the other half comes with the transpose
-            do i = 1, j - 1
-                passed = passed + gain(:, i)*autocovariance(epoch(j) - epoch(i))
+            if (j > 1) then
+                if (epoch(j) - epoch(j - 1) /= gap) then
+                    gap = epoch(j) - epoch(j - 1)
+                    decay = correlation**gap
+                end if
+                do pole = 1, N_POLES
+                    past(:, pole) = decay(pole)*(past(:, pole) + gain(:, j - 1))
+                end do
+            end if
+            ! half of the epoch with itself: the other half comes with the transpose
+            passed = gain(:, j)*((white_variance + sum(variance))/2)
+            do pole = 1, N_POLES
+                passed = passed + variance(pole)*past(:, pole)
             end do
             do p = 1, size(passed)
                 covariance(:, p) = covariance(:, p) + passed*gain(p, j)
