@@ -6,13 +6,17 @@ module gracecg_cli_level1_estimate
     use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, CLOSE_ENOUGH
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_gathering, only: gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
+        CLOSE_ENOUGH, milliseconds, offset_remark, VERDICTS
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
-    use gracecg_estimation_level1_offset, only: level1_solution_t, LEAKAGE_CHOICES
+    use gracecg_estimation_level1_offset, only: sigma_of, LEAKAGE_CHOICES
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_level1_page, only: write_level1_page
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -20,7 +24,6 @@ module gracecg_cli_level1_estimate
 
     character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
-    character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used']
 
 contains
 
@@ -41,6 +44,7 @@ contains
                                   choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%add_option('--leakage', 'HOW', 'of the rods into the accelerometer: estimate (default; with the '// &
                                   'a-priori sigma where the data do not decide), prior, none', choices=LEAKAGE_CHOICES)
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plots')
         call arguments%add_option('--vcm', 'FILE', 'writes the offset as a VCM1B record')
         call arguments%add_option('--soe', 'FILE', 'writes the offset as a VCM event of an SOE file')
         call add_format_option(arguments)
@@ -101,15 +105,18 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         character(10), allocatable :: sources(:)
-        character(:), allocatable :: source, leakage, vcm, soe
+        character(:), allocatable :: source, leakage, page, vcm, soe
         integer :: i
 
         call arguments%get('--source', source, misuse, default='all', choices=[character(10) :: 'all', LEVEL1_SOURCES])
         call arguments%get('--leakage', leakage, misuse, default='estimate', choices=LEAKAGE_CHOICES)
+        call arguments%get('--report', page, misuse, default='')
         call arguments%get('--vcm', vcm, misuse, default='')
         call arguments%get('--soe', soe, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
+        call check_writable(page, error)
+        if (allocated(error)) return
         call take_calibration(arguments, setup, calibration, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         sources = [character(10) :: source]
@@ -128,16 +135,10 @@ contains
         if (vcm /= '') call write_vcm(vcm, calibration, estimate, error)
         if (allocated(error)) return
         if (soe /= '') call write_event(soe, calibration, estimate, error)
+        if (allocated(error) .or. page == '') return
+        call write_level1_page(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        if (.not. allocated(error)) call console%line('written: '//page)
     end subroutine run_level1_estimate
-
-    pure function sigmas(solution) result(sigma)
-        type(level1_solution_t), intent(in) :: solution
-        real(dp) :: sigma(3)
-
-        integer :: k
-
-        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
-    end function sigmas
 
     !> For people.
     subroutine show(calibration, setup, estimate, console)
@@ -160,11 +161,11 @@ contains
         call rod_table(setup, estimate, rods)
         call console%table(rods)
         call console%line('currents between samples: '//trim(merge('held (steps)', 'smooth      ', estimate%steps))// &
-                          '; torque behind the tags of its current: '//milliseconds(estimate%rods%delay)//' +- '// &
-                          milliseconds(estimate%rods%delay_sigma)//' ms')
+                          '; torque behind the tags of its current: '//trim(milliseconds(estimate%rods%delay))//' +- '// &
+                          trim(milliseconds(estimate%rods%delay_sigma))//' ms')
         if (estimate%accelerometer_delay_sigma > 0) &
-            call console%line('accelerometer behind its tags: '//milliseconds(estimate%accelerometer_delay)//' +- '// &
-                              milliseconds(estimate%accelerometer_delay_sigma)//' ms')
+            call console%line('accelerometer behind its tags: '//trim(milliseconds(estimate%accelerometer_delay))//' +- '// &
+                              trim(milliseconds(estimate%accelerometer_delay_sigma))//' ms')
         call console%line('')
         call show_sources(estimate, console)
         call show_leakage(estimate, console)
@@ -175,8 +176,7 @@ contains
         associate (first => estimate%solutions(1))
             call console%line('verdict on '//trim(first%source)//': '//trim(VERDICTS(first%flag))//' (flag '// &
                               integer_text(first%flag)//')'//because(first%reason))
-            call console%line('the offset is '//trim(merge('above', 'below', norm2(first%offset) > 0.1_dp*MILLIMETRE))// &
-                              ' 0.1 mm')
+            call console%line(trim(offset_remark(first%offset)))
             if (first%flag > 1) return
             call trim_commands(setup, first%offset, commands)
             do i = 1, size(commands)
@@ -192,16 +192,6 @@ contains
         text = ''
         if (reason /= '') text = ': '//trim(reason)
     end function because
-
-    function milliseconds(time) result(text)
-        real(dp), intent(in) :: time
-        character(:), allocatable :: text
-
-        character(16) :: digits
-
-        write (digits, '(f16.1)') time*1e3_dp
-        text = trim(adjustl(digits))
-    end function milliseconds
 
     subroutine span_table(calibration, table)
         type(level1_calibration_t), intent(in) :: calibration
@@ -224,9 +214,7 @@ contains
             call table%column('amplitude_'//AXES(rod)//'_ma', 'f6.1', '|mA')
             call table%column('phase_'//AXES(rod)//'_deg')
         end do
-        do rod = 1, 3
-            call table%column('field_'//AXES(rod)//'_nt', 'f7.0', 'B'//AXES(rod)//'|nT')
-        end do
+        call table%columns_by_axis('field_', '_nt', 'f7.0', 'B', 'nT')
         call table%column('used', 'a', 'used')
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
@@ -286,24 +274,18 @@ contains
 
         type(data_table_t) :: table
         real(dp) :: difference(3), sigma(3)
-        integer :: i, k
+        integer :: i
 
         call table%column('source', 'a', 'source')
         call table%column('leakage', 'a', 'leakage')
-        do k = 1, 3
-            call table%column('d'//AXES(k)//'_mm', 'f9.4', 'd'//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('sigma_'//AXES(k)//'_mm', 'f8.4', 'sigma '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('difference_'//AXES(k)//'_um', 'f7.1', 'diff. '//AXES(k)//'|um')
-        end do
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('difference_', '_um', 'f7.1', 'diff. ', 'um')
         call table%column('differences_sigma', 'f5.1', 'largest|sigma')
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(estimate%solutions)
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
-                sigma = sigmas(solution)
+                sigma = sigma_of(solution)
                 difference = solution%offset - first%offset
                 call table%add(trim(solution%source))
                 call table%add(trim(solution%leakage))
@@ -384,7 +366,7 @@ contains
                 call table%add(trim(solution%source))
                 call table%add(trim(solution%leakage))
                 call table%add(solution%offset/MILLIMETRE)
-                call table%add(sigmas(solution)/MILLIMETRE)
+                call table%add(sigma_of(solution)/MILLIMETRE)
                 call table%add(solution%spans)
                 call table%add(solution%samples)
                 call table%add(solution%condition)
@@ -408,7 +390,7 @@ contains
         call results%member('gas_kg', calibration%gas)
         associate (first => estimate%solutions(1))
             call results%member('offset_mm', first%offset/MILLIMETRE)
-            call results%member('sigma_mm', sigmas(first)/MILLIMETRE)
+            call results%member('sigma_mm', sigma_of(first)/MILLIMETRE)
             call results%member('covariance_mm2', first%covariance/MILLIMETRE**2)
             call results%member('leakage_m_s2_ma', first%leak)
             call results%member('leakage_rate_m_s_ma', first%leak_rate)

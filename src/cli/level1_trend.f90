@@ -5,7 +5,7 @@ module gracecg_cli_level1_trend
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_file, only: text_file_t, read_text_file, check_writable
     use gracecg_files_json, only: read_json_numbers, read_json_text
     use gracecg_observations_level1_events, only: level1_event_t, read_events
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
@@ -13,6 +13,7 @@ module gracecg_cli_level1_trend
     use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_level1_page, only: write_trend_page
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -34,6 +35,7 @@ contains
                                 'gracecg level1 trend 2020-02.json 2020-08.json 2021-02.json --setup setup.nml')
         call arguments%add_option('--soe', 'FILE', 'events: a step at every VCM of the satellite')
         call arguments%add_option('--setup', 'FILE', 'mass and positions of the tanks, for the change that the gas lets expect')
+        call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot')
         call add_format_option(arguments)
     end subroutine declare_level1_trend
 
@@ -46,15 +48,17 @@ contains
         type(trend_point_t), allocatable :: points(:)
         type(level1_trend_t) :: trend
         type(level1_setup_t) :: setup
-        character(:), allocatable :: soe, setup_file
+        character(:), allocatable :: soe, setup_file, page
         character(1) :: satellite
         real(dp), allocatable :: steps(:)
 
         call arguments%get('--soe', soe, misuse, default='')
         call arguments%get('--setup', setup_file, misuse, default='')
+        call arguments%get('--report', page, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
-        if (setup_file /= '') call read_level1_setup(setup_file, setup, error)
+        call check_writable(page, error)
+        if (.not. allocated(error) .and. setup_file /= '') call read_level1_setup(setup_file, setup, error)
         if (.not. allocated(error)) call read_points(arguments, points, satellite, error)
         if (.not. allocated(error)) call read_steps(soe, satellite, steps, error)
         if (.not. allocated(error)) call fit_trend(points, steps, LIMIT, trend, error)
@@ -62,6 +66,9 @@ contains
         if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results have a flag '// &
                                                     'other than 0')
         call show(points, trend, setup, setup_file /= '', satellite, console, error)
+        if (allocated(error) .or. page == '') return
+        call write_trend_page(page, satellite, points, trend, LIMIT, console, error)
+        if (.not. allocated(error)) call console%line('written: '//page)
     end subroutine run_level1_trend
 
     !> The results in order of time, of one satellite.
@@ -189,18 +196,10 @@ contains
 
         call table%column('date', 'a', 'date (GPS)')
         call table%column('time_gps_s')
-        do k = 1, 3
-            call table%column('d'//AXES(k)//'_mm', 'f9.4', 'd'//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('sigma_'//AXES(k)//'_mm', 'f8.4', 'sigma '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('line_'//AXES(k)//'_mm', 'f9.4', 'line '//AXES(k)//'|mm')
-        end do
-        do k = 1, 3
-            call table%column('by_gas_'//AXES(k)//'_um', 'f9.2', 'by gas '//AXES(k)//'|um')
-        end do
+        call table%columns_by_axis('d', '_mm', 'f9.4', 'd', 'mm')
+        call table%columns_by_axis('sigma_', '_mm', 'f8.4', 'sigma ', 'mm')
+        call table%columns_by_axis('line_', '_mm', 'f9.4', 'line ', 'mm')
+        call table%columns_by_axis('by_gas_', '_um', 'f9.2', 'by gas ', 'um')
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)
             fitted = trend%at(points(i)%time)

@@ -11,8 +11,11 @@ module test_level1_estimate
     use gracecg_files_file, only: output_file_t, make_directory
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_gathering, only: gather_calibration
+    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
+        milliseconds, offset_remark
+    use gracecg_estimation_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
     use gracecg_estimation_level1_spans, only: find_spans
     use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
@@ -72,7 +75,9 @@ contains
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
                     new_unittest('events', test_events), &
                     new_unittest('trim-steps', test_trim), &
+                    new_unittest('requirement-by-axis', test_requirement), &
                     new_unittest('observation-set', test_observation_set), &
+                    new_unittest('residuals', test_residuals), &
                     new_unittest('trend', test_trend)]
     end subroutine collect_level1_estimate
 
@@ -557,6 +562,17 @@ contains
         call check(error, index(commands(3)%text, '1208 steps NEG') > 0, 'direction')
     end subroutine test_trim
 
+    !> The requirement holds for each axis: 0.09 mm on all three is within it, though the vector is 0.16 mm long.
+    subroutine test_requirement(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, trim(offset_remark([90, -90, 90]*MICROMETRE)), 'the offset is below 0.1 mm on every axis')
+        if (allocated(error)) return
+        call check(error, trim(offset_remark([90, -101, 150]*MICROMETRE)), 'the offset is above 0.1 mm on y z')
+        if (allocated(error)) return
+        call check(error, trim(milliseconds(-0.0166667_dp)), '-16.7')
+    end subroutine test_requirement
+
     !> A span as an observation set: another estimator finds the offset, with the rods that flew.
     subroutine test_observation_set(error)
         type(error_type), allocatable, intent(out) :: error
@@ -585,6 +601,45 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(solution%offset - OFFSET)) < 5*MICROMETRE, 'offset by optimal')
     end subroutine test_observation_set
+
+    !> What is put into the samples is found in the residuals, and as much of it in their spectrum (Parseval).
+    subroutine test_residuals(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SIZE_OF_LINE = 3e-9_dp, FREQUENCY = 0.8_dp       ! m/s^2, Hz: above the band
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(span_residuals_t) :: residuals
+        type(residual_spectrum_t) :: spectrum
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: line(:)
+        real(dp) :: power
+        integer :: i
+
+        call estimate_day('l1_left', flaws_t(spans=2), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        do i = 1, 2
+            associate (span => calibration%spans(i))
+                line = SIZE_OF_LINE*sin(TWO_PI*FREQUENCY*(span%time - span%start))
+                span%linear(2, :) = span%linear(2, :) + line
+            end associate
+        end do
+        call find_residuals(calibration%spans(2), estimate%motion(2), estimate%solutions(1), 2, residuals)
+        ! The parabola takes a little of the line at the ends.
+        call check(error, maxval(abs(residuals%residual(2, :) - line)) < 0.06_dp*SIZE_OF_LINE .and. &
+                   maxval(abs(residuals%residual(1, :))) < 0.02_dp*SIZE_OF_LINE, 'the line is left, on its axis')
+        if (allocated(error)) return
+        call check(error, maxval(abs(residuals%observed_band - residuals%modelled_band)) < 0.02_dp*SIZE_OF_LINE, &
+                   'the band has nothing of it')
+        if (allocated(error)) return
+        call find_spectrum(calibration, estimate%motion, estimate%solutions(1), spectrum)
+        i = maxloc(spectrum%density(2, :), 1)
+        call check(error, abs(spectrum%frequency(i) - FREQUENCY) < 1.01_dp*spectrum%frequency(2), 'its frequency')
+        if (allocated(error)) return
+        power = sum(spectrum%density(2, :)**2)*spectrum%frequency(2)
+        call check(error, power, SIZE_OF_LINE**2/2, thr=0.02_dp, rel=.true., message='its power')
+    end subroutine test_residuals
 
     !> A line with a step is found again, and what the gas does.
     subroutine test_trend(error)

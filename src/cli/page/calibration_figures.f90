@@ -10,7 +10,6 @@ module gracecg_cli_calibration_figures
     use gracecg_environment_time, only: time_tag
     use gracecg_spacecraft_torque_rods, only: dipole_moment
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, projected_ellipse, ELLIPSE_95
     use gracecg_cli_gnuplot, only: script_head
@@ -66,10 +65,11 @@ contains
     end subroutine add_manoeuvre_figure
 
     !> The error ellipsoid, cast on the three planes.
-    subroutine add_ellipses_figure(book, knowledge, solution, error)
+    subroutine add_ellipses_figure(book, about, offset, covariance, error)
         type(book_t), intent(inout) :: book
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(solution_t), intent(in) :: solution
+        character(*), intent(in) :: about           !! The command and what it estimated, for the file
+        real(dp), intent(in) :: offset(3)           !! d, m
+        real(dp), intent(in) :: covariance(3, 3)    !! m^2
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: PLANES(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
@@ -79,11 +79,11 @@ contains
         integer :: k, plane
 
         do plane = 1, 3
-            points(:, :, plane) = projected_ellipse(solution%covariance, PLANES(1, plane), PLANES(2, plane), &
+            points(:, :, plane) = projected_ellipse(covariance, PLANES(1, plane), PLANES(2, plane), &
                                                     1.0_dp, ELLIPSE_POINTS)/MILLIMETRE
         end do
-        call open_table(file, book, 'ellipses', 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', knowledge, &
-                        'projections of the error ellipsoid of one sigma, about 0', error)
+        call file%open(book_file(book, 'ellipses.csv'), 'xy_x_mm,xy_y_mm,xz_x_mm,xz_z_mm,yz_y_mm,yz_z_mm', &
+                       file_comments(about, 'projections of the error ellipsoid of one sigma, about 0'), error)
         if (allocated(error)) return
         do k = 1, ELLIPSE_POINTS
             call file%row([points(:, k, :)])
@@ -91,12 +91,12 @@ contains
         call file%commit(error)
         if (allocated(error)) return
         script = script_head('ellipses', 'Error ellipses of the offset', WIDTH, 560)// &
-            'set multiplot layout 2,2 margins screen 0.155, screen 0.97, screen 0.115, screen 0.98 '// &
-            'spacing screen 0.18, screen 0.14'//LF//'set grid xtics ytics'//LF//'unset key'//LF// &
+            'set multiplot layout 2,2 margins screen 0.19, screen 0.97, screen 0.115, screen 0.98 '// &
+            'spacing screen 0.2, screen 0.14'//LF//'set grid xtics ytics'//LF//'unset key'//LF// &
             'set xtics autofreq'//LF//'k95 = '//real_text(ELLIPSE_95)//LF
         do plane = 1, 3
             associate (i => PLANES(1, plane), j => PLANES(2, plane))
-                script = script//panel('d_'//AXES(i)//', mm', 'd_'//AXES(j)//', mm', solution%offset([i, j])/MILLIMETRE, &
+                script = script//panel('d_'//AXES(i)//', mm', 'd_'//AXES(j)//', mm', offset([i, j])/MILLIMETRE, &
                                        maxval(abs(points(:, :, plane)), 2), 2*plane - 1)
             end associate
         end do
@@ -108,8 +108,8 @@ contains
             '    NaN with lines linetype 2 title "95 %"'//LF//'unset multiplot'//LF
         call add_figure(book, 'ellipses', script, &
                         'The ellipsoid cast on the planes of the body axes, about the estimate ('// &
-                        fixed_text(solution%offset(1)/MILLIMETRE, 4)//', '//fixed_text(solution%offset(2)/MILLIMETRE, 4)// &
-                        ', '//fixed_text(solution%offset(3)/MILLIMETRE, 4)//') mm. Every axis has a scale of its own.', &
+                        fixed_text(offset(1)/MILLIMETRE, 4)//', '//fixed_text(offset(2)/MILLIMETRE, 4)// &
+                        ', '//fixed_text(offset(3)/MILLIMETRE, 4)//') mm. Every axis has a scale of its own.', &
                         'Error ellipses', 'Ellipses of one sigma and of 95 % in the planes xy, xz and yz', error)
 
     contains

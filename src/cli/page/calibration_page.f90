@@ -372,7 +372,8 @@ contains
                                      'Correlations of the components: xy '//fixed_text(correlation(1, 2), 3)//', xz '// &
                                      fixed_text(correlation(1, 3), 3)//', yz '//fixed_text(correlation(2, 3), 3)//'.')
         end associate
-        call add_ellipses_figure(book, observations%knowledge, solution, error)
+        call add_ellipses_figure(book, 'estimate --report, '//trim(observations%knowledge%name), solution%offset, &
+                                 solution%covariance, error)
     end subroutine write_errors
 
     subroutine write_dependence(solution, record, diagnostics, page)

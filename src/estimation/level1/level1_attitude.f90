@@ -20,11 +20,14 @@ module gracecg_estimation_level1_attitude
 
     real(dp), parameter :: GRID_STEP = 0.05_dp          !! Of the integrals, s
     integer, parameter :: ATTITUDE_DEGREE = 5
-    real(dp), parameter :: FIT_MARGIN = 3               !! Attitude used before and behind a span: farther out the
-                                                        !! polynomial does not follow what science mode holds, s
+    real(dp), parameter :: FIT_MARGIN = 3               !! Attitude used before and behind a span, s. Fitted to the
+                                                        !! simulated set four60: with 20 s the polynomial did not follow
+                                                        !! science mode and left residuals of 1e-6 rad about x
     real(dp), parameter :: EARLIEST = -0.6_dp, LATEST = 0.8_dp  !! Delays that are searched, s
     real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it, s
-    real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s
+    real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s. Fitted to
+                                                        !! the simulated set dirty: of three tried the one that gave
+                                                        !! its true leakage by rates, K
 
     type :: level1_drive_t
         !! The currents of the rods at any time

@@ -15,7 +15,7 @@ module gracecg_estimation_level1_offset
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
     implicit none
     private
-    public :: level1_solution_t, source_series_t, consider_t, solve_offset, signal_of
+    public :: level1_solution_t, source_series_t, consider_t, solve_offset, modelled_acceleration, sigma_of
     public :: LEAKAGE_CHOICES
 
     !> What is done about the leakage of the rods into the accelerometer
@@ -58,6 +58,7 @@ module gracecg_estimation_level1_offset
         integer :: degrees = 0                          !! Of freedom of it
         real(dp) :: whiteness = 0                       !! Mean squares of residuals in the lower half of the band over those in
                                                         !! the upper, of the axis where that, or its inverse, is largest
+        type(source_series_t), allocatable :: series(:) !! The source's angular acceleration, by span
         integer :: flag = 2                             !! 0 good, 1 with care, 2 not to be used
         character(200) :: reason = ''                   !! Why not 0
     end type level1_solution_t
@@ -89,6 +90,33 @@ contains
             matrix(:, i) = matrix(:, i) - 3*gradient*up*up(i)
         end do
     end function signal_of
+
+    !> Standard deviations of the offset.
+    pure function sigma_of(solution) result(sigma)
+        type(level1_solution_t), intent(in) :: solution
+        real(dp) :: sigma(3)                    !! m
+
+        integer :: k
+
+        sigma = sqrt([(solution%covariance(k, k), k=1, 3)])
+    end function sigma_of
+
+    !> The acceleration of a span by a solution: of d and of the rods' leakage, without bias and drift.
+    pure subroutine modelled_acceleration(motion, series, solution, acceleration)
+        type(level1_motion_t), intent(in) :: motion         !! Of the span
+        type(source_series_t), intent(in) :: series         !! Likewise
+        type(level1_solution_t), intent(in) :: solution
+        real(dp), allocatable, intent(out) :: acceleration(:, :)    !! (3, samples), m/s^2
+
+        integer :: k
+
+        allocate (acceleration(3, size(motion%gradient)))
+        do k = 1, size(motion%gradient)
+            acceleration(:, k) = matmul(signal_of(series%acceleration(:, k), motion%rate(:, k), motion%up(:, k), &
+                                                  motion%gradient(k)), solution%offset) + &
+                matmul(solution%leak, motion%current(:, k)) + matmul(solution%leak_rate, motion%current_rate(:, k))
+        end do
+    end subroutine modelled_acceleration
 
     !> The offset by one source. Fails when no span is usable or d is not determined at all.
     subroutine solve_offset(calibration, motion, source, considered, driven, leakage, prior, scale_sigma, solution, error)

@@ -1,11 +1,19 @@
-!> The sub-manoeuvres of a calibration, found in the currents of the rods.
+!> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods.
 module gracecg_estimation_level1_spans
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, fail
+    use gracecg_base_text, only: string_t, lower_case, parse_real, real_text, split_words
+    use gracecg_files_file, only: text_file_t, read_text_file
+    use gracecg_files_folder, only: files_in_folder
+    use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
+    use gracecg_observations_level1_folder, only: level1_folder_t
+    use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, note
     implicit none
     private
-    public :: find_spans, strongest_line
+    public :: choose_spans, find_spans, strongest_line
 
     real(dp), parameter :: WINDOW = 20, SHIFT = 4           !! s
     real(dp), parameter :: SLOWEST = 2/60.0_dp, FASTEST = 25/60.0_dp    !! Of lines, Hz
@@ -15,6 +23,116 @@ module gracecg_estimation_level1_spans
     real(dp), parameter :: SHORTEST = 10                    !! A span, s
 
 contains
+
+    !> The spans, s from the epoch: given, of a file, of the SOE file in the folder, or of the currents.
+    subroutine choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
+        type(level1_folder_t), intent(in) :: paths
+        character(*), intent(in) :: spans_file
+        real(dp), intent(in) :: given_span(:, :)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(out) :: spans(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_event_t), allocatable :: events(:)
+        type(string_t), allocatable :: found(:)
+        real(dp) :: first, last
+        integer :: i
+
+        spans = given_span
+        if (size(spans, 2) > 0) then
+            spans(2, :) = spans(1, :) + spans(2, :)
+            calibration%spans_from = 'the command line'
+        else if (spans_file /= '') then
+            call read_spans(spans_file, calibration%satellite, spans, error)
+            if (allocated(error)) return
+            calibration%spans_from = 'a file'
+        else
+            call files_in_folder(paths%folder, found, error)
+            if (allocated(error)) return
+            do i = 1, size(found)
+                if (.not. is_soe(found(i)%text)) cycle
+                call read_events(found(i)%text, events, error)
+                if (allocated(error)) return
+                call manoeuvre_spans(events, calibration%satellite, spans)
+                calibration%spans_from = 'the SOE file (CMCAL)'
+            end do
+        end if
+        spans = spans - real(calibration%epoch, dp)
+        first = calibration%current_time(1)
+        last = calibration%current_time(size(calibration%current_time))
+        if (size(spans, 2) > 0) then
+            spans = reshape(pack(spans, spread(spans(2, :) > first .and. spans(1, :) < last, 1, 2)), &
+                            [2, count(spans(2, :) > first .and. spans(1, :) < last)])
+            if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
+        end if
+        if (size(spans, 2) == 0) then
+            call find_spans(calibration%current_time, calibration%current, setup%science_current, setup%excitation_current, &
+                            setup%sine_share, spans)
+            calibration%spans_from = 'the currents'
+        end if
+        if (size(spans, 2) == 0) call fail(error, 'no manoeuvre found: no span is given, no SOE file has CMCAL events within '// &
+                                           'the data, and the currents of the rods (at most '// &
+                                           real_text(nint(10*maxval(abs(calibration%current)))/10.0_dp)// &
+                                           ' mA) are those of science mode')
+    end subroutine choose_spans
+
+    pure logical function is_soe(path)
+        character(*), intent(in) :: path
+
+        character(:), allocatable :: name
+
+        name = lower_case(path(index(path, '/', back=.true.) + 1:))
+        is_soe = index(name, 'soe') == 1 .or. index(name, 'tn-01') == 1 .or. index(name, 'tn01') == 1 .or. &
+            index(name, '_soe') > 0
+    end function is_soe
+
+    !> A file of spans: SOE, or lines of start and duration, s past 2000-01-01 12:00 GPS.
+    subroutine read_spans(path, satellite, spans, error)
+        character(*), intent(in) :: path
+        character(1), intent(in) :: satellite
+        real(dp), allocatable, intent(out) :: spans(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(level1_event_t), allocatable :: events(:)
+        type(error_t), allocatable :: other
+
+        allocate (spans(2, 0))
+        call read_span_lines(path, spans, other)
+        if (.not. allocated(other)) return
+        call read_events(path, events, error)
+        if (allocated(error)) return
+        call manoeuvre_spans(events, satellite, spans)
+        if (size(spans, 2) == 0) call fail(error, path//': no CMCAL event of satellite '//satellite)
+    end subroutine read_spans
+
+    subroutine read_span_lines(path, spans, error)
+        character(*), intent(in) :: path
+        real(dp), allocatable, intent(inout) :: spans(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(text_file_t) :: file
+        type(string_t), allocatable :: words(:)
+        real(dp) :: start, duration
+        integer :: i
+        logical :: ok
+
+        call read_text_file(path, file, error)
+        if (allocated(error)) return
+        do i = 1, file%line_count()
+            words = split_words(file%line(i))
+            if (size(words) == 0) cycle
+            ok = size(words) == 2
+            if (ok) call parse_real(words(1)%text, start, ok)
+            if (ok) call parse_real(words(2)%text, duration, ok)
+            if (ok) ok = duration > 0
+            if (.not. ok) then
+                call file%fail_at(i, 'expected start and duration of a span, s', error)
+                return
+            end if
+            spans = reshape([spans, start, start + duration], [2, size(spans, 2) + 1])
+        end do
+    end subroutine read_span_lines
 
     !> Begin and end of the sub-manoeuvres: where in a window of 20 s some rod's current ranges over more than a
     !> manoeuvre's, and lines of 2 to 25 cycles a minute explain the variance of every such rod.
