@@ -47,7 +47,7 @@ module gracecg_simulation_case
         real(dp) :: angular_velocity(3) = 0         !! Body axes, rad/s
         ! integration
         real(dp) :: interval = 0.1_dp               !! Of the truth's epochs, s
-        character(16) :: integrator = 'fixed'     !! 'fixed': one step an interval; 'adaptive'
+        character(16) :: integrator = 'fixed'     !! 'fixed': one step an interval; 'rkf78'; 'adaptive'
         real(dp) :: tolerance = 1e-13_dp            !! Of the adaptive integrator
         ! Earth
         character(16) :: earth_rotation = 'gmst-1982' !! Sidereal angle at the epoch: 'given' or 'gmst-1982'
@@ -185,8 +185,9 @@ contains
         call settings%real_values('angular_velocity', case%angular_velocity, -1.0_dp, 1.0_dp, 'rad/s', &
                                   unit='rad/s', required=.true.)
         call settings%real_value('interval', case%interval, 1e-3_dp, 10.0_dp, 's, of the true arc', unit='s')
-        call settings%text_value('integrator', case%integrator, 'one step an interval, or step-size control', &
-                                 [character(16) :: 'fixed', 'adaptive'])
+        call settings%text_value('integrator', case%integrator, 'one step an interval, the same by '// &
+                                 'Runge-Kutta-Fehlberg 7(8) alone, or step-size control', &
+                                 [character(16) :: 'fixed', 'rkf78', 'adaptive'])
         call settings%real_value('tolerance', case%tolerance, 1e-15_dp, 1e-3_dp, 'of the adaptive integrator')
         call settings%end_group()
     end subroutine describe_state

@@ -10,7 +10,7 @@ module gracecg_spacecraft_torque_rods
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, take_measured_moments
-    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
+    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
@@ -424,6 +424,21 @@ contains
             end associate
         end do
     end function shortest_rod_period
+
+    !> Does no rod act in an interval of time? (What was measured counts as acting.)
+    pure logical function rods_rest(self, from, to)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: from, to    !! s
+
+        integer :: i
+
+        rods_rest = .not. has_moments(self%measured)
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                if (a%start + self%delay(a%axis) < to .and. a%stop + self%delay(a%axis) > from) rods_rest = .false.
+            end associate
+        end do
+    end function rods_rest
 
     !> Which rods to drive, and with what signs, by a rule.
     pure function rod_pattern(rule, field) result(pattern)
