@@ -89,56 +89,57 @@ contains
         real(dp), intent(in) :: observed(:)             !! m
         real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
         real(dp), intent(out) :: rhs(:)                 !! n
-        real(dp), intent(in), optional :: weights(:)    !! m; absent: the rows have been multiplied by their roots
+        real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
 
-        real(dp) :: weight(GROUP), value(GROUP), last(size(rows, 1), GROUP)
-        integer :: n, m, k, left
+        real(dp) :: value(GROUP), part(size(rows, 1), GROUP)
+        integer :: n, m, k, i, there
 
         n = size(rows, 1)
         m = size(rows, 2)
         normal = 0
         rhs = 0
-        weight = 1
-        do k = 1, m - GROUP + 1, GROUP
-            if (present(weights)) weight = weights(k:k + GROUP - 1)
-            value = observed(k:k + GROUP - 1)
-            call add_group(n, rows(:, k:k + GROUP - 1), value, weight, normal, rhs)
-        end do
-        left = mod(m, GROUP)
-        if (left > 0) then      ! with zeros up to a whole group
-            last = 0
-            last(:, :left) = rows(:, m - left + 1:)
+        do k = 1, m, GROUP
+            there = min(GROUP, m - k + 1)
+            if (there == GROUP .and. .not. present(weights)) then
+                call add_group(n, rows(:, k:k + GROUP - 1), observed(k:k + GROUP - 1), normal, rhs)
+                cycle
+            end if
+            part = 0            ! zeros make up a group
             value = 0
-            value(:left) = observed(m - left + 1:)
-            weight = 1
-            if (present(weights)) weight(:left) = weights(m - left + 1:)
-            call add_group(n, last, value, weight, normal, rhs)
-        end if
+            do i = 1, there
+                part(:, i) = rows(:, k + i - 1)
+                value(i) = observed(k + i - 1)
+                if (.not. present(weights)) cycle
+                part(:, i) = part(:, i)*sqrt(weights(k + i - 1))
+                value(i) = value(i)*sqrt(weights(k + i - 1))
+            end do
+            call add_group(n, part, value, normal, rhs)
+        end do
         do k = 1, n
             normal(k, :k - 1) = normal(:k - 1, k)
         end do
     end subroutine normal_equations
 
-    !> Adds observations to the upper triangle of the normal matrix and to the right-hand side. An element is loaded
-    !> and stored once for a group of products, and the loop along a column runs on vector instructions.
-    pure subroutine add_group(n, rows, observed, weight, normal, rhs)
+    !> Adds observations to the upper triangle of the normal matrix and to the right-hand side, one after the other. An
+    !> element is loaded and stored once for a group of products, and the loop along a column runs on vector
+    !> instructions.
+    pure subroutine add_group(n, rows, observed, normal, rhs)
         integer, intent(in) :: n
-        real(dp), intent(in) :: rows(n, GROUP), observed(GROUP), weight(GROUP)
+        real(dp), intent(in) :: rows(n, GROUP), observed(GROUP)
         real(dp), intent(inout) :: normal(n, n), rhs(n)
 
         real(dp) :: a(GROUP)
         integer :: i, j
 
         do i = 1, n
-            a = rows(i, :)*weight
+            a = rows(i, :)
             do j = 1, i
-                normal(j, i) = normal(j, i) + ((rows(j, 1)*a(1) + rows(j, 2)*a(2)) + &
-                                               (rows(j, 3)*a(3) + rows(j, 4)*a(4)))
+                normal(j, i) = (((normal(j, i) + rows(j, 1)*a(1)) + rows(j, 2)*a(2)) + rows(j, 3)*a(3)) + rows(j, 4)*a(4)
             end do
         end do
-        a = observed*weight
         do j = 1, n
-            rhs(j) = rhs(j) + ((rows(j, 1)*a(1) + rows(j, 2)*a(2)) + (rows(j, 3)*a(3) + rows(j, 4)*a(4)))
+            rhs(j) = (((rhs(j) + rows(j, 1)*observed(1)) + rows(j, 2)*observed(2)) + rows(j, 3)*observed(3)) + &
+                     rows(j, 4)*observed(4)
         end do
     end subroutine add_group
 

@@ -2,7 +2,7 @@
 !> A_out = A~(omega, d omega/dt) d + alpha t + beta.
 module gracecg_estimation_offset_model
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross_matrix, identity
+    use gracecg_base_vectors, only: cross_matrix
     implicit none
     private
     public :: offset_matrix, offset_rate_partials
@@ -31,7 +31,15 @@ contains
         real(dp), intent(in) :: d(3)            !! m
         real(dp) :: h(3, 3)                     !! (m/s^2)/(rad/s)
 
-        h = spread(omega, 2, 3)*spread(d, 1, 3) - 2*spread(d, 2, 3)*spread(omega, 1, 3) + &
-            dot_product(omega, d)*identity(3) - matmul(cross_matrix(d), lambda)
+        real(dp) :: along
+        integer :: i, j
+
+        h = matmul(cross_matrix(d), lambda)
+        along = dot_product(omega, d)
+        do j = 1, 3
+            do i = 1, 3
+                h(i, j) = omega(i)*d(j) - 2*d(i)*omega(j) + merge(along, 0.0_dp, i == j) - h(i, j)
+            end do
+        end do
     end function offset_rate_partials
 end module gracecg_estimation_offset_model
