@@ -16,10 +16,10 @@ contains
         real(dp), intent(in) :: omega_dot(3)    !! rad/s^2
         real(dp) :: a(3, 3)                     !! 1/s^2
 
-        real(dp) :: w(3, 3)
-
-        w = cross_matrix(omega)
-        a = cross_matrix(omega_dot) + matmul(w, w)
+        ! row by row: cross_matrix(omega_dot) + omega omega^T - omega^2 I
+        a(1, :) = [-omega(3)**2 - omega(2)**2, omega(2)*omega(1) - omega_dot(3), omega(3)*omega(1) + omega_dot(2)]
+        a(2, :) = [omega(1)*omega(2) + omega_dot(3), -omega(3)**2 - omega(1)**2, omega(3)*omega(2) - omega_dot(1)]
+        a(3, :) = [omega(1)*omega(3) - omega_dot(2), omega(2)*omega(3) + omega_dot(1), -omega(2)**2 - omega(1)**2]
     end function offset_matrix
 
     !> d(A~ d)/d omega of (4-21), (4-27)-(4-32), where d omega/dt depends on omega through Lambda.
