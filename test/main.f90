@@ -40,6 +40,7 @@ program tester
     use test_level1_check, only: collect_level1_check
     use test_level1_estimate, only: collect_level1_estimate
     use test_level1_fuzz, only: collect_level1_fuzz
+    use test_level1_simulation, only: collect_level1_simulation
     use test_commands, only: collect_commands
     use test_attitude_fit, only: collect_attitude_fit
     use test_rigid_body, only: collect_rigid_body
@@ -146,6 +147,7 @@ program tester
              new_testsuite('level1-check', collect_level1_check), &
              new_testsuite('level1-estimate', collect_level1_estimate), &
              new_testsuite('level1-fuzz', collect_level1_fuzz), &
+             new_testsuite('level1-simulation', collect_level1_simulation), &
              new_testsuite('commands', collect_commands), &
              new_testsuite('attitude-fit', collect_attitude_fit), &
              new_testsuite('rigid-body', collect_rigid_body), &

@@ -6,7 +6,7 @@ module gracecg_cli_level1_estimate
     use gracecg_base_text, only: string_t, integer_text, rounded_text, real_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_estimation_level1_gathering, only: gather_calibration
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
         CLOSE_ENOUGH, milliseconds, offset_remark, VERDICTS
@@ -377,8 +377,7 @@ contains
         call results%open('level1 estimate')
         call results%member('satellite', calibration%satellite)
         call results%member('date', calibration%date)
-        call results%member('epoch_gps_s', real(calibration%epoch, dp) + (calibration%spans(1)%start + &
-                                                                         calibration%spans(size(calibration%spans))%stop)/2)
+        call results%member('epoch_gps_s', middle_of(calibration))
         call results%member('spans_from', trim(calibration%spans_from))
         call results%member('currents', trim(merge('steps ', 'smooth', estimate%steps)))
         call results%member('rod_gain', estimate%rods%gain*setup%rod_gain*setup%rod_sign)

@@ -26,6 +26,7 @@ module gracecg_simulation_case
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
+    use gracecg_simulation_level1_settings, only: LEVEL1_GROUPS
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
@@ -118,7 +119,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call describe_case(settings, case)
-        call settings%finish(error, others=ESTIMATION_GROUPS)
+        call settings%finish(error, others=[character(len(LEVEL1_GROUPS)) :: ESTIMATION_GROUPS, LEVEL1_GROUPS])
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         call add_context(error, name)

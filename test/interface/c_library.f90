@@ -30,6 +30,7 @@ module c_library
     public :: gracecg_force_model_propagate, gracecg_force_model_propagate_nadir
     public :: gracecg_simulator_open, gracecg_simulator_free, gracecg_simulator_truth
     public :: gracecg_setup_measured, gracecg_estimate_joint, joint_struct
+    public :: gracecg_estimate_level1, level1_struct
     public :: gracecg_setup_read, gracecg_setup_parse, gracecg_setup_free, gracecg_setup_text
     public :: gracecg_observations_create, gracecg_observations_read, gracecg_observations_write
     public :: gracecg_observations_simulate, gracecg_observations_free, gracecg_observations_setup
@@ -47,6 +48,13 @@ module c_library
         real(c_double) :: offset(3) = -1, covariance(3, 3) = -1, chi_square = -1, probability = -1
         integer(c_int32_t) :: degrees = -1, consistent = -1
     end type joint_struct
+
+    type, bind(c) :: level1_struct
+        real(c_double) :: offset(3) = -1, covariance(3, 3) = -1, time = -1, gain(3) = -1, gain_sigma(3) = -1
+        real(c_double) :: torque_delay = -1, torque_delay_sigma = -1, accelerometer_delay = -1
+        real(c_double) :: accelerometer_delay_sigma = -1, condition = -1, residual_rms(3) = -1, chi_square = -1
+        integer(c_int32_t) :: degrees = -1, spans = -1, samples = -1, leakage = -1, flag = -1, reserved = -1
+    end type level1_struct
 
     type, bind(c) :: utc_struct
         integer(c_int32_t) :: mjd = 0
@@ -904,6 +912,19 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_estimate_joint
+
+        function gracecg_estimate_level1(folder, setup, satellite, n_spans, spans, source, offset, text, size, length, &
+                                         error) result(status) bind(c, name='gracecg_estimate_level1')
+            import :: c_char, c_double, c_int, c_size_t, error_struct, level1_struct
+            character(kind=c_char), intent(in), optional :: folder(*), setup(*), satellite(*), source(*)
+            integer(c_size_t), intent(in), value :: n_spans, size
+            real(c_double), intent(in), optional :: spans(2, *)
+            type(level1_struct), intent(inout), optional :: offset
+            character(kind=c_char), intent(inout), optional :: text(*)
+            integer(c_size_t), intent(inout), optional :: length
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_estimate_level1
 
     end interface
 

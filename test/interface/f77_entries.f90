@@ -8,7 +8,7 @@ module f77_entries
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
     public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcsetm, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
-    public :: gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
+    public :: gcl1es, gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
 
     interface
         subroutine gcvers(vers)
@@ -255,6 +255,12 @@ module f77_entries
             integer :: iset, na, ns, ihead(*), nm, no, iobs, istat
             double precision :: ta(*), a(3, *), ts(*), q(4, *), tm(*), b(3, *), to(*), xo(3, *)
         end subroutine gcobsc
+
+        subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
+            character(*) :: dir, setup, sat, src, msg
+            integer :: iflag(2), istat
+            double precision :: d(3), cov(3, 3), gain(3), delay(2)
+        end subroutine gcl1es
 
         subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
             character(*) :: algo, msg

@@ -20,6 +20,7 @@ module test_c_interface
         STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE, moment_series_t, new_moment_series, take_measured_moments, &
         dipole_moment
     use gracecg, only: joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs
+    use gracecg_files_file, only: make_directory
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use gracecg_simulation_arc, only: MAX_STEPS
     use c_library
@@ -60,6 +61,7 @@ contains
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
                     new_unittest('options', test_options), &
+                    new_unittest('level1-estimate-misused', test_level1_misuse), &
                     new_unittest('optimal-and-sequential', test_details), &
                     new_unittest('bound', test_bound), &
                     new_unittest('design-and-map', test_design), &
@@ -828,6 +830,53 @@ contains
             status = gracecg_observations_free(observations(i))
         end do
     end subroutine test_joint_estimate
+
+    !> Every argument NULL, or wrong: refused by name.
+    subroutine test_level1_misuse(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(error_t), allocatable :: problem
+        type(level1_struct) :: offset
+        real(dp) :: spans(2, 1), bad(2, 1)
+        integer(c_size_t) :: length
+        integer(c_int) :: status
+
+        call make_folder(error)
+        call make_directory(FOLDER//'c_level1', problem)
+        call make_file(error, 'c_level1_setup.nml', '&mass_properties'//new_line('a')//'mass = 580'//new_line('a')// &
+                       'moments_of_inertia = 70, 345, 388'//new_line('a')//'products_of_inertia = -3, -0.3, -2.9'// &
+                       new_line('a')//'/'//new_line('a')//'&level1'//new_line('a')//'/'//new_line('a'))
+        spans(:, 1) = [633798600.0_dp, 60.0_dp]
+        bad(:, 1) = [633798600.0_dp, ieee_value(1.0_dp, ieee_quiet_nan)]
+        status = gracecg_estimate_level1(n_spans=NONE, size=NONE, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'offset')
+        status = gracecg_estimate_level1(n_spans=NONE, size=NONE, offset=offset, setup=c_string('s'), error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'folder')
+        status = gracecg_estimate_level1(c_string('f'), n_spans=NONE, size=NONE, offset=offset, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'setup')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), n_spans=ONE, size=NONE, offset=offset, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'spans')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), n_spans=-ONE, size=NONE, offset=offset, error=failure)
+        call check_refused(error, status, BAD_SIZE, failure, 'number of spans')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), n_spans=ONE, spans=bad, size=NONE, offset=offset, &
+                                         error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'spans')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), c_string('CD'), NONE, size=NONE, offset=offset, &
+                                         error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'satellite')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), n_spans=NONE, source=c_string('acc-cul'), size=NONE, &
+                                         offset=offset, error=failure)
+        call check_refused(error, status, FAILED, failure, 'acc-cal')
+        status = gracecg_estimate_level1(c_string('f'), c_string('s'), n_spans=NONE, size=NONE, offset=offset, error=failure)
+        call check_refused(error, status, FAILED, failure, 's:')
+        status = gracecg_estimate_level1(c_string(FOLDER//'c_level1'), c_string(FOLDER//'c_level1_setup.nml'), &
+                                         n_spans=ONE, spans=spans, size=NONE, length=length, offset=offset, error=failure)
+        call check_refused(error, status, FAILED, failure, 'no Level-1 files')
+        status = gracecg_estimate_level1(n_spans=NONE, size=NONE)
+        if (.not. allocated(error)) call check(error, int(status), int(NULL_POINTER), 'without an error to fill')
+        if (.not. allocated(error)) call check(error, all(offset%offset < 0), 'nothing is filled in')
+    end subroutine test_level1_misuse
 
     !> What was taken out of a set makes the same set again: same estimate, bit by bit. With gaps there
     !> are warnings.

@@ -9,7 +9,8 @@ module gracecg_estimation_level1_angular
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, rod_accelerations, known_acceleration, &
         slow_quantities
-    use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, polynomial_columns
+    use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, orthonormalise_with, polynomial_columns, &
+        polynomial_curvature
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
     implicit none
     private
@@ -227,63 +228,53 @@ contains
 
     !> The second derivative of angles at some times: of a fit by a polynomial, ramps at firings, and within the span
     !> lines of whole cycles and a parabola of the angular acceleration, so that its jumps at the ends do no harm.
-    subroutine differentiate_attitude(span, times, angles, wanted, acceleration, error)
+    !>
+    !> Columns and their second derivatives are made orthonormal together, by the columns: of long spans polynomial,
+    !> parabola and lines are too much alike for normal equations.
+    subroutine differentiate_attitude(span, times, angles, wanted, acceleration)
         type(level1_span_t), intent(in) :: span
         real(dp), intent(in) :: times(:)                    !! Of the angles, s
         real(dp), intent(in) :: angles(:, :)                !! (3, n), rad
         real(dp), intent(in) :: wanted(:)                   !! Within the span, s
         real(dp), allocatable, intent(out) :: acceleration(:, :)    !! rad/s^2
-        type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: POWERS = 3
-        real(dp), allocatable :: rows(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), polynomial(:, :)
-        real(dp) :: duration, omega, s, condition, value, slope, u
-        integer :: lines, n, i, k, axis, column, firings
+        real(dp), allocatable :: columns(:, :), second(:, :), fired(:)
+        real(dp) :: duration, omega, s(size(times)), u(size(times)), inside(size(wanted))
+        integer :: lines, n, k, axis, column, firings
 
         duration = span%stop - span%start
         lines = max(1, floor(HIGHEST_LINE*duration))
-        firings = size(span%firings)
+        ! A ramp that begins before the angles do, or with their last, is none
+        fired = pack(span%firings, span%firings > times(1) .and. span%firings < times(size(times) - 1))
+        firings = size(fired)
         n = FIT_DEGREE + 1 + firings + POWERS + 2*lines
-        allocate (acceleration(3, size(wanted)), rows(n, size(times)), normal(n, n), rhs(n), x(n), covariance(n, n), &
-                  polynomial(size(times), FIT_DEGREE + 1))
-        call polynomial_columns(times, FIT_DEGREE, polynomial)
-        rows(:FIT_DEGREE + 1, :) = transpose(polynomial)
-        do i = 1, size(times)
-            do k = 1, firings
-                rows(FIT_DEGREE + 1 + k, i) = max(0.0_dp, times(i) - span%firings(k))
-            end do
-            s = max(0.0_dp, min(duration, times(i) - span%start))
-            u = max(0.0_dp, times(i) - span%stop)
-            column = FIT_DEGREE + 1 + firings
-            do k = 0, POWERS - 1
-                value = s**(k + 2)/((k + 1)*(k + 2))
-                slope = s**(k + 1)/(k + 1)
-                rows(column + k + 1, i) = value + slope*u
-            end do
-            column = column + POWERS
-            do k = 1, lines
-                omega = TWO_PI*k/duration
-                rows(column + 2*k - 1, i) = (1 - cos(omega*s))/omega**2 + sin(omega*s)/omega*u
-                rows(column + 2*k, i) = s/omega - sin(omega*s)/omega**2 + (1 - cos(omega*s))/omega*u
-            end do
+        allocate (columns(size(times), n), second(size(wanted), n), source=0.0_dp)
+        allocate (acceleration(3, size(wanted)))
+        call polynomial_columns(times, FIT_DEGREE, columns(:, :FIT_DEGREE + 1))
+        call polynomial_curvature(times, wanted, FIT_DEGREE, second(:, :FIT_DEGREE + 1))
+        do k = 1, firings
+            columns(:, FIT_DEGREE + 1 + k) = max(0.0_dp, times - fired(k))
         end do
+        s = max(0.0_dp, min(duration, times - span%start))
+        u = max(0.0_dp, times - span%stop)
+        inside = wanted - span%start
+        column = FIT_DEGREE + 1 + firings
+        do k = 0, POWERS - 1
+            columns(:, column + k + 1) = s**(k + 2)/((k + 1)*(k + 2)) + s**(k + 1)/(k + 1)*u
+            second(:, column + k + 1) = inside**k
+        end do
+        column = column + POWERS
+        do k = 1, lines
+            omega = TWO_PI*k/duration
+            columns(:, column + 2*k - 1) = (1 - cos(omega*s))/omega**2 + sin(omega*s)/omega*u
+            columns(:, column + 2*k) = s/omega - sin(omega*s)/omega**2 + (1 - cos(omega*s))/omega*u
+            second(:, column + 2*k - 1) = cos(omega*inside)
+            second(:, column + 2*k) = sin(omega*inside)
+        end do
+        call orthonormalise_with(columns, second)
         do axis = 1, 3
-            call normal_equations(rows, angles(axis, :), normal, rhs)
-            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
-            if (allocated(error)) return
-            column = FIT_DEGREE + 1 + firings
-            do i = 1, size(wanted)
-                s = wanted(i) - span%start
-                value = 0
-                do k = 0, POWERS - 1
-                    value = value + x(column + k + 1)*s**k
-                end do
-                do k = 1, lines
-                    omega = TWO_PI*k/duration
-                    value = value + x(column + POWERS + 2*k - 1)*cos(omega*s) + x(column + POWERS + 2*k)*sin(omega*s)
-                end do
-                acceleration(axis, i) = value
-            end do
+            acceleration(axis, :) = matmul(second, matmul(angles(axis, :), columns))
         end do
     end subroutine differentiate_attitude
 end module gracecg_estimation_level1_angular

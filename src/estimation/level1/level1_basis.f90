@@ -4,7 +4,7 @@ module gracecg_estimation_level1_basis
     use gracecg_base_constants, only: TWO_PI
     implicit none
     private
-    public :: orthonormalise, remove_space, band_basis, polynomial_columns
+    public :: orthonormalise, orthonormalise_with, remove_space, band_basis, polynomial_columns, polynomial_curvature
 
     real(dp), parameter :: DEPENDENT = 1e-9_dp      !! A column of which less is left is one of the others
 
@@ -34,6 +34,39 @@ contains
         end do
         columns = columns(:, :kept)
     end subroutine orthonormalise
+
+    !> The same, and of each column what belongs to it elsewhere is combined alike.
+    pure subroutine orthonormalise_with(columns, others)
+        real(dp), allocatable, intent(inout) :: columns(:, :)   !! Sample, column
+        real(dp), allocatable, intent(inout) :: others(:, :)    !! Anything, column
+
+        real(dp), allocatable :: joined(:, :)
+        real(dp) :: length, part, left
+        integer :: i, k, n, round, kept
+
+        n = size(columns, 1)
+        allocate (joined(n + size(others, 1), size(columns, 2)))
+        joined(:n, :) = columns
+        joined(n + 1:, :) = others
+        kept = 0
+        do i = 1, size(joined, 2)
+            length = norm2(joined(:n, i))
+            if (.not. length > 0) cycle
+            joined(:, i) = joined(:, i)/length
+            do round = 1, 2
+                do k = 1, kept
+                    part = dot_product(joined(:n, k), joined(:n, i))
+                    joined(:, i) = joined(:, i) - part*joined(:, k)
+                end do
+            end do
+            left = norm2(joined(:n, i))
+            if (left < DEPENDENT) cycle
+            kept = kept + 1
+            joined(:, kept) = joined(:, i)/left
+        end do
+        columns = joined(:n, :kept)
+        others = joined(n + 1:, :kept)
+    end subroutine orthonormalise_with
 
     !> What of a column is outside of the space of an orthonormal basis.
     pure subroutine remove_space(basis, column)
@@ -83,4 +116,30 @@ contains
             columns(:, k + 1) = ((2*k - 1)*u*columns(:, k) - (k - 1)*columns(:, k - 1))/k
         end do
     end subroutine polynomial_columns
+
+    !> The second derivatives by time of what `polynomial_columns` makes, at other times:
+    !> P''_(k+1) = P''_(k-1) + (2 k + 1) P'_k, and so P' from P.
+    pure subroutine polynomial_curvature(times, wanted, degree, columns)
+        real(dp), intent(in) :: times(:)            !! Of the columns, s
+        real(dp), intent(in) :: wanted(:)           !! s
+        integer, intent(in) :: degree               !! The highest
+        real(dp), intent(out) :: columns(:, :)      !! Wanted time, degree + 1; 1/s^2
+
+        real(dp), dimension(size(wanted), -1:degree) :: value, first, second
+        real(dp) :: u(size(wanted)), per_second
+        integer :: k
+
+        per_second = 2/(times(size(times)) - times(1))
+        u = per_second*(wanted - times(1)) - 1
+        value(:, -1) = 0
+        value(:, 0) = 1
+        first(:, -1:0) = 0
+        second(:, -1:0) = 0
+        do k = 0, degree - 1
+            value(:, k + 1) = ((2*k + 1)*u*value(:, k) - k*value(:, k - 1))/(k + 1)
+            first(:, k + 1) = first(:, k - 1) + (2*k + 1)*value(:, k)
+            second(:, k + 1) = second(:, k - 1) + (2*k + 1)*first(:, k)
+        end do
+        columns = per_second**2*second(:, 0:)
+    end subroutine polynomial_curvature
 end module gracecg_estimation_level1_basis

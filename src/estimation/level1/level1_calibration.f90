@@ -5,7 +5,7 @@ module gracecg_estimation_level1_calibration
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t
-    public :: SPAN_MARGIN, keep_samples, leave_out, note
+    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -62,6 +62,14 @@ module gracecg_estimation_level1_calibration
     end type level1_calibration_t
 
 contains
+
+    !> The middle of the manoeuvre, GPS s past 2000-01-01 12:00.
+    pure real(dp) function middle_of(calibration) result(time)
+        type(level1_calibration_t), intent(in) :: calibration
+
+        time = real(calibration%epoch, dp) + (calibration%spans(1)%start + &
+                                              calibration%spans(size(calibration%spans))%stop)/2
+    end function middle_of
 
     !> Notes something unusual.
     subroutine note(calibration, text)

@@ -300,11 +300,11 @@ contains
                     end do
                 case ('sca')
                     call differentiate_attitude(span, span%attitude_time, span%angle, &
-                                                span%time - estimate%accelerometer_delay, series(i)%acceleration, error)
+                                                span%time - estimate%accelerometer_delay, series(i)%acceleration)
                 case ('imu')
                     call gyro_attitude(span, estimate%gyros, times, angles)
                     call differentiate_attitude(span, times, angles, span%time - estimate%accelerometer_delay, &
-                                                series(i)%acceleration, error)
+                                                series(i)%acceleration)
                 case default
                     call fail(error, 'there is no source "'//source//'"')
                 end select

@@ -10,7 +10,8 @@ module gracecg_estimation_level1_gathering
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, SPAN_MARGIN
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
+        middle_of, SPAN_MARGIN
     use gracecg_estimation_level1_instruments, only: find_file, read_currents, read_firings, read_accelerometer, &
         read_attitude, read_gyros
     use gracecg_estimation_level1_series, only: interpolate, node_before
@@ -262,15 +263,14 @@ contains
         type(level1_records_t), intent(in) :: records
         type(level1_calibration_t), intent(inout) :: calibration
 
-        real(dp) :: nearest, distance, middle
+        real(dp) :: nearest, distance
         integer :: i, tank, column
 
-        middle = (calibration%spans(1)%start + calibration%spans(size(calibration%spans))%stop)/2
         do tank = 1, 2
             column = records%field_of('gas_mass_tnk'//integer_text(tank))
             nearest = huge(nearest)
             do i = 1, records%count
-                distance = abs(real(records%seconds(i) - calibration%epoch, dp) - middle)
+                distance = abs(real(records%seconds(i), dp) - middle_of(calibration))
                 if (ieee_is_nan(records%values(i, column)) .or. distance >= nearest) cycle
                 nearest = distance
                 calibration%gas(tank) = records%values(i, column)

@@ -9,7 +9,7 @@ module gracecg_estimation_level1_results
     use gracecg_observations_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_writer, only: level1_writer_t
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_estimation_level1_estimate, only: level1_estimate_t
     implicit none
     private
@@ -50,14 +50,6 @@ contains
             end do
         end do
     end subroutine trim_commands
-
-    !> The middle of the manoeuvre, GPS s past 2000-01-01 12:00.
-    pure real(dp) function middle_of(calibration) result(time)
-        type(level1_calibration_t), intent(in) :: calibration
-
-        time = real(calibration%epoch, dp) + (calibration%spans(1)%start + &
-                                              calibration%spans(size(calibration%spans))%stop)/2
-    end function middle_of
 
     !> Writes the CoM in SRF, -d, as a VCM1B file with one record.
     subroutine write_vcm(path, calibration, estimate, error)

@@ -41,6 +41,10 @@ contains
 
         spans = given_span
         if (size(spans, 2) > 0) then
+            if (any(.not. spans(2, :) > 0)) then
+                call fail(error, 'a span''s duration is '//real_text(minval(spans(2, :)))//' s: it has to be positive')
+                return
+            end if
             spans(2, :) = spans(1, :) + spans(2, :)
             calibration%spans_from = 'the command line'
         else if (spans_file /= '') then
