@@ -102,7 +102,7 @@ contains
         gamma(:, 3) = 0.5_dp*[q(2), -q(1), q(4), -q(3)]
     end function kinematic_partials
 
-    !> dq(t)/dq(t0) (4-53) and dq(t)/d omega(t0) (4-54) at epoch k.
+    !> dq(t)/dq(t0) (4-53) and dq(t)/d omega(t0) (4-54) at epoch k, which (4-12) and (4-13) would carry on.
     pure function quaternion_transition(self, k) result(phi)
         class(fitted_attitude_t), intent(in) :: self
         integer, intent(in) :: k
@@ -200,7 +200,7 @@ contains
     end subroutine integrate
 
     !> The right-hand sides of (4-50), (4-51), (4-55) and (4-66), (4-67): F of (4-45), and A Phi of (4-47) with the
-    !> blocks of A (4-48) apart. Some 110 operations on four lanes, 28 reals in and out: what is read stays in the
+    !> blocks of A (4-48) apart, of which (4-10) is zero. Some 110 operations on four lanes, 28 reals in and out: what is read stays in the
     !> nearest cache, so the multiplier sets the pace.
     pure subroutine rates(lambda_by_rate, driven, y, dydt)
         real(dp), intent(in) :: lambda_by_rate(3, 3, 3), driven(3)
