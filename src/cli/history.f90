@@ -35,8 +35,9 @@ contains
 
         call arguments%describe('history', 'FILE ...', 1, MOST_FILES, &
                                 'The CG offset over months and years, from calibrations: estimates saved with '// &
-                                'gracecg estimate --format json, or CSV files with time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,'// &
-                                'sigma_y_mm,sigma_z_mm. Between calibrations it changes by masses that are moved, by the '// &
+                                'gracecg estimate --format json or gracecg level1 estimate --format json, or '// &
+                                'CSV files with time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm. '// &
+                                'Between calibrations it changes by masses that are moved, by the '// &
                                 'gas that the tanks lose, and by a random walk. Says what the offset is today, when it '// &
                                 'will leave its limit, and when to calibrate.', &
                                 'gracecg simulate front-1 --out run1'//new_line('a')// &

@@ -4,12 +4,14 @@ module gracecg_cli_level1_trend
     use gracecg_base_constants, only: AXES, MILLIMETRE, MICROMETRE
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_base_version, only: file_comments
+    use gracecg_environment_time, only: utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: text_file_t, read_text_file, check_writable
     use gracecg_files_json, only: read_json_numbers, read_json_text
     use gracecg_observations_level1_events, only: level1_event_t, read_events
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
-    use gracecg_observations_level1_time, only: gps_date_text
+    use gracecg_observations_level1_time, only: gps_date_text, utc_of_gps
     use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, fit_trend, predicted_change, JULIAN_YEAR
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
@@ -35,6 +37,8 @@ contains
                                 'gracecg level1 trend 2020-02.json 2020-08.json 2021-02.json --setup setup.nml')
         call arguments%add_option('--soe', 'FILE', 'events: a step at every VCM of the satellite')
         call arguments%add_option('--setup', 'FILE', 'mass and positions of the tanks, for the change that the gas lets expect')
+        call arguments%add_option('--out', 'FILE.csv', 'writes the offsets with their times in UTC, as gracecg history '// &
+                                  'reads them')
         call arguments%add_option('--report', 'FILE.html', 'writes a page with the plot')
         call add_format_option(arguments)
     end subroutine declare_level1_trend
@@ -48,16 +52,18 @@ contains
         type(trend_point_t), allocatable :: points(:)
         type(level1_trend_t) :: trend
         type(level1_setup_t) :: setup
-        character(:), allocatable :: soe, setup_file, page
+        character(:), allocatable :: soe, setup_file, out, page
         character(1) :: satellite
         real(dp), allocatable :: steps(:)
 
         call arguments%get('--soe', soe, misuse, default='')
         call arguments%get('--setup', setup_file, misuse, default='')
+        call arguments%get('--out', out, misuse, default='')
         call arguments%get('--report', page, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         call check_writable(page, error)
+        if (.not. allocated(error)) call check_writable(out, error)
         if (.not. allocated(error) .and. setup_file /= '') call read_level1_setup(setup_file, setup, error)
         if (.not. allocated(error)) call read_points(arguments, points, satellite, error)
         if (.not. allocated(error)) call read_steps(soe, satellite, steps, error)
@@ -66,10 +72,31 @@ contains
         if (any(points%flag > 0)) call console%warn(integer_text(count(points%flag > 0))//' of the results have a flag '// &
                                                     'other than 0')
         call show(points, trend, setup, setup_file /= '', satellite, console, error)
+        if (.not. allocated(error) .and. out /= '') call write_offsets(out, points, satellite, error)
         if (allocated(error) .or. page == '') return
         call write_trend_page(page, satellite, points, trend, LIMIT, console, error)
         if (.not. allocated(error)) call console%line('written: '//page)
     end subroutine run_level1_trend
+
+    !> The offsets as a CSV file that `gracecg history` reads; without those that are not to be used.
+    subroutine write_offsets(path, points, satellite, error)
+        character(*), intent(in) :: path
+        type(trend_point_t), intent(in) :: points(:)
+        character(1), intent(in) :: satellite
+        type(error_t), allocatable, intent(out) :: error
+
+        type(data_table_t) :: table
+        integer :: i
+
+        call table%columns_of('time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm')
+        do i = 1, size(points)
+            if (points(i)%flag > 1) cycle
+            call table%add(utc_text(utc_of_gps(floor(points(i)%time, i8), 0.0_dp)))
+            call table%add(points(i)%offset/MILLIMETRE)
+            call table%add(points(i)%sigma/MILLIMETRE)
+        end do
+        call table%write(path, file_comments('level1 trend, satellite '//satellite, 'offset in SRF'), error)
+    end subroutine write_offsets
 
     !> The results in order of time, of one satellite.
     subroutine read_points(arguments, points, satellite, error)

@@ -7,7 +7,7 @@ module test_joint
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
-    use gracecg_environment_time, only: utc_t, utc_text, utc_plus, seconds_between
+    use gracecg_environment_time, only: utc_t, utc_text, utc_plus, seconds_between, parse_utc
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t, find_calibration
@@ -48,6 +48,7 @@ contains
                     new_unittest('broken-files', test_broken), &
                     new_unittest('history-by-hand', test_history), &
                     new_unittest('history-of-tanks', test_tanks), &
+                    new_unittest('history-of-level1', test_level1_offset), &
                     new_unittest('when-the-limit-is-left', test_leaving)]
     end subroutine collect_joint
 
@@ -373,7 +374,8 @@ contains
         type(dated_offset_t), allocatable :: offsets(:)
         type(error_t), allocatable :: failure
         character(1), parameter :: LF = new_line('a')
-        character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//LF
+        character(*), parameter :: HEAD = '{"command": "level1 estimate", "epoch_gps_s": 631108818.5, '// &
+            '"offset_mm": [0.1, -0.2, 0.3], '
 
         call information_from_json('{"command": "bound"}', information, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'is no estimate', '--format json'])
@@ -485,6 +487,37 @@ contains
         call trace_offset(offsets, changes, no_tanks, settings, history, failure, today=utc_t(52000, 0.0_dp))
         call check_fails(error, message_of(failure), [character(W) :: 'before the last calibration'])
     end subroutine test_history
+
+    !> A result of level1 estimate is an offset with its time: 2020-01-01 00:00:00 UTC is 18 s later in GPS time.
+    subroutine test_level1_offset(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: HEAD = '{"command": "level1 estimate", "epoch_gps_s": 631108818.5, '// &
+            '"offset_mm": [0.1, -0.2, 0.3], '
+        character(*), parameter :: MATRIX = '"covariance_mm2": [[4e-6, 1e-6, 0], [1e-6, 9e-6, 0], [0, 0, 1e-6]], '
+        type(dated_offset_t), allocatable :: offsets(:)
+        type(error_t), allocatable :: failure
+        type(utc_t) :: epoch
+
+        call make_file(error, 'level1_good.json', HEAD//MATRIX//'"flag": 1, "reason": "sigma"}')
+        call read_offsets(FOLDER//'level1_good.json', offsets, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call parse_utc('2020-01-01T00:00:00.5', epoch, failure)
+        call check(error, abs(seconds_between(epoch, offsets(1)%time)) < 1e-6_dp, 'time')
+        if (allocated(error)) return
+        call check(error, maxval(abs(offsets(1)%offset - [1e-4_dp, -2e-4_dp, 3e-4_dp])) < 1e-15_dp .and. &
+                   abs(offsets(1)%covariance(1, 2) - 1e-12_dp) < 1e-20_dp .and. &
+                   abs(offsets(1)%covariance(2, 2) - 9e-12_dp) < 1e-20_dp, 'offset and covariance')
+        if (allocated(error)) return
+        call make_file(error, 'level1_bad.json', HEAD//MATRIX//'"flag": 2, "reason": "wrong sign"}')
+        call read_offsets(FOLDER//'level1_bad.json', offsets, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'level1_bad.json', 'not to be used', 'wrong sign'])
+        if (allocated(error)) return
+        call make_file(error, 'level1_cut.json', HEAD//'"flag": 0}')
+        call read_offsets(FOLDER//'level1_cut.json', offsets, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'covariance_mm2'])
+    end subroutine test_level1_offset
 
     !> Gas that leaves one tank moves the centre of mass to the other.
     subroutine test_tanks(error)

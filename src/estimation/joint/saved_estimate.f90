@@ -1,13 +1,14 @@
 !> Estimates that `gracecg estimate --format json` has written: the information of a run, and an offset with its
 !> covariance at a time.
 module gracecg_estimation_saved_estimate
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_json, only: json_writer_t, read_json_numbers, read_json_text
     use gracecg_files_table, only: table_file_t
+    use gracecg_observations_level1_time, only: utc_of_gps
     use gracecg_estimation_parameters, only: PARAMETER_NAMES
     use gracecg_estimation_offset_change, only: read_dated_rows
     use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT
@@ -132,7 +133,8 @@ contains
         call parse_utc(value, epoch, error)
     end subroutine read_estimate_head
 
-    !> Reads offsets with their times: one from a saved estimate, or all rows of a CSV file with time_utc, offset and
+    !> Reads offsets with their times: one from a saved estimate (of `gracecg estimate` or `level1 estimate`), or all rows
+    !> of a CSV file with time_utc, offset and
     !> standard deviations in mm. Fails when the file is neither.
     subroutine read_offsets(path, offsets, error)
         character(*), intent(in) :: path        !! Of the file; a name that ends with .csv is that of a CSV file
@@ -160,6 +162,13 @@ contains
         allocate (offsets(1))
         call read_text_file(path, file, error)
         if (allocated(error)) return
+        call read_json_text(file%text, 'command', name, ok)
+        if (name == 'level1 estimate') then
+            call read_level1_offset(file%text, offsets(1), error)
+            call add_context(error, path)
+            if (.not. allocated(error)) call check_covariance(offsets(1)%covariance, path, error)
+            return
+        end if
         call read_estimate_head(file%text, offsets(1)%time, name, error)
         call add_context(error, path)
         if (allocated(error)) return
@@ -175,6 +184,39 @@ contains
         offsets(1)%covariance = reshape([matrix(1:3), matrix(n + 1:n + 3), matrix(2*n + 1:2*n + 3)], [3, 3])
         call check_covariance(offsets(1)%covariance, path, error)
     end subroutine read_json_offset
+
+    !> The first source of what `gracecg level1 estimate --format json` prints, SRF being body axes. Fails when its flag
+    !> says that it is not to be used.
+    subroutine read_level1_offset(text, offset, error)
+        character(*), intent(in) :: text
+        type(dated_offset_t), intent(inout) :: offset
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: epoch(:), values(:), matrix(:), flag(:)
+        character(:), allocatable :: reason
+        integer(i8) :: second
+        logical :: ok
+
+        call read_json_numbers(text, 'epoch_gps_s', epoch, ok)
+        if (ok) call read_json_numbers(text, 'offset_mm', values, ok)
+        if (ok) call read_json_numbers(text, 'covariance_mm2', matrix, ok)
+        if (ok) call read_json_numbers(text, 'flag', flag, ok)
+        if (ok) ok = size(epoch) == 1 .and. size(values) == 3 .and. size(matrix) == 9 .and. size(flag) == 1
+        if (.not. ok) then
+            call fail(error, 'has no members "epoch_gps_s", "offset_mm", "covariance_mm2" and "flag" as '// &
+                      'gracecg level1 estimate --format json prints them')
+            return
+        end if
+        if (flag(1) > 1) then
+            call read_json_text(text, 'reason', reason, ok)
+            call fail(error, 'this estimate is not to be used (flag 2: '//reason//'): leave it out')
+            return
+        end if
+        second = floor(epoch(1), i8)
+        offset%time = utc_of_gps(second, epoch(1) - real(second, dp))
+        offset%offset = values*MILLIMETRE
+        offset%covariance = reshape(matrix, [3, 3])*MILLIMETRE**2
+    end subroutine read_level1_offset
 
     subroutine read_csv_offsets(path, offsets, error)
         character(*), intent(in) :: path

@@ -27,6 +27,7 @@ module gracecg_estimation_level1_estimate
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
+    real(dp), parameter :: SAMPLE = 0.1_dp                  !! Interval of ACC1A, s
     real(dp), parameter :: GOOD_SIGMA = 5*MICROMETRE        !! A source with a greater one is to be used with care
     real(dp), parameter :: POOR_SIGMA = 50*MICROMETRE       !! And with a greater one than this not at all
 
@@ -157,7 +158,6 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: SAMPLE = 0.1_dp      ! s, of ACC1A
         real(dp), parameter :: REACH = 0.4_dp, STEPS(4) = [0.1_dp, 0.05_dp, 0.02_dp, 0.01_dp]
         real(dp) :: squares(-1:1), noise(3), lowest, best, curvature, trial
         integer :: i, k, size_of_band
@@ -203,8 +203,10 @@ contains
         estimate%accelerometer_delay = best
         ! The torque it is compared with has a delay with a sigma of its own, and held currents jump between two samples.
         estimate%accelerometer_delay_sigma = hypot(estimate%accelerometer_delay_sigma, estimate%rods%delay_sigma)
-        if (estimate%steps) estimate%accelerometer_delay_sigma = hypot(estimate%accelerometer_delay_sigma, SAMPLE/ &
-                                                                       sqrt(12.0_dp*count(calibration%spans%used)))
+        if (.not. estimate%steps) return
+        estimate%accelerometer_delay_sigma = hypot(estimate%accelerometer_delay_sigma, SAMPLE/ &
+                                                   sqrt(12.0_dp*count(calibration%spans%used)))
+        call refine_by_leakage(calibration, setup, drive, estimate, error)
 
     contains
 
@@ -217,6 +219,70 @@ contains
             squares = estimate%angular%squares
         end subroutine squares_at
     end subroutine find_accelerometer_delay
+
+    !> The delay of the accelerometer by its linear channels, where the steps of held currents leak as spikes: the delays
+    !> with which d and leakage leave least, the middle of those that are as good but for chance. It replaces that by the
+    !> angular channels where it is the better one.
+    subroutine refine_by_leakage(calibration, setup, drive, estimate, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(in) :: drive
+        type(level1_estimate_t), intent(inout) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: REACH = 0.05_dp, STEP = 0.005_dp     ! s: half a sample, and of the search
+        real(dp), parameter :: BY_CHANCE = 4                        ! Of the squares over their variance: two sigma
+        real(dp) :: squares(-nint(REACH/STEP):nint(REACH/STEP)), delay, sigma
+        integer :: i, low, high
+
+        do i = lbound(squares, 1), ubound(squares, 1)
+            call squares_at(estimate%accelerometer_delay + i*STEP, squares(i))
+            if (allocated(error)) return
+        end do
+        low = lbound(squares, 1) - 1 + minloc(squares, 1)
+        high = low
+        do while (low > lbound(squares, 1))
+            if (squares(low - 1) > minval(squares) + BY_CHANCE) exit
+            low = low - 1
+        end do
+        do while (high < ubound(squares, 1))
+            if (squares(high + 1) > minval(squares) + BY_CHANCE) exit
+            high = high + 1
+        end do
+        delay = estimate%accelerometer_delay + (low + high)*STEP/2
+        ! Samples of n spans lie at n places between two of the accelerometer, and see a spike or not.
+        sigma = norm2([(high - low + 1)*STEP, SAMPLE/count(calibration%spans%used)])/sqrt(12.0_dp)
+        sigma = hypot(sigma, estimate%rods%delay_sigma)
+        if (sigma < estimate%accelerometer_delay_sigma .and. low > lbound(squares, 1) .and. high < ubound(squares, 1)) then
+            estimate%accelerometer_delay = delay
+            estimate%accelerometer_delay_sigma = sigma
+        end if
+        call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
+
+    contains
+
+        !> Twice the logarithm of the likelihood, but for its sign and a constant.
+        subroutine squares_at(delay, squares)
+            real(dp), intent(in) :: delay
+            real(dp), intent(out) :: squares
+
+            type(source_series_t) :: series(size(calibration%spans))
+            type(consider_t) :: nothing(0)
+            type(level1_solution_t) :: solution
+            integer :: k, columns
+
+            call make_motion(calibration, setup, drive, estimate, delay, .false.)
+            columns = 0
+            do k = 1, size(series)
+                if (.not. calibration%spans(k)%used) cycle
+                series(k)%acceleration = estimate%motion(k)%torque
+                columns = columns + size(estimate%motion(k)%band, 2)
+            end do
+            call solve_offset(calibration, estimate%motion, series, nothing, estimate%rods%driven, 'prior', &
+                              setup%leakage_prior, setup%scale_sigma, solution, error)
+            squares = 2*columns*sum(log(max(solution%rms, tiny(1.0_dp))))
+        end subroutine squares_at
+    end subroutine refine_by_leakage
 
     !> Whether the angular channels show the steps of held currents: what of both a moving mean does not follow is the
     !> same.
@@ -410,7 +476,6 @@ contains
         ! Steps of held currents leak as spikes into samples near them, which are no outliers: their amplitude at -LAGS
         ! to LAGS samples from a step is taken out. Fitted to the simulated set dirty: with fewer, samples at steps went.
         integer, parameter :: LAGS = 2
-        real(dp), parameter :: SAMPLE = 0.1_dp  ! s
         real(dp), allocatable :: left(:, :), basis(:, :), modelled(:, :)
         logical, allocatable :: stays(:)
         real(dp) :: sigma, now(3), before(3)
