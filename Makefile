@@ -6,7 +6,7 @@
 MAIN_JOB = montecarlo
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build docs install uninstall clean
+.PHONY: help run test build docs dist install uninstall clean
 # All targets share fpm's build tree.
 .NOTPARALLEL:
 
@@ -19,6 +19,7 @@ help:
 	@echo '             program, manual page, static and shared library, modules, C header, pkg-config file'
 	@echo '             (also DESTDIR, BINDIR, LIBDIR, INCLUDEDIR, MANDIR; make uninstall removes them)'
 	@echo 'make docs    the documentation of all modules, at build/api/index.html'
+	@echo 'make dist    the sources as committed, build/gracecg-VERSION.tar.gz: they build without a network'
 	@echo 'make clean   removes what was built (what was installed from PyPI stays in .venv)'
 	@echo
 	@echo 'All of them first install what this machine lacks to do their work (tools/setup.sh).'
@@ -41,6 +42,11 @@ build:
 
 docs:
 	@python="$$(tools/setup.sh ford)" && "$$python" tools/api_docs.py
+
+# The version is that of fpm.toml.
+dist:
+	@mkdir -p build && name="gracecg-$$(sed -n 's/^version = "\(.*\)"$$/\1/p' fpm.toml)" && \
+		git archive --format=tar.gz --prefix="$$name/" -o "build/$$name.tar.gz" HEAD && echo "build/$$name.tar.gz"
 
 export PREFIX BINDIR LIBDIR INCLUDEDIR MANDIR DESTDIR
 

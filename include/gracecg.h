@@ -501,6 +501,84 @@ gracecg_status gracecg_estimate(const char *algorithm, const gracecg_observation
                                 gracecg_solution *solution, char *warnings, size_t size,
                                 gracecg_error *error);
 
+/* An estimate with all that it can tell of itself. */
+typedef struct gracecg_fit gracecg_fit;
+
+/* Estimates as gracecg_estimate does, and keeps the fit. */
+gracecg_status gracecg_fit_open(const char *algorithm, const gracecg_observations *observations, gracecg_fit **fit,
+                                gracecg_error *error);
+gracecg_status gracecg_fit_free(gracecg_fit **fit, gracecg_error *error);
+
+/* As gracecg_estimate gives it. */
+gracecg_status gracecg_fit_solution(const gracecg_fit *fit, gracecg_solution *solution, char *warnings, size_t size,
+                                    gracecg_error *error);
+
+/* How many accelerometer samples, parameters (d_x, d_y, d_z first) and epochs of the running estimate (of
+   "sequential"; 0 of the others) there are; each or NULL. */
+gracecg_status gracecg_fit_counts(const gracecg_fit *fit, size_t *samples, size_t *parameters, size_t *running,
+                                  gracecg_error *error);
+
+/* Of the accelerometer samples that the fit keeps on all axes, each or NULL, with room for `capacity`: time [n] (s from
+   the epoch), residual [n][3] (observed minus fitted, body axes, m/s^2), partials [n][3][3] (row: axis of the
+   acceleration, column: component of the offset, 1/s^2), fitted angular acceleration [n][3] (rad/s^2). */
+gracecg_status gracecg_fit_series(const gracecg_fit *fit, size_t capacity, double *time, double *residual,
+                                  double *partials, double *angular_acceleration, gracecg_error *error);
+
+/* The name of parameter 0 <= index < parameters; text, size and length as in gracecg_case_text. */
+gracecg_status gracecg_fit_parameter(const gracecg_fit *fit, size_t index, char *text, size_t size, size_t *length,
+                                     gracecg_error *error);
+
+/* Each or NULL: covariance [parameters][parameters] of the parameters (SI units; capacity >= parameters), what of the
+   offset's covariance comes from the noise of accelerometer x, y, z, of the star camera, and from a-priori knowledge
+   [5][3][3] (m^2), and the covariance [15][15] of d, alpha, beta, omega and the attitude's small angles (0 where the
+   options do not ask for it). */
+gracecg_status gracecg_fit_covariance(const gracecg_fit *fit, size_t capacity, double *covariance, double *by_source,
+                                      double *state_covariance, gracecg_error *error);
+
+/* What the fit tells of model and noise; of accelerometer axes x, y, z where three are given. */
+typedef struct gracecg_fit_tests {
+    double torque_factor;       /* of the rods' torque that would fit the rotation best */
+    double torque_sigma;        /* its standard deviation; 0: was not compared */
+    double attitude_misfit;     /* RMS of the attitude's residuals, standard deviations; 0: noise not known */
+    double rms[3];              /* of the residuals, m/s^2 */
+    double expected_rms[3];     /* of the setup's noise, m/s^2; 0: it is not known, nor what follows */
+    double ratio[3];            /* RMS of the whitened residuals: 1 if the noise is that of the setup */
+    double ratio_sigma[3];      /* its standard deviation by chance */
+    double probability[3];      /* that white noise has such autocorrelations (Ljung and Box) */
+    double worst[3];            /* the largest residual, m/s^2 */
+    double worst_time[3];       /* s */
+    double peak_frequency[3];   /* where the spectrum is farthest above the expected one, Hz */
+    double peak_ratio[3];       /* the quotient there */
+    double bound[3];            /* sigma of d that the accelerometer allows if the rotation is known, m; 0: none */
+    double information_share[3][3];     /* [axis][component]: of the information on a component of d */
+    double source_share[5][3];  /* [source][component] of the variance; sources as in gracecg_fit_covariance */
+    double semi_axis[3];        /* of the error ellipsoid of one sigma, longest first, m */
+    double direction[3][3];     /* unit vectors along them, body axes */
+} gracecg_fit_tests;
+
+gracecg_status gracecg_fit_test(const gracecg_fit *fit, gracecg_fit_tests *tests, gracecg_error *error);
+
+/* The offset as "sequential" had it on the way, each or NULL: time [n] (s), offset and sigma [n][3] (m). */
+gracecg_status gracecg_fit_running(const gracecg_fit *fit, size_t capacity, double *time, double *offset,
+                                   double *sigma, gracecg_error *error);
+
+/* What the data say of the things that the setup states. */
+typedef struct gracecg_beliefs {
+    double undetected[3];       /* what a single wrong one could move each component by, unseen, and what the estimate
+                                   differs from that of "optimal" by, m */
+    double apart[3];            /* the latter alone, m */
+    int32_t tested;             /* how many */
+    int32_t contradicted;
+    int32_t untested;           /* too weakly: they could move a component farther than is wanted */
+    int32_t sign_known;         /* 1: the setup says that the sign of the accelerometer is confirmed */
+} gracecg_beliefs;
+
+/* Estimates as gracecg_estimate does, and tells what the data say of rods, inertia, accelerometer, magnetometer, star
+   camera and noise. text[size] (or NULL with size 0) receives two lines, each ended by a newline and perhaps empty:
+   what is contradicted, with what would explain it, and what cannot be tested here. */
+gracecg_status gracecg_test_beliefs(const char *algorithm, const gracecg_observations *observations,
+                                    gracecg_beliefs *beliefs, char *text, size_t size, gracecg_error *error);
+
 /* One offset from several observation sets, by the algorithm optimal with the options of each; scale factors, rod gain,
    magnetometer bias and inertia are one for all. */
 typedef struct gracecg_joint {

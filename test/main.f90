@@ -70,6 +70,7 @@ program tester
     use test_options, only: collect_options
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
+    use test_beliefs_of_operator, only: collect_beliefs
     use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
     use test_programme, only: collect_programme
@@ -98,6 +99,7 @@ program tester
     use test_f77, only: collect_f77
     use test_threads, only: collect_threads
     use test_html, only: collect_html
+    use test_launcher, only: collect_launcher
     use test_gnuplot, only: collect_gnuplot
     use test_report, only: collect_report
     use test_report_numbers, only: collect_report_numbers
@@ -177,6 +179,7 @@ program tester
              new_testsuite('options', collect_options), &
              new_testsuite('physical-model', collect_physical_model), &
              new_testsuite('optimal', collect_optimal), &
+             new_testsuite('beliefs', collect_beliefs), &
              new_testsuite('joint', collect_joint), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('programme', collect_programme), &
@@ -204,6 +207,7 @@ program tester
              new_testsuite('f77', collect_f77), &
              new_testsuite('threads', collect_threads), &
              new_testsuite('html', collect_html), &
+             new_testsuite('launcher', collect_launcher), &
              new_testsuite('gnuplot', collect_gnuplot), &
              new_testsuite('report-numbers', collect_report_numbers), &
              new_testsuite('report', collect_report), &

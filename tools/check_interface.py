@@ -22,8 +22,9 @@ TABLE = ROOT / "docs/api.md"
 F77 = ROOT / "src/interface/f77.f90"
 UMBRELLA = ROOT / "src/gracecg.f90"
 STRUCTURES = {"gracecg_error": "c_error_t", "gracecg_utc": "c_utc_t",
-              "gracecg_samples": "c_samples_t", "gracecg_solution": "c_solution_t",
-              "gracecg_bound": "c_bound_t", "gracecg_joint": "c_joint_t", "gracecg_level1_offset": "c_level1_offset_t", "gracecg_rod": "c_rod_t",
+              "gracecg_samples": "c_samples_t", "gracecg_solution": "c_solution_t", "gracecg_beliefs": "c_beliefs_t",
+              "gracecg_bound": "c_bound_t", "gracecg_joint": "c_joint_t", "gracecg_fit_tests": "c_fit_tests_t",
+              "gracecg_level1_offset": "c_level1_offset_t", "gracecg_rod": "c_rod_t",
               "gracecg_design_settings": "c_design_settings_t", "gracecg_design": "c_design_t"}
 C_TYPES = {"double": "real(c_double)", "int32_t": "integer(c_int32_t)",
            "size_t": "integer(c_size_t)", "char": "character(kind=c_char)",

@@ -125,10 +125,8 @@ build() {
     }
     cp "$stage/lib/libgracecg.a" "$library/"
     leave_library "$library/libgracecg.a"
-    local exports=$stage/exports
-    printf '{ global: gracecg_*; gc*_; __gracecg*; local: *; };\n' >"$exports"
     # shellcheck disable=SC2046 # several words are meant
-    "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script="$exports" \
+    "${FPM_FC:-gfortran}" -shared -fopenmp -Wl,-soname,"$soname" -Wl,-z,defs -Wl,--version-script=tools/cmake/exports.map \
         -o "$library/libgracecg.so.$version" -Wl,--whole-archive "$library/libgracecg.a" \
         -Wl,--no-whole-archive $(dependencies)
     write_pkg_config >"$stage/gracecg.pc"

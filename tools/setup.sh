@@ -4,7 +4,8 @@
 #   tools/setup.sh           what builds: gfortran, OpenBLAS (found through pkg-config, as fpm does), and
 #                            fpm 0.12 or later; prints the path of fpm
 #   tools/setup.sh ford      what makes the documentation: FORD; prints the path of a Python that has it
-#   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff, patch
+#   tools/setup.sh checks    what .ci/run checks the installed library with: valgrind, g++, groff, patch,
+#                            mpirun (Open MPI)
 #   tools/setup.sh pages     what tools/check_pages.py looks at the pages with: Chromium, and axe-core
 #
 # On Debian the packages come from apt-get, as root or through a sudo that asks no password; fpm,
@@ -83,6 +84,8 @@ missing_packages() {
             command -v c++ >/dev/null || packages+=' g++'
             command -v groff >/dev/null || packages+=' groff-base'
             command -v patch >/dev/null || packages+=' patch'
+            command -v mpirun >/dev/null || packages+=' openmpi-bin'
+            can_make_venv || packages+=' python3-venv'
             ;;
     esac
     printf '%s\n' "${packages# }"

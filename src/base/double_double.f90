@@ -20,7 +20,7 @@ contains
     !> 10^n as large + small, exactly.
     pure subroutine exact_power(n, large, small)
         integer, intent(in) :: n        !! 0 to MOST_TENS
-        real(dp), intent(out) :: large, small
+        real(dp), intent(out) :: large, small    !! Leading part and what is left
 
         real(dp) :: product, error, more
 
@@ -38,8 +38,8 @@ contains
 
     !> a b = product + error, exactly.
     pure subroutine exact_product(a, b, product, error)
-        real(dp), intent(in) :: a, b
-        real(dp), intent(out) :: product, error
+        real(dp), intent(in) :: a, b    !! Factors
+        real(dp), intent(out) :: product, error    !! Rounded product and what rounding left
 
         real(dp) :: a1, a2, b1, b2
 

@@ -11,6 +11,11 @@ module gracecg_base_error
     public :: error_t, fail, fail_in_file, fail_out_of_range, require_range, fail_unknown_name
     public :: add_context, message_of, nearest_name, number_text
 
+    !> Of a message about a file and of the line that it shows, characters: a file that is none may have one line of
+    !> many megabytes
+    integer, parameter :: LONGEST_MESSAGE = 2000, LONGEST_LINE = 300
+    character(*), parameter :: CUT_OFF = ' ...'
+
     type :: error_t
         !! One failure
         character(:), allocatable :: message    !! Complete sentences; lines end with new_line('a')
@@ -39,11 +44,27 @@ contains
 
         place = file
         if (line_number > 0) place = file//':'//integer_text(line_number)
-        call fail(error, place//': '//message)
-        if (present(line)) then
-            error%message = error%message//new_line('a')//'  | '//trim(line)
-        end if
+        call fail(error, place//': '//shortened(message, LONGEST_MESSAGE))
+        if (present(line)) error%message = error%message//new_line('a')//'  | '//shortened(trim(line), LONGEST_LINE)
     end subroutine fail_in_file
+
+    pure integer function shown_length(text, longest) result(length)
+        character(*), intent(in) :: text
+        integer, intent(in) :: longest
+
+        length = len(text)
+        if (length > longest) length = longest + len(CUT_OFF)
+    end function shown_length
+
+    !> A text as a message shows it: what is longer than `longest` is cut off.
+    pure function shortened(text, longest) result(shown)
+        character(*), intent(in) :: text
+        integer, intent(in) :: longest      !! Characters
+        character(shown_length(text, longest)) :: shown
+
+        shown = text
+        if (len(text) > longest) shown(longest + 1:) = CUT_OFF
+    end function shortened
 
     !> A number outside its allowed range.
     subroutine fail_out_of_range(error, name, value, low, high, unit)

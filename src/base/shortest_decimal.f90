@@ -25,7 +25,7 @@ contains
         real(dp), intent(in) :: x               !! Positive and finite
         integer(i8), intent(out) :: digits      !! At most 17; may end with zeros
         integer, intent(out) :: exponent        !! Of the last digit
-        logical, intent(out) :: sure            !! False: the digits are not those wanted
+        logical, intent(out) :: sure            !! Whether the digits are those wanted
 
         real(dp) :: large, small, tens, more_tens, rest, below, above, border_below, border_above
         integer(i8) :: whole, unit

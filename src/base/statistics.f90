@@ -1,9 +1,9 @@
-!> The median of numbers, how an RMS scatters, and tails of the chi-square distribution.
+!> The median of numbers, how an RMS scatters, quantiles of the normal and tails of the chi-square distribution.
 module gracecg_base_statistics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: median_of, sampling_error, chi_square_tail
+    public :: median_of, sampling_error, normal_quantile, chi_square_tail
 
 contains
 
@@ -13,6 +13,30 @@ contains
 
         sampling_error = 1/sqrt(2.0_dp*count)
     end function sampling_error
+
+    !> The number below which a standard normal variable lies with a probability: the root of
+    !> erfc(-z/sqrt(2))/2 = p by Newton's method, on the smaller of the two tails.
+    elemental real(dp) function normal_quantile(probability) result(z)
+        real(dp), intent(in) :: probability     !! Between 0 and 1
+
+        real(dp), parameter :: ROOT_TWO = sqrt(2.0_dp), ROOT_TWO_PI = sqrt(8*atan(1.0_dp))
+        integer, parameter :: MOST = 100
+        real(dp) :: tail, step
+        integer :: i
+
+        tail = min(probability, 1 - probability)
+        z = 0
+        if (.not. tail > tiny(1.0_dp)) then
+            z = huge(1.0_dp)
+        else
+            do i = 1, MOST          ! from 0 upwards: the tail is convex there, so no step goes too far
+                step = (erfc(z/ROOT_TWO)/2 - tail)*ROOT_TWO_PI*exp(z**2/2)
+                z = z + step
+                if (abs(step) <= 1e-14_dp*max(1.0_dp, z)) exit
+            end do
+        end if
+        if (probability < 0.5_dp) z = -z
+    end function normal_quantile
 
     !> The probability that a chi-square variable exceeds a value: from one degree of freedom, erfc(sqrt(x/2)), or two,
     !> exp(-x/2), upwards by Q(k + 2) = Q(k) + (x/2)^(k/2) exp(-x/2)/Gamma(k/2 + 1).

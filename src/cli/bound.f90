@@ -4,18 +4,22 @@ module gracecg_cli_bound
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: tell
-    use gracecg_base_text, only: join, integer_text
+    use gracecg_base_text, only: join, integer_text, rounded_text
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_base_lapack, only: symmetric_eigen
+    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
-    use gracecg_planning_bound, only: case_bound_t, bound_of_case, information_of_case, SOURCES
+    use gracecg_planning_leakage, only: leakage_pair_t, leakage_of_case
+    use gracecg_planning_bound, only: case_bound_t, bound_of_case, reliability_of_case, information_of_case, SOURCES
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_simulation_operator_errors, only: KNOWLEDGE_SOURCES => SOURCES
     use gracecg_studies_consider_check, only: consider_check_t, check_consider
     use gracecg_studies_knowledge_errors, only: size_text, estimates_of_all
     use gracecg_cli_arguments, only: arguments_t, MOST_RUNS
     use gracecg_cli_console, only: console_t, console_width, wrapped
+    use gracecg_cli_leakage, only: show_leakage, put_leakage
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     use gracecg_files_data_table, only: data_table_t
     implicit none
@@ -44,6 +48,8 @@ contains
         call add_format_option(arguments)
         call arguments%add_option('--joint', '', 'also of all cases together, as calibrations of one offset: what one joint '// &
                                   'estimate could reach')
+        call arguments%add_option('--leakage', '', 'also with the leakage of the rods into the accelerometer estimated, of '// &
+                                  'one flight and of a second one half a revolution away')
         call arguments%add_option('--check', 'RUNS', 'draw every error of knowledge alone so often, estimate with '// &
                                   '`optimal` from observations without noise, and compare')
         call arguments%add_option('--seed', 'S', 'of the draws (default 1)')
@@ -59,6 +65,7 @@ contains
 
         type(calibration_t), allocatable :: calibrations(:)
         type(case_bound_t) :: bound
+        type(leakage_pair_t) :: pair
         type(results_t) :: results
         type(data_table_t) :: table
         integer(i8) :: seed        !! Of the random numbers
@@ -87,6 +94,14 @@ contains
                 if (i > 1) call console%line('')
                 call print_text(calibration, bound, console)
                 call put_details(calibration, bound, results)
+                if (arguments%has('--leakage')) then
+                    call leakage_of_case(calibration%case, pair, error)
+                    if (allocated(error)) return
+                    call show_leakage(pair, calibration%case, console)
+                    call put_leakage(pair, results)
+                end if
+                call show_reliability(calibration, console, results, error)
+                if (allocated(error)) return
                 if (runs > 0) call print_checks(calibration, seed, runs, threads, console, results, error)
                 if (allocated(error)) return
                 call results%end()
@@ -185,6 +200,55 @@ contains
             call console%line(trim(line))
         end do
     end subroutine print_text
+
+    !> Of each thing that an operator believes, the smallest wrong value that the tests of `optimal` would find, and
+    !> what it would do to the offset.
+    subroutine show_reliability(calibration, console, results, error)
+        type(calibration_t), intent(in) :: calibration
+        type(console_t), intent(inout) :: console
+        type(results_t), intent(inout) :: results
+        type(error_t), allocatable, intent(out) :: error
+
+        type(belief_report_t) :: report
+        character(120) :: line
+        character(10) :: detectable
+        real(dp) :: smallest
+        integer :: i, shown
+
+        shown = 0
+        call reliability_of_case(calibration%case, calibration%options, report, error)
+        if (allocated(error)) return
+        call console%paragraph('What a wrong belief could do unseen: the smallest value found with probability '// &
+                          rounded_text(POWER, 2)//' (level '//rounded_text(FAMILY_LEVEL, 1)//' for all tests), or the '// &
+                          'largest conceivable one. Those that could move d by more than '// &
+                          rounded_text(report%wanted/MILLIMETRE, 3)//' mm:')
+        write (line, '(t3, a, t42, a10, t54, a, t63, a)') 'belief', 'value', 'unit', 'effect x, y, z, mm'
+        call console%line(trim(line))
+        call results%begin_array('reliability')
+        do i = 1, size(report%values)
+            associate (test => report%values(i), belief => BELIEFS(report%values(i)%belief))
+                detectable = 'none'
+                smallest = test%detectable/belief%size
+                if (test%detectable > test%largest) smallest = 0
+                if (smallest > 0) write (detectable, '(es10.2)') smallest
+                write (line, '(t3, a, t42, a10, t54, a, t60, 3f11.5)') trim(belief%subject), adjustr(detectable), &
+                    belief%unit, abs(test%effect)/MILLIMETRE
+                if (any(abs(test%effect) > report%wanted)) then
+                    shown = shown + 1
+                    call console%line(trim(line))
+                end if
+                call results%begin(on_one_line=.true.)
+                call results%member('belief', trim(belief%subject))
+                call results%member('detectable', smallest)
+                call results%member('unit', trim(belief%unit))
+                call results%member('effect_mm', abs(test%effect)/MILLIMETRE)
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call console%line('  and '//integer_text(size(report%values) - shown)// &
+                          ' that could not (--format json has them all)')
+    end subroutine show_reliability
 
     !> What JSON has of a case beside the row of the table; its object is left open for the checks.
     subroutine put_details(calibration, bound, results)

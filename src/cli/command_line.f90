@@ -16,6 +16,7 @@ module gracecg_cli_command_line
     use gracecg_cli_montecarlo, only: declare_montecarlo, run_montecarlo
     use gracecg_cli_merge, only: declare_merge, run_merge
     use gracecg_cli_errors, only: declare_errors, run_errors
+    use gracecg_cli_reliability, only: declare_reliability, run_reliability
     use gracecg_cli_magnetometer_loss, only: declare_magnetometer_loss, run_magnetometer_loss
     use gracecg_cli_statements, only: declare_statements, run_statements
     use gracecg_cli_history, only: declare_history, run_history
@@ -63,6 +64,8 @@ contains
                       declare_merge, run_merge), &
             command_t('errors', 'RMS errors with one error source off at a time: Figure 6.5', &
                       declare_errors, run_errors), &
+            command_t('reliability', 'what is found of wrong beliefs of the operator, tried', &
+                      declare_reliability, run_reliability), &
             command_t('magnetometer-loss', 'the field model instead of the magnetometer: Figure 6.6', &
                       declare_magnetometer_loss, run_magnetometer_loss), &
             command_t('statements', 'what CSR-TM-00-01 states without a table or figure, examined', &

@@ -13,8 +13,10 @@ module gracecg_cli_design
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_manoeuvre, MAX_DIPOLE, WAVEFORM_NAMES, PATTERN_RULES
     use gracecg_simulation_case, only: case_t
     use gracecg_planning_calibration, only: calibration_t, calibration_text
+    use gracecg_planning_leakage, only: leakage_pair_t, find_pair
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
+    use gracecg_cli_leakage, only: show_leakage, put_leakage
     use gracecg_cli_programme, only: show_programme, put_programme
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
     use gracecg_planning_scan, only: rods_at_place
@@ -109,6 +111,7 @@ contains
         type(map_point_t), allocatable :: points(:)
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
+        type(leakage_pair_t), allocatable :: pair
         integer :: i
 
         call read_request(arguments, request, misuse)
@@ -127,7 +130,12 @@ contains
         call tell(console, 'map')
         call map_places(request, plan, points, error, console)
         if (allocated(error)) return
-        call show(request, plan, points, console)
+        if (request%plan%place /= EVERYWHERE) then
+            allocate (pair)
+            call find_pair(plan%arc, plan%orbit, plan%sites(1), plan%design%rods, pair, error)
+            if (allocated(error)) return
+        end if
+        call show(request, plan, points, pair, console)
         if (request%manoeuvres > 0) then
             allocate (candidates(size(points)))
             do i = 1, size(points)
@@ -136,7 +144,7 @@ contains
             call best_programme(candidates, request%manoeuvres, programme)
             call show_programme(candidates, programme, 0.0_dp, console)
         end if
-        call publish(plan, points, candidates, programme, console, error)
+        call publish(plan, points, pair, candidates, programme, console, error)
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
@@ -278,10 +286,11 @@ contains
                            error, console)
     end subroutine map_places
 
-    subroutine show(request, plan, points, console)
+    subroutine show(request, plan, points, pair, console)
         type(request_t), intent(in) :: request
         type(plan_t), intent(in) :: plan
         type(map_point_t), intent(in) :: points(:)
+        type(leakage_pair_t), intent(in), optional :: pair      !! With a second flight; absent: there are many places
         type(console_t), intent(inout) :: console
 
         type(manoeuvre_design_t) :: other
@@ -314,6 +323,7 @@ contains
         call console%paragraph(row)
         if (request%plan%search) &
             call console%line(integer_text(plan%design%evaluations)//' evaluations of a manoeuvre at a place')
+        if (present(pair)) call show_leakage(pair, plan%calibration%case, console)
         if (size(points) > 1) call show_map(plan%calibration%case, points(2:), plan%orbit%revolutions, console)
         if (request%out /= '') then
             call console%line('')
@@ -440,9 +450,10 @@ contains
     end function quality_table
 
     !> The plan as CSV or JSON.
-    subroutine publish(plan, points, candidates, programme, console, error)
+    subroutine publish(plan, points, pair, candidates, programme, console, error)
         type(plan_t), intent(in) :: plan
         type(map_point_t), intent(in) :: points(:)      !! The place of the manoeuvre, then the map
+        type(leakage_pair_t), intent(in), optional :: pair      !! With a second flight
         type(candidate_t), allocatable, intent(in) :: candidates(:)     !! Of a programme; not allocated: none was asked for
         type(programme_t), intent(in) :: programme
         type(console_t), intent(inout) :: console
@@ -479,6 +490,7 @@ contains
             end associate
         end do
         call results%end()
+        if (present(pair)) call put_leakage(pair, results)
         map = quality_table(points(2:), plan%calibration%case, .false.)
         call map%to_json(results, 'map')
         if (allocated(candidates)) call put_programme(candidates, programme, results)

@@ -3,10 +3,14 @@ module gracecg_cli_estimate_results
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_belief, only: BELIEFS
+    use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
+    use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, &
+        say_contradiction
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_saved_estimate, only: put_information
     use gracecg_estimation_solution, only: solution_t, state_sigmas, quaternion_sigmas, has_attitude, STATE_NAMES, STATE_UNITS, &
@@ -24,7 +28,8 @@ module gracecg_cli_estimate_results
         'beta_x_m_s2,beta_y_m_s2,beta_z_m_s2,sigma_beta_x_m_s2,sigma_beta_y_m_s2,sigma_beta_z_m_s2,'// &
         'q1,q2,q3,q4,sigma_q1,sigma_q2,sigma_q3,sigma_q4,'// &
         'omega_x_rad_s,omega_y_rad_s,omega_z_rad_s,sigma_omega_x_rad_s,sigma_omega_y_rad_s,sigma_omega_z_rad_s,'// &
-        'variance_factor,edited_accelerometer,edited_star_camera'
+        'variance_factor,edited_accelerometer,edited_star_camera,'// &
+        'undetected_x_mm,undetected_y_mm,undetected_z_mm,contradicted'
 
 contains
 
@@ -52,6 +57,7 @@ contains
         write (line, '("residual RMS      ", 2(es10.3, ", "), es10.3)') solution%residual_rms
         call console%line(trim(line)//' m/s^2 (accelerometer x, y, z)')
         if (solution%variance_factor > 0) call show_noise(solution, console)
+        if (allocated(solution%beliefs)) call show_beliefs(solution%beliefs, console)
         call console%line('')
         call console%line('at the epoch '//utc_text(knowledge%epoch)//' UTC, and what else was estimated')
         call console%table(other_values(solution))
@@ -83,7 +89,7 @@ contains
 
         character(120) :: line
 
-        write (line, '("variance factor   ", f9.4, a)') solution%variance_factor, &
+        line = 'variance factor   '//rounded_text(solution%variance_factor, 5)// &
             ' (1 when model and noise are right)'
         call console%line(trim(line))
         write (line, '("noise level       ", 2(es10.3, ", "), es10.3, a)') solution%noise_level, ' m^2 s^-4/Hz'
@@ -94,6 +100,26 @@ contains
             ' rad (camera x, y, boresight)'
         call console%line(trim(line))
     end subroutine show_noise
+
+    !> What the data say of the operator's beliefs, in two lines; a contradiction is among the warnings.
+    subroutine show_beliefs(report, console)
+        type(belief_report_t), intent(in) :: report
+        type(console_t), intent(inout) :: console
+
+        character(:), allocatable :: text
+
+        call say_counts(report, text)
+        call console%line('beliefs           '//text)
+        call say_undetected(report, text)
+        call console%line('undetected up to  '//text)
+        call say_untested(report, text)
+        if (text /= '') call console%line('not testable here '//text)
+        if (any(report%apart > 0)) &
+            call console%line('left out of sigma '//rounded_text(report%apart(1)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(2)/MILLIMETRE, 2)//', '// &
+                              rounded_text(report%apart(3)/MILLIMETRE, 2)//' mm in x, y, z: the '// &
+                              'difference from `optimal`, which knows forces that bend, scale factors and magnetometer bias')
+    end subroutine show_beliefs
 
     !> Attitude, angular velocity, drift, bias, and what else an algorithm estimates, each with its sigma.
     function other_values(solution) result(table)
@@ -240,6 +266,14 @@ contains
         end if
         call table%add(solution%edited(1))
         call table%add(solution%edited(2))
+        if (allocated(solution%beliefs)) then
+            call table%add(solution%beliefs%undetected()/MILLIMETRE)
+            call table%add(solution%beliefs%has_contradiction())
+        else
+            do i = 1, 4
+                call table%add_nothing()
+            end do
+        end if
 
         call results%open('estimate')
         call results%member('case', trim(knowledge%name))
@@ -273,6 +307,7 @@ contains
             call results%member('star_camera_sigma_rad', solution%star_camera_sigma)
             call results%end()
         end if
+        if (allocated(solution%beliefs)) call put_beliefs(solution%beliefs, results)
         if (allocated(solution%information)) call put_information(solution%information, results)
         if (allocated(solution%history)) then
             call results%begin_array('history')
@@ -283,6 +318,56 @@ contains
         end if
         call results%publish(table, console, error)
     end subroutine publish_estimate
+
+    subroutine put_beliefs(report, results)
+        type(belief_report_t), intent(in) :: report
+        type(results_t), intent(inout) :: results
+
+        character(16), parameter :: STATES(3) = [character(16) :: 'confirmed', 'not testable', 'contradicted']
+        character(:), allocatable :: text
+        integer :: i
+
+        call results%begin('beliefs')
+        call results%member('family_level', FAMILY_LEVEL)
+        call results%member('power', POWER)
+        call results%member('critical_score', report%critical)
+        call results%begin_array('values')
+        do i = 1, size(report%values)
+            associate (t => report%values(i), b => BELIEFS(report%values(i)%belief))
+                call results%begin(on_one_line=.true.)
+                call results%member('subject', trim(b%subject))
+                call results%member('state', trim(STATES(t%state)))
+                call results%member('score', t%score)
+                call results%member('value', t%value/b%size)
+                call results%member('sigma', t%sigma/b%size)
+                call results%member('detectable', t%detectable/b%size)
+                call results%member('unit', trim(b%unit))
+                call results%member('effect_mm', t%effect/MILLIMETRE)
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call results%begin_array('noises')
+        do i = 1, size(report%noises)
+            associate (t => report%noises(i))
+                call results%begin(on_one_line=.true.)
+                call results%member('subject', trim(NOISE_SUBJECTS(t%subject)))
+                call results%member('state', trim(STATES(t%state)))
+                call results%member('score', t%score)
+                call results%member('factor', t%factor)
+                if (t%frequency > 0) call results%member('frequency_hz', t%frequency)
+                call results%end()
+            end associate
+        end do
+        call results%end()
+        call say_contradiction(report, text)
+        call results%member('contradiction', text)
+        call say_untested(report, text)
+        call results%member('untested', text)
+        call results%member('undetected_mm', report%undetected()/MILLIMETRE)
+        call results%member('apart_from_optimal_mm', report%apart/MILLIMETRE)
+        call results%end()
+    end subroutine put_beliefs
 
     subroutine put_iteration(iteration, results)
         type(iteration_t), intent(in) :: iteration

@@ -22,7 +22,7 @@ module gracecg_cli_level1_trend
     public :: declare_level1_trend, run_level1_trend
 
     integer, parameter :: MOST_RESULTS = 10000
-    real(dp), parameter :: LIMIT = 100*MICROMETRE       !! Of |d|
+    real(dp), parameter :: LIMIT = 100*MICROMETRE       !! Of each component of d
 
 contains
 
@@ -257,11 +257,11 @@ contains
                               ', '//um(trend%step(3, i))//' um (x, y, z)')
         end do
         if (trend%passes < 0) then
-            call console%line('|d| stays below 100 um for 50 years')
+            call console%line('no component of d exceeds 100 um for 50 years')
         else if (trend%passes <= points(size(points))%time) then
-            call console%line('|d| is above 100 um')
+            call console%line('a component of d is above 100 um')
         else
-            call console%line('|d| passes 100 um on '//date_of(trend%passes))
+            call console%line('a component of d passes 100 um on '//date_of(trend%passes))
         end if
         call results%open('level1 trend')
         call results%member('satellite', satellite)

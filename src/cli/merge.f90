@@ -15,6 +15,7 @@ module gracecg_cli_merge
 
     character(*), parameter :: COMMAND = 'merge'
     integer, parameter :: MOST_FILES = 100000
+    integer, parameter :: MOST_SHOWN = 20       !! Shards that a message names
 
 contains
 
@@ -25,7 +26,8 @@ contains
         call arguments%describe(COMMAND, 'FILE ...', 1, MOST_FILES, &
                                 'Puts the shards of a campaign together: files that gracecg montecarlo '// &
                                 '--shard K/N --runs-out FILE wrote. Table and files are those of the whole '// &
-                                'campaign, to the last digit. Runs that no file has are reported; a run '// &
+                                'campaign, to the last digit. Runs that no file has are reported, '// &
+                                'with the shards they are of; a run '// &
                                 'that several files have counts once.', &
                                 'gracecg montecarlo --cases front-3 --runs 20 --shard 1/2 --runs-out '// &
                                 'shard1.csv'//new_line('a')// &
@@ -64,11 +66,43 @@ contains
         call show_campaign(whole, console)
         if (missing > 0) call console%warn(integer_text(missing)//' of '// &
                                               integer_text(whole%runs*size(whole%entries))// &
-                                              ' estimates are missing: shards are left out')
+                                              ' estimates are missing: '//trim(left_out(parts, whole)))
         call publish_campaign(whole, COMMAND, console, error)
         if (allocated(error)) return
         if (table_file /= '') call write_table(table_file, whole, COMMAND, error)
         if (allocated(error)) return
         if (runs_file /= '') call write_runs(runs_file, whole, COMMAND, error)
     end subroutine run_merge
+
+    !> Which shards have runs that no file has, with blanks behind it. They can be named when all files are of a campaign
+    !> in equally many shards.
+    function left_out(parts, whole) result(text)
+        type(campaign_t), intent(in) :: parts(:), whole
+        character(MOST_SHOWN*24 + 120) :: text
+
+        logical, allocatable :: given(:)
+        integer :: e, k, n, shown
+
+        text = 'shards are left out'
+        n = parts(1)%shards
+        if (n < 2 .or. any(parts%shards /= n)) return
+        text = 'run again shard'
+        shown = 0
+        do k = 1, n
+            do e = 1, size(whole%entries)
+                allocate (given(whole%runs), source=.false.)
+                associate (entry => whole%entries(1 + mod(e - 1, size(whole%entries, 1)), &
+                                                  1 + (e - 1)/size(whole%entries, 1)))
+                    given(entry%run) = .true.
+                end associate
+                if (.not. all(given(k::n))) exit
+                deallocate (given)
+            end do
+            if (.not. allocated(given)) cycle
+            deallocate (given)
+            shown = shown + 1
+            if (shown <= MOST_SHOWN) text = trim(text)//trim(merge(',', ' ', shown > 1))//' '//integer_text(k)//'/'//integer_text(n)
+        end do
+        if (shown > MOST_SHOWN) text = trim(text)//' and '//integer_text(shown - MOST_SHOWN)//' more'
+    end function left_out
 end module gracecg_cli_merge

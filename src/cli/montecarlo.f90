@@ -25,6 +25,7 @@ module gracecg_cli_montecarlo
         warn_of_instruments, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_launcher, only: find_place
     use gracecg_cli_results, only: add_format_option, take_format
     use gracecg_cli_interruption, only: catch_interruption, caught_signal, signal_name
     implicit none
@@ -32,6 +33,8 @@ module gracecg_cli_montecarlo
     public :: declare_montecarlo, run_montecarlo
 
     character(*), parameter :: COMMAND = 'montecarlo'
+    character(*), parameter :: AUTO = 'auto'        !! A shard that the environment names
+    character(*), parameter :: SHARD_MARK = '%K'    !! In names of files: number of the shard
 
     !> What the user asks for.
     type :: request_t
@@ -66,7 +69,8 @@ contains
                                   ' (default: those of the report, '//join(REPORT_ESTIMATORS, ', ')//')', choices=ESTIMATOR_NAMES)
         call arguments%add_option('--runs', 'N', 'of each case (default 15, as in the report)')
         call arguments%add_option('--shard', 'K/N', 'do only every N-th run, from run K on; --runs stays that '// &
-                                  'of the whole campaign')
+                                  'of the whole campaign. auto: K and N of the launcher or job array (Slurm, SGE, Open MPI, '// &
+                                  'MPICH; auto/N of an array of PBS). '//SHARD_MARK//' in names of files stands for K')
         call arguments%add_option('--without', 'LIST', 'error sources to switch off in the simulation, of '// &
                                   join(SOURCE_NAMES, ', ')//' (the three others that are no noise)', choices=SOURCE_NAMES)
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
@@ -321,9 +325,24 @@ contains
         call arguments%get_threads(request%threads, misuse)
         call read_campaign_files(arguments, request%table_file, request%runs_file, misuse)
         call arguments%get('--resume', request%resumed_file, misuse, default='')
+        call put_shard(request%shard, request%table_file)
+        call put_shard(request%shard, request%runs_file)
+        call put_shard(request%shard, request%resumed_file)
         request%resumed_file = without_ending(request%resumed_file)
         if (request%runs_file == '') request%runs_file = request%resumed_file
     end subroutine read_request
+
+    !> Puts the number of the shard where a path has SHARD_MARK.
+    subroutine put_shard(shard, path)
+        integer, intent(in) :: shard
+        character(:), allocatable, intent(inout) :: path
+
+        integer :: at
+
+        if (.not. allocated(path)) return
+        at = index(path, SHARD_MARK)
+        if (at > 0) path = path(:at - 1)//integer_text(shard)//path(at + len(SHARD_MARK):)
+    end subroutine put_shard
 
     !> The path of a runs file, where that of its journal is given.
     function without_ending(path) result(runs_file)
@@ -362,17 +381,30 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse
 
         character(:), allocatable :: text
-        integer :: slash
+        character(:), allocatable :: problem
+        integer :: slash, given
         logical :: ok(2)
 
         call arguments%get('--shard', text, misuse, default='1/1')
+        given = 0
         slash = index(text, '/')
-        call parse_integer(text(:slash - 1), request%shard, ok(1))
-        call parse_integer(text(slash + 1:), request%shards, ok(2))
-        call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
-                       'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N', misuse)
+        if (text == AUTO .or. index(text, AUTO//'/') == 1) then
+            ok = .true.
+            if (slash > 0) call parse_integer(text(slash + 1:), given, ok(1))
+            call refuse_if(slash > 0 .and. .not. (ok(1) .and. given > 0), 'option --shard: "'//text// &
+                           '" is not auto, or auto/N with a whole number', misuse)
+            if (allocated(misuse)) return
+            call find_place(given, request%shard, request%shards, problem)
+            if (allocated(problem)) call refuse_if(.true., 'option --shard '//text//': '//problem, misuse)
+        else
+            call parse_integer(text(:slash - 1), request%shard, ok(1))
+            call parse_integer(text(slash + 1:), request%shards, ok(2))
+            call refuse_if(slash == 0 .or. .not. all(ok) .or. request%shard < 1 .or. request%shard > request%shards, &
+                           'option --shard: "'//text//'" is not K/N with whole numbers, K from 1 to N, nor auto', misuse)
+        end if
         call refuse_if(request%shard > request%runs, &
-                       'option --shard: shard '//text//' of '//integer_text(request%runs)// &
+                       'option --shard: shard '//integer_text(request%shard)//'/'//integer_text(request%shards)//' of '// &
+                       integer_text(request%runs)// &
                        ' runs has none; there are as many shards as runs at most', misuse)
     end subroutine read_shard
 

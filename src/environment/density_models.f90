@@ -17,7 +17,7 @@ module gracecg_environment_density_models
 
     !> What the models are made of; each takes its own.
     type :: density_settings_t
-        type(space_weather_source_t) :: space_weather   !! Solar flux and geomagnetic activity
+        type(space_weather_source_t) :: space_weather = space_weather_source_t()   !! Solar flux and geomagnetic activity
         real(dp) :: reference_density = 4e-12_dp        !! Exponential model, kg/m^3
         real(dp) :: reference_height = 466e3_dp         !! m
         real(dp) :: scale_height = 65e3_dp              !! m

@@ -334,25 +334,36 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         character(1) :: quote
-        integer :: length, last
+        integer :: begin, end, last, length, i
 
         token%kind = QUOTED
         quote = source%text(scanner%position:scanner%position)
+        begin = scanner%position + 1
         last = source%last(scanner%line)
-        do
-            scanner%position = scanner%position + 1     ! behind the quote
-            length = index(source%text(scanner%position:last), quote) - 1
-            if (length < 0) then
-                call source%fail_at(token%line, 'the text is not ended: a closing '//quote// &
-                                    ' is missing in this line', error)
-                return
+        end = begin                                 ! of the closing quote; a doubled one is passed over
+        do while (end <= last)
+            if (source%text(end:end) == quote) then
+                if (source%text(end + 1:min(end + 1, last)) /= quote) exit
+                end = end + 1
             end if
-            token%text = token%text//source%text(scanner%position:scanner%position + length - 1)
-            scanner%position = scanner%position + length + 1
-            if (scanner%position > last) exit
-            if (source%text(scanner%position:scanner%position) /= quote) exit
-            token%text = token%text//quote
+            end = end + 1
         end do
+        if (end > last) then
+            call source%fail_at(token%line, 'the text is not ended: a closing '//quote// &
+                                ' is missing in this line', error)
+            return
+        end if
+        scanner%position = end + 1
+        token%text = source%text(begin:end - 1)
+        length = 0
+        i = begin
+        do while (i < end)
+            length = length + 1
+            token%text(length:length) = source%text(i:i)
+            if (source%text(i:i) == quote) i = i + 1
+            i = i + 1
+        end do
+        token%text = token%text(:length)
     end subroutine scan_quoted
 
     !> A word, with the repeat count before it if there is one.

@@ -8,7 +8,10 @@ module gracecg_interface_c_estimation
         options_text, OF_SETUP, solution_t, estimate_offset, ESTIMATOR_NAMES, STATE_SIZE, moment_series_t, &
         new_moment_series, take_measured_moments
     use gracecg_base_kinds, only: i8
+    use gracecg_base_error, only: fail
     use gracecg_base_text, only: integer_text
+    use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
+    use gracecg_estimation_belief_words, only: say_contradiction, say_untested
     use gracecg_environment_time, only: time_tag
     use gracecg_files_file, only: file_exists
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
@@ -19,13 +22,14 @@ module gracecg_interface_c_estimation
     use gracecg_interface_c_dynamics, only: case_object_t
     implicit none
     private
-    public :: c_samples_t, c_solution_t, create_observations, observations_object_t
+    public :: c_samples_t, c_solution_t, c_beliefs_t, c_test_beliefs, create_observations, observations_object_t
     public :: c_simulator_open, c_simulator_free, c_simulator_truth
     public :: c_setup_read, c_setup_parse, c_setup_free, c_setup_text, c_setup_measured, setup_with_moments
     public :: c_observations_create, c_observations_read, c_observations_write, c_observations_simulate
     public :: c_observations_free, c_observations_setup, c_observations_counts
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
     public :: c_observations_orbit, c_options_text, c_options_replace, c_estimate
+    public :: give_solution, give_warnings, check_capacity
 
     integer, parameter :: MOST_PARAMETERS = 16      !! Beside the offset
     integer, parameter :: NAME_SIZE = 16            !! Bytes of a parameter's name with its closing zero
@@ -71,6 +75,16 @@ module gracecg_interface_c_estimation
         integer(c_int32_t) :: converged         !! 1 or 0
         integer(c_int32_t) :: warning_count     !! How many there are
     end type c_solution_t
+
+    !> gracecg_beliefs
+    type, bind(c) :: c_beliefs_t
+        real(c_double) :: undetected(3)         !! Effect of a wrong belief that no test sees, with `apart`, m
+        real(c_double) :: apart(3)              !! From the estimate of `optimal`, m
+        integer(c_int32_t) :: tested            !! How many
+        integer(c_int32_t) :: contradicted      !! How many of them
+        integer(c_int32_t) :: untested          !! How many could not be tested well enough
+        integer(c_int32_t) :: sign_known        !! Of the accelerometer: 1 or 0
+    end type c_beliefs_t
 
     type, extends(object_t) :: simulator_object_t
         type(simulator_t) :: simulator
@@ -193,9 +207,9 @@ contains
 
     !> Room for n elements.
     subroutine check_capacity(n, capacity, status, error)
-        integer, intent(in) :: n
-        integer(c_size_t), intent(in) :: capacity
-        integer(c_int), intent(inout) :: status
+        integer, intent(in) :: n    !! Elements that there are
+        integer(c_size_t), intent(in) :: capacity    !! Elements that the caller has room for
+        integer(c_int), intent(inout) :: status    !! A gracecg_status
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK .or. capacity >= n) return
@@ -907,6 +921,54 @@ contains
                        'guess_angular_velocity of its options', status, error)
     end function c_estimate
 
+    !> gracecg_test_beliefs
+    function c_test_beliefs(algorithm, handle, c_beliefs, text, size, error) result(status) &
+        bind(c, name='gracecg_test_beliefs')
+        character(kind=c_char), intent(in), optional :: algorithm(*)
+        integer(c_intptr_t), intent(in), value :: handle
+        type(c_beliefs_t), intent(inout), optional :: c_beliefs
+        character(kind=c_char), intent(inout), optional :: text(*)
+        integer(c_size_t), intent(in), value :: size
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        class(object_t), pointer :: object
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: name, contradicted_text, untested_text
+
+        call start(status, error)
+        call need(present(c_beliefs), 'beliefs', status, error)
+        call check_count(size, 'size', status, error)
+        if (size /= 0) call need(present(text), 'text', status, error)
+        call fortran_text(algorithm, LONGEST_NAME, 'algorithm', name, status, error)
+        if (status /= STATUS_OK) return
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (observations_object_t)
+            call estimate_offset(name, object%set, object%options, solution, failure)
+            if (.not. allocated(failure) .and. .not. allocated(solution%beliefs)) &
+                call fail(failure, 'what the setup says could not be tested')
+            call pass_on(failure, status, error)
+        class default
+            call refuse_handle(SET_NAME, status, error)
+        end select
+        call release(int(handle, i8), object)
+        if (status /= STATUS_OK) return
+        associate (report => solution%beliefs)
+            c_beliefs%undetected = report%undetected()
+            c_beliefs%apart = report%apart
+            c_beliefs%tested = report%how_many()
+            c_beliefs%contradicted = report%how_many(CONTRADICTED)
+            c_beliefs%untested = report%how_many(UNTESTED)
+            c_beliefs%sign_known = merge(1, 0, report%signs_known)
+            call say_contradiction(report, contradicted_text)
+            call say_untested(report, untested_text)
+        end associate
+        call give_lines(contradicted_text//new_line('a')//untested_text//new_line('a'), text, size)
+    end function c_test_beliefs
+
+    !> A solution as C has it.
     subroutine give_solution(solution, c_solution)
         type(solution_t), intent(in) :: solution
         type(c_solution_t), intent(inout) :: c_solution
@@ -951,8 +1013,8 @@ contains
     !> The warnings as lines, cut off where the buffer ends.
     subroutine give_warnings(solution, buffer, size_of_buffer)
         type(solution_t), intent(in) :: solution
-        character(kind=c_char), intent(inout), optional :: buffer(*)
-        integer(c_size_t), intent(in) :: size_of_buffer
+        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Of characters, ended by a null
+        integer(c_size_t), intent(in) :: size_of_buffer    !! Bytes of it
 
         character(:), allocatable :: text
         integer :: i
@@ -964,9 +1026,21 @@ contains
                 text = text//solution%warnings(i)%text//new_line('a')
             end do
         end if
+        call give_lines(text, buffer, size_of_buffer)
+    end subroutine give_warnings
+
+    !> A text, cut off where the buffer ends.
+    subroutine give_lines(text, buffer, size_of_buffer)
+        character(*), intent(in) :: text
+        character(kind=c_char), intent(inout), optional :: buffer(*)
+        integer(c_size_t), intent(in) :: size_of_buffer
+
+        integer :: i
+
+        if (size_of_buffer == 0) return
         do i = 1, min(len(text), int(size_of_buffer) - 1)
             buffer(i) = text(i:i)
         end do
         buffer(min(len(text), int(size_of_buffer) - 1) + 1) = c_null_char
-    end subroutine give_warnings
+    end subroutine give_lines
 end module gracecg_interface_c_estimation

@@ -1044,6 +1044,31 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcestm
 
+!> What the data say of the things that the setup states. On success msg holds contradictions, if any.
+subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: belief_arrays, c_handle, c_text, finish
+    implicit none
+    character(*), intent(in) :: algo    !! Name of the algorithm
+    integer, intent(in) :: iobs    !! Handle: observation set
+    real(dp), intent(inout) :: und(3)    !! What a wrong one could do unseen to the offset, body axes, m
+    real(dp), intent(inout) :: apart(3)
+    !! Part of it that is the difference from the estimate of optimal, m
+    integer, intent(inout) :: ntest    !! Tested, contradicted, not testable here
+    integer, intent(inout) :: ncon    !! Tested, contradicted, not testable here
+    integer, intent(inout) :: nunt    !! Tested, contradicted, not testable here
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = belief_arrays(c_text(algo), c_handle(iobs), und, apart, ntest, ncon, nunt, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcblf
+
 !> The offset from a folder of Level-1 files. On success msg says why the flag is not 0.
 subroutine gcl1es(dir, setup, sat, src, d, cov, gain, delay, iflag, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int

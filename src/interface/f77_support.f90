@@ -5,7 +5,8 @@ module gracecg_interface_f77_support
     use gracecg_base_kinds, only: dp
     use gracecg_interface_c_support, only: c_error_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
         STATUS_NOT_CONVERGED, free_object, start, raise
-    use gracecg_interface_c_estimation, only: c_solution_t, c_estimate, c_observations_counts, create_observations, &
+    use gracecg_interface_c_estimation, only: c_solution_t, c_beliefs_t, c_test_beliefs, &
+        c_estimate, c_observations_counts, create_observations, &
         setup_with_moments
     use gracecg_interface_c_level1_estimate, only: c_level1_offset_t, c_estimate_level1
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
@@ -13,7 +14,7 @@ module gracecg_interface_f77_support
     implicit none
     private
     public :: c_text, c_handle, finish, finish_handle
-    public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays, level1_arrays
+    public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays, belief_arrays, level1_arrays
     public :: bound_arrays, design_defaults_arrays, design_arrays, rod_arrays, map_arrays
 
 contains
@@ -159,6 +160,29 @@ contains
         niter = solution%iterations
         iconv = solution%converged
     end function estimate_arrays
+
+    !> What the data say of the operator's beliefs.
+    function belief_arrays(algo, iobs, und, apart, ntest, ncon, nunt, error) result(status)
+        character(*), intent(in) :: algo                !! As C wants it
+        integer(c_intptr_t), intent(in) :: iobs         !! Handle of an observation set
+        real(dp), intent(inout) :: und(3), apart(3)     !! Undetected effect, difference from `optimal`, m
+        integer, intent(inout) :: ntest, ncon, nunt     !! Tested, contradicted, not testable here
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        character(kind=c_char) :: text(MESSAGE_SIZE)
+        type(c_beliefs_t) :: beliefs
+
+        text(1) = c_null_char
+        status = c_test_beliefs(algo, iobs, beliefs, text, size(text, kind=c_size_t), error)
+        if (status /= STATUS_OK) return
+        error%message = text
+        und = beliefs%undetected
+        apart = beliefs%apart
+        ntest = beliefs%tested
+        ncon = beliefs%contradicted
+        nunt = beliefs%untested
+    end function belief_arrays
 
     !> The offset from Level-1 files; with STATUS_OK the message says why its flag is not 0.
     function level1_arrays(dir, setup, sat, src, d, cov, gain, delay, iflag, error) result(status)

@@ -50,6 +50,8 @@ module gracecg_observations_knowledge
         real(dp) :: sigma_torque = 1e-6_dp
         !! Of the change of the unmodelled torque from the beginning to the end of the arc, N m: a
         !! twentieth of the air's and the Sun's torque of some 2e-5 N m in Figures 5.6 and 5.7
+        logical :: signs_known = .false.
+        !! The sign of the accelerometer's axes together has been confirmed, by an earlier trim: no calibration tells it
     contains
         procedure :: aged_scale_sigmas  !! Those of the scale factors today
     end type a_priori_t
@@ -228,6 +230,8 @@ contains
                                  'of the elements of the inertia tensor, in its smallest moment')
         call settings%real_value('sigma_torque', a_priori%sigma_torque, 0.0_dp, 1.0_dp, &
                                  'N m, of the change of the unmodelled torque over the arc', unit='N m')
+        call settings%logical_value('signs_known', a_priori%signs_known, &
+                                    'a trim has confirmed the sign of the accelerometer''s axes')
         call settings%end_group()
     end subroutine describe_sigmas
 

@@ -17,7 +17,9 @@ module gracecg_planning_bound
     use gracecg_estimation_gather_information, only: gather_information
     use gracecg_estimation_run_information, only: run_information_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, &
-        information_matrix, estimated_parameters
+        information_matrix, asked_parameters, estimated_parameters
+    use gracecg_estimation_belief_report, only: belief_report_t
+    use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
@@ -26,7 +28,7 @@ module gracecg_planning_bound
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     implicit none
     private
-    public :: case_bound_t, bound_of_case, information_of_case, SOURCES, OPERATOR_PLACES
+    public :: case_bound_t, bound_of_case, information_of_case, reliability_of_case, SOURCES, OPERATOR_PLACES
 
     character(18), parameter :: SOURCES(5) = [character(18) :: 'scale factors', 'rod gain', &
                                               'magnetometer bias', 'inertia', 'unmodelled torque']
@@ -46,8 +48,8 @@ module gracecg_planning_bound
 
 contains
 
-    !> The bound for what `optimal` would estimate under the options. The density wave counts only
-    !> if the options give it.
+    !> The bound for what the options ask `optimal` by name to estimate; scale factors and magnetometer bias are
+    !> considered otherwise. The density wave counts only if the options give it.
     !>
     !> Fails when the case cannot be simulated, the rods are off, a noise level is not positive, or the
     !> offset is not determined.
@@ -84,11 +86,32 @@ contains
                                                            magnetometer_bias=.false.), simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call prepare_at_truth(simulator, observations, options, estimated_parameters(options%optimal), problem, error)
+        call prepare_at_truth(simulator, observations, options, asked_parameters(options%optimal), problem, error)
         if (.not. allocated(error)) &
             call gather_information(observations%knowledge, options, problem, information, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine information_of_case
+
+    !> How far what an operator believes could be wrong in a case without `optimal` seeing it, and what that would do
+    !> to the offset: minimal detectable values and effects. Fails as bound_of_case does.
+    subroutine reliability_of_case(case, options, report, error)
+        type(case_t), intent(in) :: case
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(out) :: report    !! Its scores and states mean nothing: there are no data
+        type(error_t), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(whitened_problem_t) :: problem
+
+        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                           magnetometer_bias=.false.), simulator, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call prepare_at_truth(simulator, observations, options, estimated_parameters(options%optimal), problem, error)
+        if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
+        call add_context(error, 'case '//trim(case%name))
+    end subroutine reliability_of_case
 
     !> The problem of some parameters at the true state. Fails when the rods are off, or an instrument has no noise.
     subroutine prepare_at_truth(simulator, observations, options, parameters, problem, error)
@@ -131,7 +154,7 @@ contains
         real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        estimated = estimated_parameters(options%optimal)
+        estimated = asked_parameters(options%optimal)
         call find_considered(estimated, considered, source)
         call prepare_at_truth(simulator, observations, options, [estimated, considered], problem, error)
         if (allocated(error)) return

@@ -43,7 +43,7 @@ module gracecg_planning_planner
         logical :: search = .true.          !! Else the case's own manoeuvre is judged, AT_TIME
         real(dp) :: target = 0
         !! Wanted of the worst axis, m: AT_TIME the shortest arc is taken that reaches it. 0: all of the duration
-        type(design_settings_t) :: settings !! Of the search
+        type(design_settings_t) :: settings = design_settings_t()    !! Of the search
     end type plan_request_t
 
     !> A plan, as far as it has come.

@@ -12,7 +12,7 @@ module gracecg_spacecraft_moment_series
     implicit none
     private
     public :: moment_series_t, new_moment_series, has_moments, series_moments, check_moments_cover, median_spacing
-    public :: FEWEST_MOMENTS
+    public :: FEWEST_MOMENTS, interchange_series
 
     integer, parameter :: FEWEST_MOMENTS = 5            !! Samples, for a slope
     real(dp), parameter :: LARGEST_MOMENT = 300         !! Ten times what a rod bears: beyond, it is another unit, A m^2
@@ -46,6 +46,16 @@ contains
             self%slope(:, i) = slope_at(time, moment, i)
         end do
     end subroutine new_moment_series
+
+    !> What was measured of two rods, each taken for the other.
+    pure subroutine interchange_series(self, first, second)
+        type(moment_series_t), intent(inout) :: self
+        integer, intent(in) :: first, second    !! Axes, 1 to 3
+
+        if (.not. has_moments(self)) return
+        self%moment([first, second], :) = self%moment([second, first], :)
+        self%slope([first, second], :) = self%slope([second, first], :)
+    end subroutine interchange_series
 
     subroutine check_samples(time, moment, error)
         real(dp), intent(in) :: time(:), moment(:, :)

@@ -5,11 +5,12 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, median_spacing
+    use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, median_spacing, &
+        interchange_series
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
-    public :: dipole_moment, rod_moments, take_measured_moments
+    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods
     public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
@@ -307,6 +308,19 @@ contains
         rods%gain = 1
         rods%delay = 0
     end subroutine take_measured_moments
+
+    !> Gives what one rod does to another, and the other way round: commands and measured moments.
+    pure subroutine interchange_rods(rods, first, second)
+        type(torque_rods_t), intent(inout) :: rods
+        integer, intent(in) :: first, second    !! Axes, 1 to 3
+
+        where (rods%activations%axis == first)
+            rods%activations%axis = second
+        elsewhere (rods%activations%axis == second)
+            rods%activations%axis = first
+        end where
+        call interchange_series(rods%measured, first, second)
+    end subroutine interchange_rods
 
     !> The unit vector along a rod, body axes: its axis turned by the misalignment.
     pure function rod_direction(self, axis) result(direction)

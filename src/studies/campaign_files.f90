@@ -43,6 +43,8 @@ module gracecg_studies_campaign_files
     !! How they begin
     character(8), parameter :: VERSIONS(2) = [character(8) :: '0.1.0', VERSION]     !! Whose files are read
     integer, parameter :: COMMENT_LENGTH = 200
+    real(dp), parameter :: LARGEST_OFFSET = 1e9_dp
+    !! Of a run, mm: beyond what an estimate that diverged leaves, and far from where its statistics would overflow
     character(1), parameter :: LF = new_line('a')
 
     !> The runs of a campaign while they are made, kept one by one.
@@ -561,8 +563,9 @@ contains
             return
         end if
         call read_three(fields(4:6), offset, ok)
+        if (ok) ok = all(abs(offset) <= LARGEST_OFFSET)
         if (.not. ok) then
-            call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers', error)
+            call file%fail_at(row, 'columns dx_mm, dy_mm, dz_mm must be finite numbers from -1e9 to 1e9 mm', error)
             return
         end if
         call parse_logical(fields(7)%text, converged, ok)

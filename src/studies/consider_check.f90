@@ -41,10 +41,13 @@ contains
 
         type(case_t) :: alone
         type(case_bound_t) :: bound
+        type(estimation_options_t) :: own
         type(simulator_t) :: simulator
         real(dp), allocatable :: sigma(:)
         integer :: origin, place
 
+        own = options
+        own%optimal%estimate_within_limits = .false.    ! but considered
         alone = case
         call source_sigma(case%operator, source, sigma, origin)
         alone%operator%sigma = 0
@@ -54,7 +57,7 @@ contains
             call new_switched_simulator(alone, error_switches_t(curved_force=.false., scale_factors=.false., &
                                                                 magnetometer_bias=.false.), simulator, error)
         if (.not. allocated(error)) &
-            call study_knowledge(simulator, 'optimal', options, source, seed, runs, threads, &
+            call study_knowledge(simulator, 'optimal', own, source, seed, runs, threads, &
                                  check%knowledge_study_t, error, progress)
         call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return

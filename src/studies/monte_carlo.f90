@@ -267,6 +267,7 @@ contains
         call observe_without_noise(simulator, wave, observations)
         own = options
         own%covariance = covariance
+        own%test_beliefs = .false.              ! without noise they would be contradicted
         own%optimal%noise = NOISE_GIVEN         ! there is none to estimate
         call estimate_offset(algorithm, observations, own, solution, error)
     end subroutine estimate_without_noise

@@ -23,7 +23,7 @@ module gracecg_studies_window_sensitivity
         real(dp) :: amplitude = 1, frequency = 1    !! Factors of those of the rods
         real(dp) :: first_rod = 1, second_rod = 1   !! Factors of the moment of one rod; -1: reversed; 0: off
         real(dp) :: offset(3) = 1                   !! Factors of the components of d
-        type(window_counts_t) :: counts             !! Of front-1 and back-1 together
+        type(window_counts_t) :: counts = window_counts_t()     !! Of front-1 and back-1 together
     end type variation_t
 
     !> The variations as pieces of work.

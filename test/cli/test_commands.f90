@@ -512,7 +512,7 @@ contains
                    text%line(1))
         if (allocated(error)) return
         fields = split(text%line(2), ',')
-        call check(error, size(fields) == 42 .and. size(split(text%line(1), ',')) == 42 .and. &
+        call check(error, size(fields) == 46 .and. size(split(text%line(1), ',')) == 46 .and. &
                    fields(1)%text == 'assest-fde' .and. fields(9)%text == 'true' .and. fields(40)%text == '', text%line(2))
         do axis = 1, 3
             if (allocated(error)) return

@@ -101,7 +101,7 @@ contains
 
         call make_file(error, 'plot.svg', 'old')
         if (allocated(error)) return
-        call set_path('/nonexistent', old_path)
+        call set_path(FOLDER//'no-such-folder', old_path)
         found = gnuplot_found()
         call draw_figure(FOLDER, 'plot', script_head('plot', 'A test', 600, 300)//'plot x'//LF, svg, reason, failure)
         call set_path(old_path, ignored)

@@ -143,7 +143,7 @@ contains
         path = FOLDER//'report/'
         call remove_file(path//'index.html')
         call get_environment_variable('PATH', old_path)
-        ignored = c_setenv('PATH'//c_null_char, '/nonexistent'//c_null_char, 1_c_int)
+        ignored = c_setenv('PATH'//c_null_char, FOLDER//'no-such-folder'//c_null_char, 1_c_int)
         call run('report --out '//FOLDER//'report --runs 15', status, output, messages)
         ignored = c_setenv('PATH'//c_null_char, trim(old_path)//c_null_char, 1_c_int)
         call check(error, status, STATUS_DONE, messages)

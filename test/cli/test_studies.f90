@@ -114,7 +114,7 @@ contains
         type(simulator_t) :: curved, straight
         type(pmc_acceleration_t) :: a
         real(dp) :: before(3, 0:600), after(3, 0:600), difference(3, 0:600)
-        integer :: k
+        integer :: k, i
 
         call prepare(error, 'front-1', 'all-noise', curved)
         if (.not. allocated(error)) call prepare(error, 'front-1', 'linear-ng', straight)
@@ -132,7 +132,7 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(sum(difference, 2))) < 1e-9_dp*sum(abs(difference)), 'mean')
         if (allocated(error)) return
-        call check(error, maxval(abs([(sum(difference(k, :)*[(real(k - 300, dp), k=0, 600)]), k=1, 3)])) < &
+        call check(error, maxval(abs([(sum(difference(k, :)*[(real(i - 300, dp), i=0, 600)]), k=1, 3)])) < &
                    1e-9_dp*300*sum(abs(difference)), 'slope')
     end subroutine test_straight_force
 
@@ -376,8 +376,8 @@ contains
     !> The example of every help works as printed.
     subroutine test_examples(error)
         type(error_type), allocatable, intent(out) :: error
-        character(*), parameter :: COMMANDS(4) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
-                                                  'trim']
+        character(*), parameter :: COMMANDS(5) = [character(17) :: 'merge', 'errors', 'magnetometer-loss', &
+                                                  'trim', 'reliability']
         type(text_file_t) :: help
         character(:), allocatable :: output, line
         integer :: i, k

@@ -17,7 +17,7 @@ module test_fit_diagnostics
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics
     use gracecg_estimation_verdict, only: verdict_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD, STEP_MEND, &
-        STEP_GIVE_NOISE, STEP_TRIM, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE
+        STEP_GIVE_NOISE, STEP_TRIM, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -390,9 +390,10 @@ contains
         if (.not. allocated(error)) call check(error, sum(pack([4, 2, 1], verdict%next_steps(1)%axes)), axes)
     end subroutine advises
 
-    subroutine judged(name, quiet, verdict, solution, error)
+    subroutine judged(name, quiet, tested, verdict, solution, error)
         character(*), intent(in) :: name
         logical, intent(in) :: quiet
+        logical, intent(in) :: tested       !! No belief is left untested: whatever it does is not too much
         type(verdict_t), intent(out) :: verdict
         type(solution_t), intent(out) :: solution
         type(error_type), allocatable, intent(out) :: error
@@ -400,27 +401,38 @@ contains
         type(observation_set_t) :: observations
         type(fit_record_t) :: record
         type(fit_diagnostics_t) :: diagnostics
+        type(estimation_options_t) :: options
         type(error_t), allocatable :: failure
 
         call simulate(name, quiet, observations, error)
         if (allocated(error)) return
-        call estimate_offset('assest-fde', observations, estimation_options_t(), solution, failure, record=record)
+        observations%knowledge%a_priori%signs_known = tested
+        if (tested) options%wanted_accuracy = 1
+        call estimate_offset('assest-fde', observations, options, solution, failure, record=record)
         if (.not. allocated(failure)) call diagnose(observations%knowledge, solution, record, diagnostics, failure)
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) verdict = judge(observations%knowledge, solution, record, diagnostics)
     end subroutine judged
 
-    !> Case 3 without the density wave: all good, and trim by the estimate, sign and all.
+    !> Case 3 without the density wave: all good, and trim by the estimate, sign and all; but no trim while what a
+    !> wrong belief could do unseen is more than is wanted.
     subroutine test_good(error)
         type(error_type), allocatable, intent(out) :: error
         type(verdict_t) :: verdict
         type(solution_t) :: solution
 
-        call judged('front-3', .true., verdict, solution, error)
+        call judged('front-3', .true., .true., verdict, solution, error)
         if (allocated(error)) return
         call check(error, verdict%grade, GRADE_GOOD, verdict%summary)
         call says(error, verdict, 'Torque', 'times (sigma')
         call advises(error, verdict, [STEP_TRIM, STEP_RECALIBRATE], 7)
+        if (.not. allocated(error)) call judged('front-3', .true., .false., verdict, solution, error)
+        if (allocated(error)) return
+        call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
+        call says(error, verdict, 'Contradicted', 'nothing')
+        call says(error, verdict, 'Not testable here', 'sign of the accelerometer')
+        if (.not. allocated(error)) call check(error, all(verdict%next_steps%kind /= STEP_TRIM), 'a trim is advised')
+        if (.not. allocated(error)) call check(error, verdict%next_steps(1)%kind, STEP_TEST)
     end subroutine test_good
 
     !> Case 2 hardly shows x; the density wave is in the residuals of x.
@@ -429,7 +441,7 @@ contains
         type(verdict_t) :: verdict
         type(solution_t) :: solution
 
-        call judged('front-2', .false., verdict, solution, error)
+        call judged('front-2', .false., .true., verdict, solution, error)
         if (allocated(error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL, verdict%summary)
         call says(error, verdict, 'Accuracy', 'x is not determined')

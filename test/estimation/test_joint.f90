@@ -169,6 +169,7 @@ contains
             if (allocated(error)) return
             options%covariance = .false.
             options%information = .true.
+            options%optimal%estimate_within_limits = .false.    ! the parameters of the stacked batch alone
             options%optimal%estimate_scale_factors = .true.
             options%optimal%estimate_rod_gain = .true.
             options%optimal%estimate_magnetometer_bias = .true.
@@ -374,8 +375,7 @@ contains
         type(dated_offset_t), allocatable :: offsets(:)
         type(error_t), allocatable :: failure
         character(1), parameter :: LF = new_line('a')
-        character(*), parameter :: HEAD = '{"command": "level1 estimate", "epoch_gps_s": 631108818.5, '// &
-            '"offset_mm": [0.1, -0.2, 0.3], '
+        character(*), parameter :: HEAD = 'time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm'//LF
 
         call information_from_json('{"command": "bound"}', information, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'is no estimate', '--format json'])

@@ -89,6 +89,7 @@ contains
 
         if (present(options)) own = options
         own%covariance = .false.
+        own%optimal%estimate_within_limits = .false.
         if (present(with_checks)) own%covariance = with_checks
         call estimate_offset('optimal', observations, own, solution, failure)
         call check_passes(error, message_of(failure))
@@ -302,7 +303,7 @@ contains
         call estimate(observations, solution, error)
         if (allocated(error)) return
         n = size(solution%parameters)
-        call check(error, n, 6)         ! torque, sine and cosine, frequency
+        call check(error, n, 7)         ! torque, sine and cosine, frequency, parabola
         if (allocated(error)) return
         call check(error, norm2(solution%parameters(4:5)%value), AMPLITUDE, thr=0.1_dp*AMPLITUDE)
         if (allocated(error)) return

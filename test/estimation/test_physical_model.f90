@@ -10,7 +10,7 @@ module test_physical_model
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: PARAMETERS, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, &
+    use gracecg_estimation_parameters, only: ESTIMABLE, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, &
         OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, &
         WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
@@ -25,13 +25,14 @@ module test_physical_model
 
     real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
     !> What a change of a parameter to measure its effect may be
-    real(dp), parameter :: SIZES(PARAMETERS) = [spread(1e-4_dp, 1, 3), spread(1e-6_dp, 1, 3), &
+    real(dp), parameter :: SIZES(ESTIMABLE) = [spread(1e-4_dp, 1, 3), spread(1e-6_dp, 1, 3), &
                                                 spread(1e-5_dp, 1, 3), spread(1e-3_dp, 1, 3), &
                                                 spread(1e-9_dp, 1, 3), spread(1e-6_dp, 1, 3), &
                                                 spread(1e-2_dp, 1, 3), 1e-2_dp, spread(1e-7_dp, 1, 3), &
                                                 spread(1e-8_dp, 1, 3), 1e-6_dp, &
                                                 spread(1e-2_dp, 1, 6), &
-                                                spread(1e-5_dp, 1, 3)]
+                                                spread(1e-5_dp, 1, 3), spread(1e-8_dp, 1, 12), &
+                                                spread(1e-3_dp, 1, 2), spread(1e-6_dp, 1, 2)]
 
 contains
 
@@ -78,7 +79,7 @@ contains
         call preprocess(observations, estimation_options_t(), data, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
+        call prepare_model(observations%knowledge, data, [(i, i=1, ESTIMABLE)], model)
         model%wave_frequency = 1/13.0_dp
     end subroutine prepare
 
@@ -111,22 +112,22 @@ contains
         type(model_trajectory_t) :: trajectory, other
         type(fitting_data_t) :: data
         real(dp), allocatable :: partials(:, :, :), predicted(:, :, :)
-        real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
-        real(dp) :: change(PARAMETERS)
+        real(dp) :: star_partials(ESTIMABLE, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
+        real(dp) :: change(ESTIMABLE)
         integer :: p, i, side, n
 
         call prepare(model, data, error, .true.)
         if (allocated(error)) return
         state = general_state()
         n = size(data%accelerometer_epoch)
-        allocate (partials(PARAMETERS, 3, n), predicted(3, n, 2))
+        allocate (partials(ESTIMABLE, 3, n), predicted(3, n, 2))
         call integrate_trajectory(model, state, trajectory)
         call predict_accelerations(model, state, trajectory, data%accelerometer_epoch, predicted(:, :, 1), partials)
         do i = 1, size(STAR_TIMES)
             call star_angles(model, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
                              angles(:, i, 1), star_partials(:, :, i))
         end do
-        do p = 1, PARAMETERS
+        do p = 1, ESTIMABLE
             do side = 1, 2
                 change = 0
                 change(p) = merge(SIZES(p), -SIZES(p), side == 1)

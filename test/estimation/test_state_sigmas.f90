@@ -51,6 +51,8 @@ contains
         if (.not. allocated(failure)) call new_switched_simulator(calibration%case, switches, simulator, failure)
         call check_passes(error, message_of(failure))
         options = calibration%options
+        options%optimal%estimate_within_limits = .false.        ! only noise is drawn
+        options%sequential%estimate_within_limits = .false.
     end subroutine simulate
 
     subroutine test_scatter(error)

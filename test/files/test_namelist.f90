@@ -1,7 +1,7 @@
 !> Namelist files: the syntax, the typed values, and a message for every mistake.
 module test_namelist
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, message_of
     use gracecg_files_file, only: remove_file
     use gracecg_files_namelist
@@ -49,6 +49,7 @@ contains
                     new_unittest('wrong-text', test_wrong_text), &
                     new_unittest('reject', test_reject), &
                     new_unittest('endless-files', test_endless), &
+                    new_unittest('long-lines', test_long_lines), &
                     new_unittest('unknown-key', test_unknown_key), &
                     new_unittest('unknown-group', test_unknown_group), &
                     new_unittest('files', test_files), &
@@ -317,6 +318,41 @@ contains
             end do
         end function many_keys
     end subroutine test_endless
+
+    !> Lines of 64 kB and of 10 MB: the time grows with the length and not with its square, which for a line 156 times as
+    !> long would be hours. Messages show the beginning of such a line.
+    subroutine test_long_lines(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: LENGTHS(2) = [64000, 10000000]
+        character(6), parameter :: LINES(5) = [character(6) :: '&a x=''', '&a x=1', '&a !', '&a', '&a x=']
+        character(4), parameter :: FILLING(5) = [character(4) :: '''''', ',', 'x', 'x', 'y=1,']
+        type(namelist_file_t) :: file
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: message
+        integer(i8) :: before, after, rate
+        integer :: i, k
+
+        do i = 1, size(LINES)
+            do k = 1, size(LENGTHS)
+                call system_clock(before, rate)
+                call file%parse(trim(LINES(i))//repeat(trim(FILLING(i)), LENGTHS(k)/len_trim(FILLING(i))), 'case.nml', &
+                                failure)
+                call system_clock(after)
+                message = message_of(failure)
+                call check(error, message /= '' .and. len(message) < 3000, 'a line '//trim(LINES(i))//trim(FILLING(i)))
+                if (.not. allocated(error)) &
+                    call check(error, after - before < 10*rate, 'a line '//trim(LINES(i))//trim(FILLING(i))//' takes too long')
+                if (allocated(error)) return
+            end do
+        end do
+        call file%parse('&a x='''//repeat('''''', 500000)//''' /', 'case.nml', failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call file%get('a', 'x', message, failure)
+        call check(error, len(message), 500000)
+        if (.not. allocated(error)) call check(error, verify(message, ''''), 0)
+    end subroutine test_long_lines
 
     subroutine test_missing(error)
         type(error_type), allocatable, intent(out) :: error

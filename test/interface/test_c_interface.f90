@@ -422,8 +422,8 @@ contains
         status = gracecg_surface_sunlight_load(surface, COM, 1367.0_dp, 1.0_dp, TO_SUN, force, torque, failure)
         load = solar_radiation_load(body, COM, 1367.0_dp, 1.0_dp, TO_SUN)
         call check_equal(error, [force, torque], [load%force, load%torque], 'load of sunlight')
-        status = gracecg_surface_create(6_c_size_t, [body%plates(:6)%normal(1), 0.0_dp], body%plates(:6)%area, &
-                                        [0.0_dp], [0.0_dp], [0.0_dp], same, failure)
+        status = gracecg_surface_create(6_c_size_t, 0*normals(body), body%plates(:6)%area, centres(body), &
+                                        body%plates(:6)%specular, body%plates(:6)%diffuse, same, failure)
         call check(error, status /= OK .and. same == 0, 'plates with normals that are none')
         if (allocated(error)) return
         status = gracecg_surface_create(6_c_size_t, normals(body), body%plates(:6)%area, centres(body), &

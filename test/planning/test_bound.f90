@@ -153,8 +153,10 @@ contains
         type(error_switches_t) :: switches
         type(prediction_t) :: report, optimal
         type(error_t), allocatable :: failure
+        type(estimation_options_t) :: trusting
         integer :: i
 
+        trusting%optimal%estimate_within_limits = .false.
         call switch_off(switches, 'systematic', failure)
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, failure)
@@ -163,7 +165,7 @@ contains
             if (.not. allocated(failure)) &
                 call predict_errors(simulator, 'ascfest', estimation_options_t(), report, failure)
             if (.not. allocated(failure)) &
-                call predict_errors(simulator, 'optimal', estimation_options_t(), optimal, failure)
+                call predict_errors(simulator, 'optimal', trusting, optimal, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return
             call check(error, all(report%noise > 0.9999_dp*bound%sigma), 'ascfest')
@@ -313,8 +315,10 @@ contains
         type(error_statistics_t) :: statistics
         type(error_t), allocatable :: failure
         real(dp) :: limits(2), total
+        type(estimation_options_t) :: trusting
         integer :: i, k
 
+        trusting%optimal%estimate_within_limits = .false.
         call switch_off(switches, 'systematic', failure)
         total = 0
         do i = 1, size(REPORT_CASE_NAMES)
@@ -322,7 +326,7 @@ contains
             if (.not. allocated(failure)) call bound_of_case(case, estimation_options_t(), bound, failure)
             if (.not. allocated(failure)) call new_switched_simulator(case, switches, simulator, failure)
             if (.not. allocated(failure)) &
-                call run_monte_carlo(simulator, 'optimal', estimation_options_t(), 21_i8, [(k, k=1, RUNS)], 2, &
+                call run_monte_carlo(simulator, 'optimal', trusting, 21_i8, [(k, k=1, RUNS)], 2, &
                                      results, failure)
             call check_passes(error, message_of(failure))
             if (allocated(error)) return

@@ -21,6 +21,7 @@ module test_design
     use gracecg_planning_moved_case, only: moved_case
     use gracecg_simulation_limits, only: attitude_motion_t
     use gracecg_planning_site
+    use gracecg_planning_leakage, only: leakage_pair_t, leakage_sigmas, find_pair
     use gracecg_planning_map
     use gracecg_planning_design
     use gracecg_planning_planner
@@ -49,6 +50,7 @@ contains
                     new_unittest('shortest-arc', test_shortest), &
                     new_unittest('best-place', test_place), &
                     new_unittest('threads', test_threads), &
+                    new_unittest('leakage-of-the-rods', test_leakage), &
                     new_unittest('moved-case', test_moved_case), &
                     new_unittest('plan', test_plan), &
                     new_unittest('plan-of-the-shortest-arc', test_shortest_plan), &
@@ -86,6 +88,43 @@ contains
         end do
         call new_torque_rods(rods, activations, failure)
     end function three_rods
+
+    !> Leakage that is estimated costs much at one place, and hardly anything with a second flight half a revolution away,
+    !> where the field is opposite. Without it the sigma is that of the manoeuvre, and two flights are more than one.
+    subroutine test_leakage(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(planned_arc_t) :: planned
+        type(nominal_orbit_t) :: orbit
+        type(manoeuvre_site_t) :: site
+        type(manoeuvre_quality_t) :: quality
+        type(leakage_pair_t) :: pair
+        type(error_t), allocatable :: failure
+        real(dp) :: without(3), with(3)
+
+        call report_case('front-1', case, failure)
+        if (.not. allocated(failure)) call new_planned_arc(case, planned, failure)
+        if (.not. allocated(failure)) call new_nominal_orbit(case, orbit, failure)
+        if (.not. allocated(failure)) call new_manoeuvre_site(planned, orbit, 0.0_dp, site, failure)
+        if (.not. allocated(failure)) &
+            call find_pair(planned, orbit, site, three_rods([5, 6, 7], SINE), pair, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), quality)
+        call check(error, maxval(abs(pair%without/quality%sigma - 1)) < 1e-6_dp, 'sigma without leakage')
+        if (allocated(error)) return
+        call leakage_sigmas(planned, site, three_rods([5, 6, 7], SINE), without, with)
+        call check(error, maxval(abs(with/pair%with - 1)) < 1e-12_dp, 'one flight')
+        if (allocated(error)) return
+        call check(error, all(pair%with > 2*pair%without), 'at one place leakage is not to be told from d')
+        if (allocated(error)) return
+        call check(error, pair%opposite < -0.5_dp, 'the field is opposite')
+        if (allocated(error)) return
+        call check(error, all(pair%pair_with < 1.3_dp*pair%pair_without), 'leakage for nothing')
+        if (allocated(error)) return
+        call check(error, all(pair%pair_without < pair%without), 'two flights')
+    end subroutine test_leakage
 
     !> Limits by an independent covariance analysis, one-sided noise, 60 s, 30 A m^2 a rod, in
     !> micrometres as printed: the report's manoeuvre; y sine and z cosine at 0.1 Hz; x, y, z at 5, 6

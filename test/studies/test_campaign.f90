@@ -346,6 +346,7 @@ contains
         call broken(ROW, 'front-3,assest-fde,6,1,2,3,1', [character(W) :: 'from 1 to 5'])
         call broken(ROW, 'front-3,assest-fde,1.5,1,2,3,1', [character(W) :: 'column run'])
         call broken(ROW, ROW//'1,nan,3,1', [character(W) :: 'finite numbers'])
+        call broken(ROW, ROW//'1,1e30,3,1', [character(W) :: 'from -1e9 to 1e9 mm'])
         call broken(ROW, ROW//'1,2,3,yes', [character(W) :: 'column converged'])
         call broken(ROW, 'front-3,assest-fde,3,1,2,3,1', [character(W) :: 'not in the order'])
 

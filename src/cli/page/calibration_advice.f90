@@ -6,7 +6,9 @@ module gracecg_cli_calibration_advice
     use gracecg_base_text, only: string_t, rounded_text
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_verdict, only: verdict_t, listed_axes, NOT_ZERO, &
-        STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE
+        STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
+    use gracecg_estimation_belief, only: BELIEFS, testing_manoeuvre
+    use gracecg_estimation_belief_report, only: UNTESTED
     implicit none
     private
     public :: advice_of
@@ -46,6 +48,8 @@ contains
                     advice(i)%text = 'Take the sigmas for a lower limit: the residuals hold more than the '// &
                         'instruments'' noise. `gracecg montecarlo` with a case of this satellite tells the error that '// &
                         'such forces cause.'
+                case (STEP_TEST)
+                    advice(i)%text = test_text(solution)
                 case (STEP_RECALIBRATE)
                     advice(i)%text = 'After the trim calibrate again: what is left should be within the sigmas and the '// &
                         'error of the mass balancing.'
@@ -53,6 +57,34 @@ contains
             end associate
         end do
     end function advice_of
+
+    !> Which manoeuvre would test what cannot be tested here, the belief with the largest effect first.
+    function test_text(solution) result(text)
+        type(solution_t), intent(in) :: solution
+        character(:), allocatable :: text
+
+        character(:), allocatable :: how
+        integer :: i, worst
+
+        text = 'Do not trim yet: what could not be tested may move the offset farther than is wanted.'
+        associate (report => solution%beliefs)
+            worst = 0
+            do i = 1, size(report%values)
+                if (report%values(i)%state /= UNTESTED) cycle
+                if (worst > 0) then
+                    if (maxval(abs(report%values(i)%effect)) <= maxval(abs(report%values(worst)%effect))) cycle
+                end if
+                worst = i
+            end do
+            if (worst > 0) then
+                call testing_manoeuvre(report%values(worst)%belief, how)
+                text = text//' The '//trim(BELIEFS(report%values(worst)%belief)%subject)//' would be tested by '//how//'.'
+            end if
+            if (.not. report%signs_known) text = text//' The sign of the accelerometer is tested by no manoeuvre: move the '// &
+                'masses by a small known part, calibrate again, see that the offset changed by it, and set `signs_known` in '// &
+                'group `&a_priori` of setup.nml.'
+        end associate
+    end function test_text
 
     function trim_text(chosen, mass, offset) result(text)
         logical, intent(in) :: chosen(3)

@@ -262,7 +262,7 @@ contains
     !> Writes the page of a trend.
     subroutine write_trend_page(path, satellite, points, trend, limit, console, error)
         character(*), intent(in) :: path            !! Of the page
-        character(1), intent(in) :: satellite
+        character(1), intent(in) :: satellite    !! A to D
         type(trend_point_t), intent(in) :: points(:)
         type(level1_trend_t), intent(in) :: trend
         real(dp), intent(in) :: limit               !! Of the offset, m

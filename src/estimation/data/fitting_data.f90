@@ -34,6 +34,7 @@ module gracecg_estimation_fitting_data
         real(dp) :: guess_quaternion(4) = 0             !! First guess at the epoch, inertial to body
         real(dp) :: guess_angular_velocity(3) = 0       !! The same of the angular velocity, rad/s
         real(dp), allocatable :: dipole(:, :)           !! m at 0, h/2 ... n h: (3, 2n + 1), A m^2
+        real(dp), allocatable :: field(:, :)            !! B at the same times: (3, 2n + 1), T
         real(dp), allocatable :: torque(:, :)
         !! m x B, and what is known of other torques, at the same times: (3, 2n + 1), N m
         real(dp), allocatable :: orbit_time(:)          !! s; empty: no orbit known
@@ -207,7 +208,7 @@ contains
         late = observations%knowledge%accelerometer_delay
         call complete_field(observations, data%stars, times, field, data%warnings, error)
         if (allocated(error)) return
-        allocate (data%dipole(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1))
+        allocate (data%dipole(3, 2*data%steps + 1), data%field(3, 2*data%steps + 1), data%torque(3, 2*data%steps + 1))
         do j = 0, 2*data%steps
             t = j*data%interval/2
             ! a delay moves the samples beyond the reach of an end: the field there stays
@@ -220,7 +221,8 @@ contains
                 return
             end if
             data%dipole(:, j + 1) = dipole_moment(observations%knowledge%rods, t)
-            data%torque(:, j + 1) = cross(data%dipole(:, j + 1), interpolated(field, source)) + &
+            data%field(:, j + 1) = interpolated(field, source)
+            data%torque(:, j + 1) = cross(data%dipole(:, j + 1), data%field(:, j + 1)) + &
                                     (j/(2.0_dp*data%steps) - 0.5_dp)*observations%knowledge%torque_change
         end do
     end subroutine take_torque

@@ -1,12 +1,15 @@
 !> The estimators by name: the choice.
 submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
+    use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: fail
-    use gracecg_base_text, only: join
+    use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_estimation_assest, only: estimate_assest
     use gracecg_estimation_combined, only: estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
+    use gracecg_estimation_explanation, only: explain
+    use gracecg_estimation_belief_words, only: say_contradiction
     implicit none
 
 contains
@@ -35,6 +38,50 @@ contains
         case default
             call fail(error, 'no algorithm "'//trim(algorithm)//'"; there are '// &
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
+            return
         end select
+        if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error)
     end subroutine estimate_offset
+
+    !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is
+    !> done at a fit of its own.
+    subroutine judge_beliefs(observations, options, solution, error)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(inout) :: error      !! Of the estimate; its cause is added
+
+        type(solution_t) :: tested
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: text
+        real(dp) :: factor
+
+        if (.not. allocated(solution%beliefs)) then
+            call estimate_optimal(observations, options, tested, failure)
+            if (.not. allocated(tested%beliefs)) then
+                if (allocated(failure) .and. .not. allocated(error)) &
+                    call append(solution%warnings, 'what the setup says could not be tested: '//failure%message)
+                return
+            end if
+            tested%beliefs%apart = abs(solution%offset - tested%offset)
+            solution%beliefs = tested%beliefs
+            solution%misfit = tested%misfit
+        end if
+        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
+            call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
+        call say_contradiction(solution%beliefs, text)
+        if (text == '') return
+        if (allocated(error)) then
+            error%message = error%message//'; '//text
+            return
+        end if
+        call append(solution%warnings, text)
+        factor = solution%beliefs%noise_factor()
+        if (factor > 1) then
+            solution%covariance = factor**2*solution%covariance
+            solution%state_covariance = factor**2*solution%state_covariance
+            call append(solution%warnings, 'the noise is up to '//rounded_text(factor, 3)//' times what the setup says: the '// &
+                        'sigmas of offset and state are taken as many times larger')
+        end if
+    end subroutine judge_beliefs
 end submodule gracecg_estimation_estimators_choice

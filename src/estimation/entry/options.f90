@@ -33,12 +33,16 @@ module gracecg_estimation_options
         real(dp) :: guess_offset(3) = 1e-5_dp       !! d*, body axes, m
         real(dp) :: largest_offset = 1e-2_dp
         !! Of each component, m: gracecg estimate refuses one that is beyond it by five sigmas
+        logical :: test_beliefs = .true.
+        !! Test what the setup says against the data, if the fit is checked at all
+        real(dp) :: wanted_accuracy = 5e-5_dp
+        !! Of each component, m: a wrong belief that could move one farther without being seen is said to be untested
         real(dp) :: accelerometer_weight(3) = [10.0_dp, 1.0_dp, 145.0_dp]
         !! Of its axes, in the report's estimators: CSR-TM-00-01 section 6.1
         real(dp) :: star_camera_weight = 1          !! Of every attitude component in ASSEST: ibid.
         real(dp) :: combined_star_camera_weight = 90    !! The same in ASCFEST and ASCREST: ibid.
-        type(optimal_options_t) :: optimal          !! Of the estimator `optimal`
-        type(sequential_options_t) :: sequential    !! Of the estimator `sequential`
+        type(optimal_options_t) :: optimal = optimal_options_t()              !! Of the estimator `optimal`
+        type(sequential_options_t) :: sequential = sequential_options_t()     !! Of the estimator `sequential`
     end type estimation_options_t
 
 contains
@@ -188,6 +192,9 @@ contains
                                   1e-3_dp, 'mm')
         call settings%real_value('largest_offset_mm', options%largest_offset, 1e-3_dp, 1e6_dp, &
                                  'mm, of a component: estimates beyond it are not plausible and refused', 1e-3_dp, 'mm')
+        call settings%logical_value('test_beliefs', options%test_beliefs, 'what the setup says, against the data')
+        call settings%real_value('wanted_accuracy_mm', options%wanted_accuracy, 1e-6_dp, 1e3_dp, &
+                                 'mm, of a component: beliefs that could move it farther unseen are untested', 1e-3_dp, 'mm')
         call settings%real_values('accelerometer_weight', options%accelerometer_weight, tiny(1.0_dp), &
                                   FULL_RANGE, 'of the axes')
         call settings%real_value('star_camera_weight', options%star_camera_weight, tiny(1.0_dp), FULL_RANGE, &

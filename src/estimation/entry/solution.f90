@@ -2,6 +2,7 @@
 module gracecg_estimation_solution
     use gracecg_base_kinds, only: dp
     use gracecg_base_text, only: string_t
+    use gracecg_estimation_belief_report, only: belief_report_t
     use gracecg_base_quaternion, only: rate_matrix
     use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_running_estimate, only: running_estimate_t
@@ -59,9 +60,14 @@ module gracecg_estimation_solution
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
         real(dp) :: variance_factor = 0
         !! Of `optimal` and `sequential`: weighted squares of the residuals over their redundancy; 1 if model and noise hold
+        real(dp) :: misfit = 0
+        !! Of `optimal`: weighted squares of the residuals, each sample left out counted with its limit; 0 where the
+        !! noise is estimated
         integer :: edited(2) = 0                !! Samples left out: accelerometer (by axis), star camera
         type(string_t), allocatable :: warnings(:)
         !! What was wrong with the observations and has been bridged, and what casts doubt on the fit
+        type(belief_report_t), allocatable :: beliefs
+        !! What the data say of the operator's beliefs; allocated where options%covariance asks for checks
         type(iteration_t), allocatable :: history(:)
         !! Every iteration, if the options ask for it
         type(run_information_t), allocatable :: information

@@ -8,12 +8,13 @@ module gracecg_estimation_verdict
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
-    use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
+    use gracecg_estimation_fit_checks, only: MISFITTING, MUCH_NOISE
+    use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
     implicit none
     private
     public :: verdict_t, finding_t, next_step_t, judge, listed_axes, WANTED_ACCURACY, NOT_ZERO
     public :: GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    public :: STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE
+    public :: STEP_MEND, STEP_GIVE_NOISE, STEP_TRIM, STEP_LEAVE, STEP_REPEAT, STEP_LOWER_LIMIT, STEP_RECALIBRATE, STEP_TEST
 
     integer, parameter :: GRADE_GOOD = 1        !! As it should be
     integer, parameter :: GRADE_DOUBTFUL = 2    !! Usable, with the remark in mind
@@ -26,6 +27,7 @@ module gracecg_estimation_verdict
     integer, parameter :: STEP_REPEAT = 5       !! Calibrate again with another manoeuvre for some axes
     integer, parameter :: STEP_LOWER_LIMIT = 6  !! Take the sigmas for a lower limit
     integer, parameter :: STEP_RECALIBRATE = 7  !! Calibrate again after the trim
+    integer, parameter :: STEP_TEST = 8         !! Test what matters and could not be tested, before any trim
 
     real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
     !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
@@ -77,6 +79,7 @@ contains
             call judge_residuals(axis, diagnostics, verdict)
         end do
         call judge_torque(record, verdict)
+        call judge_beliefs(solution, verdict)
         do i = 1, size(solution%warnings)
             call add(verdict, GRADE_DOUBTFUL, 'Warning', solution%warnings(i)%text)
         end do
@@ -212,7 +215,7 @@ contains
             call add(verdict, GRADE_DOUBTFUL, 'Torque', 'not compared with the rotation that the star camera saw')
             return
         end if
-        allowed = max(DOUBTFUL, SIGNIFICANT*record%torque_sigma)
+        allowed = NOT_ZERO*record%torque_sigma
         text = 'the satellite turned as by '//rounded_text(record%torque_factor, 3)//' times (sigma '// &
             rounded_text(record%torque_sigma, 2)//') the torque of rods and magnetic field'
         if (abs(record%torque_factor - 1) <= allowed) then
@@ -224,6 +227,34 @@ contains
         text = 'residuals of the star camera '//rounded_text(record%attitude_misfit, 3)//' times their noise'
         call add(verdict, merge(GRADE_GOOD, GRADE_DOUBTFUL, record%attitude_misfit <= MISFITTING), 'Attitude', text)
     end subroutine judge_torque
+
+    !> What the data say of the operator's beliefs: confirmed, contradicted, or not to be tested here.
+    subroutine judge_beliefs(solution, verdict)
+        type(solution_t), intent(in) :: solution
+        type(verdict_t), intent(inout) :: verdict
+
+        character(:), allocatable :: text, part
+
+        if (.not. allocated(solution%beliefs)) then
+            call add(verdict, GRADE_DOUBTFUL, 'What the setup says', 'not tested against the data')
+            return
+        end if
+        associate (report => solution%beliefs)
+            call say_counts(report, text)
+            call say_undetected(report, part)
+            text = text//'; undetected a single wrong one could move the offset in '//part
+            call say_contradiction(report, part)
+            if (part /= '') then
+                call add(verdict, GRADE_BAD, 'Contradicted', part)
+            else
+                call add(verdict, GRADE_GOOD, 'Contradicted', 'nothing that the setup says, at the level of one false '// &
+                         'alarm in a thousand calibrations')
+            end if
+            call add(verdict, merge(GRADE_DOUBTFUL, GRADE_GOOD, any(report%undetected() > report%wanted)), 'Beliefs', text)
+            call say_untested(report, part)
+            if (part /= '') call add(verdict, GRADE_DOUBTFUL, 'Not testable here', part)
+        end associate
+    end subroutine judge_beliefs
 
     !> The verdict in one sentence.
     subroutine sum_up(solution, diagnostics, verdict)
@@ -275,6 +306,14 @@ contains
         moved = determined .and. abs(solution%offset) > NOT_ZERO*diagnostics%sigma
         excess = any(diagnostics%residuals%noise_known .and. diagnostics%residuals%ratio > &
                      1 + BY_CHANCE*diagnostics%residuals%ratio_sigma)
+        if (allocated(solution%beliefs)) then
+            if (solution%beliefs%is_untested()) then        ! nothing is moved by what might be wrong unseen
+                call add_step(STEP_TEST, [.true., .true., .true.])
+                call add_step(STEP_REPEAT, .not. determined)
+                call add_step(STEP_LOWER_LIMIT, spread(excess, 1, 3))
+                return
+            end if
+        end if
         call add_step(STEP_TRIM, moved)
         call add_step(STEP_LEAVE, determined .and. .not. moved)
         call add_step(STEP_REPEAT, .not. determined)

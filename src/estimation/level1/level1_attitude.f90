@@ -24,7 +24,7 @@ module gracecg_estimation_level1_attitude
                                                         !! simulated set four60: with 20 s the polynomial did not follow
                                                         !! science mode and left residuals of 1e-6 rad about x
     real(dp), parameter :: EARLIEST = -0.6_dp, LATEST = 0.8_dp  !! Delays that are searched, s
-    real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it, s
+    real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it for the integrals, s
     real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s. Fitted to
                                                         !! the simulated set dirty: of three tried the one that gave
                                                         !! its true leakage by rates, K
@@ -35,6 +35,7 @@ module gracecg_estimation_level1_attitude
         real(dp), allocatable :: time(:)                !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! mA
         real(dp), allocatable :: charge(:, :)           !! Integral of held currents, mA s
+        logical :: sharp = .false.                      !! Held currents as they are, not averaged
     contains
         procedure :: at => drive_at                     !! Currents and their rates at a time
     end type level1_drive_t
@@ -100,7 +101,11 @@ contains
             call interpolate(self%time, self%current, time, current, rate)
             return
         end if
-        current = (charge_at(self, time + AVERAGING/2) - charge_at(self, time - AVERAGING/2))/AVERAGING
+        if (self%sharp) then
+            current = hold(self%time, self%current, time)
+        else
+            current = (charge_at(self, time + AVERAGING/2) - charge_at(self, time - AVERAGING/2))/AVERAGING
+        end if
         if (present(rate)) rate = (hold(self%time, self%current, time + RATE_WINDOW/2) - &
                                    hold(self%time, self%current, time - RATE_WINDOW/2))/RATE_WINDOW
     end subroutine drive_at

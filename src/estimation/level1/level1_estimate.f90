@@ -28,6 +28,8 @@ module gracecg_estimation_level1_estimate
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
     real(dp), parameter :: SAMPLE = 0.1_dp                  !! Interval of ACC1A, s
+    real(dp), parameter :: STEP = 0.005_dp                  !! Of the search for the delay of held currents, s
+    integer, parameter :: REACH = 10                        !! Of that search, steps: half a sample
     real(dp), parameter :: GOOD_SIGMA = 5*MICROMETRE        !! A source with a greater one is to be used with care
     real(dp), parameter :: POOR_SIGMA = 50*MICROMETRE       !! And with a greater one than this not at all
 
@@ -154,7 +156,7 @@ contains
     subroutine find_accelerometer_delay(calibration, setup, drive, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
-        type(level1_drive_t), intent(in) :: drive
+        type(level1_drive_t), intent(inout) :: drive    !! Steps of held currents are taken as sharp where they are
         type(level1_estimate_t), intent(inout) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
@@ -206,7 +208,8 @@ contains
         if (.not. estimate%steps) return
         estimate%accelerometer_delay_sigma = hypot(estimate%accelerometer_delay_sigma, SAMPLE/ &
                                                    sqrt(12.0_dp*count(calibration%spans%used)))
-        call refine_by_leakage(calibration, setup, drive, estimate, error)
+        call find_sharp_steps(calibration, setup, drive, estimate, error)
+        if (.not. allocated(error)) call refine_by_leakage(calibration, setup, drive, estimate, error)
 
     contains
 
@@ -220,6 +223,65 @@ contains
         end subroutine squares_at
     end subroutine find_accelerometer_delay
 
+    !> Whether the angular channels follow sharp steps of held currents better than averaged ones, and their delay then:
+    !> sharp steps are seen between two samples, wherever they are there.
+    subroutine find_sharp_steps(calibration, setup, drive, estimate, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(inout) :: drive
+        type(level1_estimate_t), intent(inout) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: squares(-REACH:REACH), averaged, delay, sigma
+        integer :: i
+        logical :: inside
+
+        averaged = estimate%angular%squares
+        drive%sharp = .true.
+        do i = -REACH, REACH
+            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay + i*STEP, .false.)
+            call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
+            if (allocated(error)) return
+            squares(i) = estimate%angular%squares
+        end do
+        call middle_of_best(squares, count(calibration%spans%used), delay, sigma, inside)
+        if (minval(squares) < averaged .and. inside) then
+            estimate%accelerometer_delay = estimate%accelerometer_delay + delay
+            estimate%accelerometer_delay_sigma = hypot(sigma, estimate%rods%delay_sigma)
+        else
+            drive%sharp = .false.
+        end if
+        call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
+        call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
+    end subroutine find_sharp_steps
+
+    !> The middle of the delays of a search that are as good as the best but for chance, and its sigma: samples of n spans
+    !> lie at n places between two of the accelerometer, and see a step or not.
+    pure subroutine middle_of_best(squares, spans, delay, sigma, inside)
+        real(dp), intent(in) :: squares(-REACH:)    !! Over their variance, at -REACH to REACH steps
+        integer, intent(in) :: spans
+        real(dp), intent(out) :: delay              !! From the middle of the search, s
+        real(dp), intent(out) :: sigma              !! s
+        logical, intent(out) :: inside              !! Of the search, not at its ends
+
+        real(dp), parameter :: BY_CHANCE = 4        ! Two sigma
+        integer :: low, high
+
+        low = minloc(squares, 1) - 1 - REACH
+        high = low
+        do while (low > -REACH)
+            if (squares(low - 1) > minval(squares) + BY_CHANCE) exit
+            low = low - 1
+        end do
+        do while (high < REACH)
+            if (squares(high + 1) > minval(squares) + BY_CHANCE) exit
+            high = high + 1
+        end do
+        delay = (low + high)*STEP/2
+        sigma = norm2([(high - low + 1)*STEP, SAMPLE/spans])/sqrt(12.0_dp)
+        inside = low > -REACH .and. high < REACH
+    end subroutine middle_of_best
+
     !> The delay of the accelerometer by its linear channels, where the steps of held currents leak as spikes: the delays
     !> with which d and leakage leave least, the middle of those that are as good but for chance. It replaces that by the
     !> angular channels where it is the better one.
@@ -230,31 +292,18 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: REACH = 0.05_dp, STEP = 0.005_dp     ! s: half a sample, and of the search
-        real(dp), parameter :: BY_CHANCE = 4                        ! Of the squares over their variance: two sigma
-        real(dp) :: squares(-nint(REACH/STEP):nint(REACH/STEP)), delay, sigma
-        integer :: i, low, high
+        real(dp) :: squares(-REACH:REACH), delay, sigma
+        integer :: i
+        logical :: inside
 
-        do i = lbound(squares, 1), ubound(squares, 1)
+        do i = -REACH, REACH
             call squares_at(estimate%accelerometer_delay + i*STEP, squares(i))
             if (allocated(error)) return
         end do
-        low = lbound(squares, 1) - 1 + minloc(squares, 1)
-        high = low
-        do while (low > lbound(squares, 1))
-            if (squares(low - 1) > minval(squares) + BY_CHANCE) exit
-            low = low - 1
-        end do
-        do while (high < ubound(squares, 1))
-            if (squares(high + 1) > minval(squares) + BY_CHANCE) exit
-            high = high + 1
-        end do
-        delay = estimate%accelerometer_delay + (low + high)*STEP/2
-        ! Samples of n spans lie at n places between two of the accelerometer, and see a spike or not.
-        sigma = norm2([(high - low + 1)*STEP, SAMPLE/count(calibration%spans%used)])/sqrt(12.0_dp)
+        call middle_of_best(squares, count(calibration%spans%used), delay, sigma, inside)
         sigma = hypot(sigma, estimate%rods%delay_sigma)
-        if (sigma < estimate%accelerometer_delay_sigma .and. low > lbound(squares, 1) .and. high < ubound(squares, 1)) then
-            estimate%accelerometer_delay = delay
+        if (sigma < estimate%accelerometer_delay_sigma .and. inside) then
+            estimate%accelerometer_delay = estimate%accelerometer_delay + delay
             estimate%accelerometer_delay_sigma = sigma
         end if
         call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)

@@ -28,8 +28,8 @@ contains
     !> The file of the first of some products that is there; empty: none.
     subroutine find_file(files, products, path)
         type(level1_folder_t), intent(in) :: files
-        character(5), intent(in) :: products(:)
-        character(:), allocatable, intent(out) :: path
+        character(5), intent(in) :: products(:)    !! Names of products, the preferred first
+        character(:), allocatable, intent(out) :: path    !! Of the first that is there; empty: none
 
         integer :: i
 
@@ -127,7 +127,7 @@ contains
         type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
         character(16) :: fields(14)
@@ -164,7 +164,7 @@ contains
         type(level1_setup_t), intent(in) :: setup
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
         character(10), parameter :: FIELDS(7) = [character(10) :: 'lin_accl_x', 'lin_accl_y', 'lin_accl_z', 'ang_accl_x', &
@@ -229,7 +229,7 @@ contains
         type(level1_setup_t), intent(in) :: setup
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_records_t) :: fixed, inertial
@@ -285,7 +285,7 @@ contains
         type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         real(dp), allocatable, intent(out) :: times(:), q(:, :)
         type(error_t), allocatable, intent(out) :: error
 
@@ -429,7 +429,7 @@ contains
         type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)
+        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: GYROS = 4

@@ -27,11 +27,11 @@ contains
     !> The spans, s from the epoch: given, of a file, of the SOE file in the folder, or of the currents.
     subroutine choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
         type(level1_folder_t), intent(in) :: paths
-        character(*), intent(in) :: spans_file
-        real(dp), intent(in) :: given_span(:, :)
+        character(*), intent(in) :: spans_file    !! A file of spans; empty: none
+        real(dp), intent(in) :: given_span(:, :)    !! (2, n): begin and end, s; of size 0: none
         type(level1_setup_t), intent(in) :: setup
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), allocatable, intent(out) :: spans(:, :)
+        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_event_t), allocatable :: events(:)

@@ -31,7 +31,7 @@ module gracecg_estimation_level1_trend
         real(dp), allocatable :: step(:, :), step_sigma(:, :)   !! (3, steps), m
         real(dp) :: chi_square(3) = 0    !! Of the residuals, by axis
         integer :: degrees = 0                      !! Of freedom, of each axis
-        real(dp) :: passes = -1                     !! When |d| exceeds 100 um, GPS s; -1: never in 50 years
+        real(dp) :: passes = -1                     !! When a component of d exceeds 100 um, GPS s; -1: never in 50 years
     contains
         procedure :: at => trend_at                 !! d at a time
     end type level1_trend_t
@@ -43,7 +43,7 @@ contains
     subroutine fit_trend(points, step_times, limit, trend, error)
         type(trend_point_t), intent(in) :: points(:)    !! In order of time
         real(dp), intent(in) :: step_times(:)           !! Of changes of the trim, GPS s, in order
-        real(dp), intent(in) :: limit                   !! Of |d|, m
+        real(dp), intent(in) :: limit                   !! Of each component of d, m
         type(level1_trend_t), intent(out) :: trend
         type(error_t), allocatable, intent(out) :: error
 
@@ -93,7 +93,7 @@ contains
         call find_passage(points(n)%time, limit, trend)
     end subroutine fit_trend
 
-    !> When |d| exceeds a limit, from a time on, to a day.
+    !> When a component of d exceeds a limit, from a time on, to a day.
     subroutine find_passage(from, limit, trend)
         real(dp), intent(in) :: from, limit
         type(level1_trend_t), intent(inout) :: trend
@@ -104,7 +104,7 @@ contains
 
         do day = 0, nint(YEARS*JULIAN_YEAR/SECONDS_PER_DAY)
             time = from + day*SECONDS_PER_DAY
-            if (norm2(trend%at(time)) > limit) then
+            if (any(abs(trend%at(time)) > limit)) then
                 trend%passes = time
                 return
             end if

@@ -19,6 +19,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -53,6 +54,9 @@ module gracecg_estimation_physical_model
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
+        real(dp), allocatable :: shape(:, :, :)
+        !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SWAPS, (3, 0:2n, parameter); of size 0 unless some of
+        !! them are asked for
         integer, allocatable :: estimated(:)            !! Parameters whose partials are computed
         integer, allocatable :: rotational(:)           !! Those of them that act on the rotation
         integer, allocatable :: place(:)
@@ -112,7 +116,97 @@ contains
         model%estimated = estimated
         model%rotational = pack(estimated, is_rotational(estimated))
         model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
+        if (any(is_tested_only(model%rotational))) then
+            call take_torque_shapes(knowledge, data, model)
+        else
+            allocate (model%shape(3, 0:2*n, 0))
+        end if
     end subroutine prepare_model
+
+    !> What rods and magnetic field that are not as believed would do to the torque m x B.
+    subroutine take_torque_shapes(knowledge, data, model)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(fitting_data_t), intent(in) :: data
+        type(physical_model_t), intent(inout) :: model
+
+        real(dp), parameter :: TURN_STEP = 1e-6_dp, FREQUENCY_STEP = 1e-7_dp    ! rad, Hz
+        real(dp), parameter :: UNIT_MATRIX(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+        type(torque_rods_t) :: rods, up, down
+        real(dp) :: delay_step
+        integer :: i
+
+        ! the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
+        ! Runge-Kutta steps are those of a step wherever they lie
+        delay_step = model%interval/2
+        allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SWAPS(3)), source=0.0_dp)
+        rods = knowledge%rods
+        rods%delay = rods%delay + knowledge%accelerometer_delay
+        do i = 1, 3
+            up = rods
+            down = rods
+            up%gain(i) = rods%gain(i) + 0.5_dp
+            down%gain(i) = rods%gain(i) - 0.5_dp
+            call difference(1.0_dp, ROD_GAINS(i))
+            up = rods
+            down = rods
+            up%delay(i) = rods%delay(i) + delay_step
+            down%delay(i) = rods%delay(i) - delay_step
+            call difference(2*delay_step, ROD_DELAYS(i))
+            up = rods
+            down = rods
+            where (rods%activations%axis == i)
+                up%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
+                down%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
+            end where
+            call difference(2*FREQUENCY_STEP, ROD_FREQUENCIES(i))
+            up = rods
+            call interchange_rods(up, i, modulo(i, 3) + 1)
+            down = rods
+            call difference(1.0_dp, ROD_SWAPS(i))
+        end do
+        do i = 1, size(ROD_TURNS)
+            up = rods
+            down = rods
+            up%misalignment(i) = rods%misalignment(i) + TURN_STEP
+            down%misalignment(i) = rods%misalignment(i) - TURN_STEP
+            call difference(2*TURN_STEP, ROD_TURNS(i))
+        end do
+        associate (n => 2*model%steps, b => data%field)
+            do i = 0, n
+                model%shape(:, i, FIELD_TURN(1)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 1), b(:, i + 1)))
+                model%shape(:, i, FIELD_TURN(2)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 2), b(:, i + 1)))
+                model%shape(:, i, FIELD_TURN(3)) = cross(model%dipole(:, i), cross(UNIT_MATRIX(:, 3), b(:, i + 1)))
+                model%shape(:, i, FIELD_SCALES(1)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 1)*b(1, i + 1))
+                model%shape(:, i, FIELD_SCALES(2)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 2)*b(2, i + 1))
+                model%shape(:, i, FIELD_SCALES(3)) = cross(model%dipole(:, i), -UNIT_MATRIX(:, 3)*b(3, i + 1))
+                model%shape(:, i, FIELD_SHEARS(1)) = cross(model%dipole(:, i), [-b(2, i + 1), -b(1, i + 1), 0.0_dp])
+                model%shape(:, i, FIELD_SHEARS(2)) = cross(model%dipole(:, i), [0.0_dp, -b(3, i + 1), -b(2, i + 1)])
+                model%shape(:, i, FIELD_SHEARS(3)) = cross(model%dipole(:, i), [-b(3, i + 1), 0.0_dp, -b(1, i + 1)])
+                model%shape(:, i, FIELD_SWAPS(1)) = cross(model%dipole(:, i), b([2, 1, 3], i + 1) - b(:, i + 1))
+                model%shape(:, i, FIELD_SWAPS(2)) = cross(model%dipole(:, i), b([1, 3, 2], i + 1) - b(:, i + 1))
+                model%shape(:, i, FIELD_SWAPS(3)) = cross(model%dipole(:, i), b([3, 2, 1], i + 1) - b(:, i + 1))
+                ! samples that are tagged late show the field of an earlier time: the field at t stands at t + delay
+                model%shape(:, i, FIELD_DELAY) = cross(model%dipole(:, i), (b(:, min(n, i + 1) + 1) - b(:, max(0, i - 1) + 1))/ &
+                                                       ((min(n, i + 1) - max(0, i - 1))*model%interval/2))
+            end do
+        end associate
+
+    contains
+
+        !> The torque of the rods `up` less that of `down`, by the step between them.
+        subroutine difference(step, parameter)
+            real(dp), intent(in) :: step
+            integer, intent(in) :: parameter
+
+            real(dp) :: t
+            integer :: j
+
+            do j = 0, 2*model%steps
+                t = j*model%interval/2
+                model%shape(:, j, parameter) = cross((dipole_moment(up, t) - dipole_moment(down, t))/step, data%field(:, j + 1))
+            end do
+        end subroutine difference
+    end subroutine take_torque_shapes
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.
     subroutine take_gravity(data, model)
@@ -387,6 +481,12 @@ contains
                     cross(omega, matmul(dj, omega))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
                 f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
+            case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SWAPS(3))
+                f = model%shape(:, half, parameter)
+            case (ALL_RODS_DELAY)
+                f = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
+            case (ALL_RODS_FREQUENCY)
+                f = sum(model%shape(:, half, ROD_FREQUENCIES(1):ROD_FREQUENCIES(3)), 2)
             end select
         end function generalised_torque
     end subroutine derivatives
@@ -409,12 +509,13 @@ contains
         real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), t
-        logical :: drag_changes
-        integer :: i, k
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), t
+        logical :: drag_changes, side_forces
+        integer :: i, k, axis
 
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
+        side_forces = any(model%estimated == SIDE_FORCE(1))
         changes = 0
         drag = 0
         do i = 1, size(epoch)
@@ -424,8 +525,18 @@ contains
             if (drag_changes) then
                 changes = drag_partials(model, state, trajectory, k)
                 drag = matmul(changes(:, :3), state%value([DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE]))
+                along = airflow_at(model, trajectory%q(:, k), k)
+                drag(2:) = drag(2:) + state%value(AIRFLOW_TURN)*dot_product(along, drag)
             end if
             unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
+            bends = bends_at(model, k)
+            if (side_forces) then
+                along = airflow_at(model, trajectory%q(:, k), k)
+                unscaled(1) = unscaled(1) + dot_product(along(2:), state%value(SIDE_FORCE))
+            end if
+            do axis = 1, 3
+                unscaled(axis) = unscaled(axis) + sum(bends*state%value(FORCE_BENDS), mask=BEND_AXIS == axis)
+            end do
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
@@ -475,6 +586,26 @@ contains
         partials(:, 4) = along*TWO_PI*t*(state%value(WAVE_SINE)*cos(angle) - state%value(WAVE_COSINE)*sin(angle))
     end function drag_partials
 
+    !> The polynomials of FORCE_BENDS at k h.
+    pure function bends_at(model, k) result(values)
+        type(physical_model_t), intent(in) :: model
+        integer, intent(in) :: k
+        real(dp) :: values(size(FORCE_BENDS))
+
+        real(dp) :: x, polynomial(0:6)
+        integer :: n
+
+        x = 2*real(k, dp)/model%steps - 1
+        polynomial(0) = 1
+        polynomial(1) = x
+        do n = 1, 5         ! Bonnet's recursion
+            polynomial(n + 1) = ((2*n + 1)*x*polynomial(n) - n*polynomial(n - 1))/(n + 1)
+        end do
+        do n = 1, size(values)
+            values(n) = polynomial(BEND_DEGREE(n))
+        end do
+    end function bends_at
+
     !> The direction of the airflow at k h.
     pure function airflow_at(model, q, k) result(along)
         type(physical_model_t), intent(in) :: model
@@ -498,10 +629,12 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3)
-        integer :: i, axis
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
+        integer :: i, axis, other
 
-        associate (d => state%value(OFFSET), t => k*model%interval)
+        ! Not by associate: a vector subscript as its selector stops flang 22
+        d = state%value(OFFSET)
+        associate (t => k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
             by_angles = 0
             if (model%rate_squared(2*k) > 0) then
@@ -513,6 +646,7 @@ contains
             end if
             if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
             partials = 0
+            if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
@@ -533,11 +667,60 @@ contains
                         partials(i, axis) = unscaled(axis)
                     case (DRAG_CURVATURE:WAVE_FREQUENCY)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
+                    case (FORCE_BENDS(1):FORCE_BENDS(12))
+                        bends = bends_at(model, k)
+                        axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
+                        partials(i, axis) = factor(axis)*bends(p - FORCE_BENDS(1) + 1)
+                    case (SIDE_FORCE(1):SIDE_FORCE(2))
+                        along = airflow_at(model, trajectory%q(:, k), k)
+                        partials(i, 1) = factor(1)*along(p - SIDE_FORCE(1) + 2)
+                    case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))
+                        axis = p - AIRFLOW_TURN(1) + 2
+                        partials(i, axis) = factor(axis)*dot_product(airflow_at(model, trajectory%q(:, k), k), drag)
+                    case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+                        axis = p - ACCELEROMETER_DELAYS(1) + 1
+                        partials(i, axis) = -factor(axis)*slope(axis)
+                    case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
+                        partials(i, :) = factor*turned_about(p - ACCELEROMETER_TURN(1) + 1, unscaled)
+                    case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+                        axis = p - ACCELEROMETER_SWAPS(1) + 1
+                        other = modulo(axis, 3) + 1
+                        partials(i, axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
+                        partials(i, other) = -partials(i, axis)
                     end select
                 end associate
             end do
         end associate
     end subroutine acceleration_partials
+
+    !> The cross product of the unit vector along an axis with a vector.
+    pure function turned_about(axis, vector) result(change)
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: vector(3)
+        real(dp) :: change(3)
+
+        real(dp) :: along(3)
+
+        along = 0
+        along(axis) = 1
+        change = cross(along, vector)
+    end function turned_about
+
+    !> How fast the unscaled acceleration changes at k h, by a central difference (one-sided at the ends), m/s^3.
+    pure function acceleration_slope(model, state, trajectory, k) result(slope)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(model_trajectory_t), intent(in) :: trajectory
+        integer, intent(in) :: k
+        real(dp) :: slope(3)
+
+        integer :: before, after
+
+        before = max(0, k - 1)
+        after = min(model%steps, k + 1)
+        slope = matmul(acceleration_matrix(model, trajectory, after) - acceleration_matrix(model, trajectory, before), &
+                       state%value(OFFSET))/((after - before)*model%interval) + state%value(DRIFT)
+    end function acceleration_slope
 
     !> Angles, about the axes of the head that took it, from the computed attitude to a star-camera
     !> sample, and the partials of the computed attitude. The sample's epoch may lie between the steps:
@@ -562,8 +745,16 @@ contains
             if (.not. present(partials)) return
             partials = 0
             do i = 1, size(model%estimated)
-                associate (r => model%place(i))
-                    if (r == 0) cycle
+                associate (p => model%estimated(i), r => model%place(i))
+                    if (r == 0) then
+                        select case (p)
+                        case (MOUNTING_1(1):MOUNTING_2(3))
+                            if ((p >= MOUNTING_2(1)) .eqv. (head == 2)) partials(i, :) = camera(:, mod(p - MOUNTING_1(1), 3) + 1)
+                        case (STAR_CAMERA_DELAY)
+                            partials(i, :) = -times(camera, omega + tau*trajectory%omega_dot(:, k))
+                        end select
+                        cycle
+                    end if
                     column = trajectory%angles(:, r, k)
                     column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
                              tau**2/2*trajectory%accelerations(:, r, k)

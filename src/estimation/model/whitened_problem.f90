@@ -18,7 +18,7 @@ module gracecg_estimation_whitened_problem
     implicit none
     private
     public :: whitened_problem_t, assumed_noise_t, prepare_calibration, set_noise, information_matrix
-    public :: estimated_parameters, with_parameters
+    public :: asked_parameters, estimated_parameters, with_parameters
 
     !> The noise that the observations are whitened with.
     type :: assumed_noise_t
@@ -53,8 +53,23 @@ module gracecg_estimation_whitened_problem
 
 contains
 
-    !> The parameters that the options ask for.
+    !> The parameters that `optimal` estimates: those that the options ask for, what is known only within limits, and
+    !> drag that is no straight line.
     pure function estimated_parameters(asked) result(estimated)
+        type(optimal_options_t), intent(in) :: asked
+        integer, allocatable :: estimated(:)
+
+        type(optimal_options_t) :: all
+
+        all = asked
+        all%estimate_scale_factors = asked%estimate_scale_factors .or. asked%estimate_within_limits
+        all%estimate_magnetometer_bias = asked%estimate_magnetometer_bias .or. asked%estimate_within_limits
+        estimated = asked_parameters(all)
+        if (asked%estimate_within_limits) estimated = [estimated, FORCE_SHAPES]
+    end function estimated_parameters
+
+    !> The parameters that the options ask for by name.
+    pure function asked_parameters(asked) result(estimated)
         type(optimal_options_t), intent(in) :: asked
         integer, allocatable :: estimated(:)
 
@@ -63,7 +78,7 @@ contains
         if (asked%estimate_rod_gain) estimated = [estimated, ROD_GAIN]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
-    end function estimated_parameters
+    end function asked_parameters
 
     !> Sets up the problem from preprocessed data, at the first guess. Call set_noise next.
     subroutine prepare_calibration(knowledge, options, data, estimated, problem)

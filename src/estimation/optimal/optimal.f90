@@ -20,6 +20,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
     use gracecg_estimation_fit_checks, only: refuse_stuck_axis, check_torque, judge_noise
+    use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
     use gracecg_estimation_gather_information, only: gather_information
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
@@ -31,8 +32,6 @@ module gracecg_estimation_optimal
 
     integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
     real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
-    real(dp), parameter :: WORTH_LEAVING = 0.95_dp
-    !! A wave is left in only if the squared error so expected is smaller than with it by more than this factor
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
     real(dp), parameter :: LIMIT = 6                !! Of editing, standard deviations; 2e-9 of Gaussian noise is beyond
@@ -90,6 +89,11 @@ contains
         if (present(record)) call record_fit(fit%problem, fit%batch, record)
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
+        if (.not. allocated(error) .and. .not. fit%noise_estimated) solution%misfit = misfit_of(fit)
+        if (.not. allocated(error) .and. options%covariance .and. options%test_beliefs) then
+            allocate (solution%beliefs)
+            call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
+        end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
         if (.not. allocated(error) .and. options%information) then
@@ -100,9 +104,8 @@ contains
         call add_context(error, 'optimal')
     end subroutine estimate_optimal
 
-    !> The fit with the parameters that the options ask for; if its residuals show a density wave, the best
-    !> of this fit and those that estimate the wave, without and with curved drag: a parabola would pull
-    !> the wave's frequency.
+    !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
+    !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency.
     subroutine fit_best(knowledge, options, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
@@ -111,36 +114,25 @@ contains
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        type(fit_t) :: candidates(3)
+        type(fit_t) :: wider
         type(density_wave_found_t) :: wave
         type(error_t), allocatable :: not_determined
-        integer :: best, last, i
 
-        candidates(1)%problem = start
-        call settle(knowledge, options, candidates(1), error)
+        fit%problem = start
+        call settle(knowledge, options, fit, error)
         if (allocated(error)) return
-        best = 1
-        last = 1
-        if (options%optimal%density_wave == WAVE_SEARCHED) &
-            wave = search_wave(candidates(1)%problem, candidates(1)%batch)
+        solution%iterations = fit%iterations
+        if (options%history) solution%history = fit%history
+        if (options%optimal%density_wave == WAVE_SEARCHED) wave = search_wave(fit%problem, fit%batch)
         if (wave%found) then
-            do i = 2, 3
-                call widen(knowledge, options, candidates(i - 1), wave, candidates(i))
-                call settle(knowledge, options, candidates(i), not_determined)
-                if (allocated(not_determined) .or. .not. candidates(i)%converged) exit
-                last = i
-            end do
-            best = best_fit(candidates(:last))
-            call report_wave(wave, best, last, solution%warnings)
+            call widen(knowledge, options, fit, wave, wider)
+            call settle(knowledge, options, wider, not_determined)
+            solution%iterations = solution%iterations + wider%iterations
+            if (options%history) solution%history = [solution%history, wider%history]
+            wave%found = .not. allocated(not_determined) .and. wider%converged
+            call report_wave(wave, wave%found, solution%warnings)
+            if (wave%found) fit = wider
         end if
-        if (options%history) then
-            allocate (solution%history(0))
-            do i = 1, last
-                solution%history = [solution%history, candidates(i)%history]
-            end do
-        end if
-        fit = candidates(best)
-        solution%iterations = sum(candidates(:last)%iterations)
         solution%converged = fit%converged
         if (fit%noise_estimated) &
             call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
@@ -209,7 +201,7 @@ contains
         call leave_out_worst(normalised, LIMIT, MEDIAN_OF_THREE, problem%star_kept, changed)
     end subroutine edit
 
-    !> The next fit to try: with the wave, then with curved drag beside it. To be settled.
+    !> The fit with a wave and curved drag beside the other parameters. To be settled.
     subroutine widen(knowledge, options, fit, wave, wider)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
@@ -217,64 +209,28 @@ contains
         type(density_wave_found_t), intent(in) :: wave
         type(fit_t), intent(out) :: wider
 
-        associate (estimated => fit%problem%model%estimated)
-            if (any(estimated == WAVE_SINE)) then
-                call with_parameters(knowledge, options, fit%problem, [estimated, DRAG_CURVATURE], wider%problem)
-            else
-                call with_parameters(knowledge, options, fit%problem, [estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY], &
-                                     wider%problem)
-                wider%problem%model%wave_frequency = wave%frequency
-                wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
-            end if
-        end associate
+        integer, allocatable :: wanted(:)
+
+        wanted = [fit%problem%model%estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY]
+        if (.not. any(wanted == DRAG_CURVATURE)) wanted = [wanted, DRAG_CURVATURE]
+        if (any(wanted == FORCE_BENDS(1))) wanted = [wanted, AIRFLOW_TURN]
+        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem)
+        wider%problem%model%wave_frequency = wave%frequency
+        wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen
 
-    !> The fit that promises the smallest error of the offset, of fits with more and more parameters.
-    !>
-    !> Parameters enlarge the covariance, from P to P + D of the last fit; those left out make a bias. The
-    !> difference of the two estimates has the bias as its mean and the covariance D (J. A. Hausman,
-    !> Econometrica 46 (1978) 1251-1271), so the square of its component less that of D is an unbiased
-    !> estimate of the squared bias, and expected squared errors can be compared (the focused criterion of
-    !> G. Claeskens, N. L. Hjort, J. Am. Stat. Assoc. 98 (2003) 900-916), each in units of the variance.
-    !> A wave that costs next to nothing is estimated, so that the residuals are free of it.
-    pure integer function best_fit(fits) result(best)
-        type(fit_t), intent(in) :: fits(:)
-
-        real(dp) :: expected(size(fits)), variance, growth, difference
-        integer :: i, axis, k
-
-        associate (widest => fits(size(fits)))
-            do i = 1, size(fits)
-                expected(i) = 0
-                do axis = 1, 3
-                    k = OFFSET(axis)            ! estimated begins with ALWAYS_ESTIMATED
-                    variance = fits(i)%batch%inverse(k, k)
-                    growth = widest%batch%inverse(k, k) - variance
-                    difference = widest%problem%state%value(k) - fits(i)%problem%state%value(k)
-                    expected(i) = expected(i) + (variance + difference**2 - growth)/widest%batch%inverse(k, k)
-                end do
-            end do
-        end associate
-        best = minloc(expected, 1)
-        if (best > 1 .or. size(fits) == 1) return
-        if (expected(1) > WORTH_LEAVING*minval(expected(2:))) best = 1 + minloc(expected(2:), 1)
-    end function best_fit
-
     !> Warns of a wave that was found.
-    subroutine report_wave(wave, best, last, warnings)
+    subroutine report_wave(wave, estimated, warnings)
         type(density_wave_found_t), intent(in) :: wave
-        integer, intent(in) :: best, last       !! Of the fits of fit_best: the one taken, the last that succeeded
+        logical, intent(in) :: estimated        !! The fit with it succeeded
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
-        character(48), parameter :: CONSEQUENCE(0:3) = [character(48) :: &
-            'it cannot be estimated and is left in', &
-            'it hardly moves the offset and is left in', &
-            'it is estimated, too', &
-            'it is estimated, too, and a parabola of the drag']
+        character(48), parameter :: CONSEQUENCE(2) = [character(48) :: &
+            'it is estimated, too, and a parabola of the drag', 'it cannot be estimated and is left in']
 
         call append(warnings, 'the residuals of the accelerometer show a wave of period '// &
                     number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
-                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(merge(0, best, last == 1))))
+                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(merge(1, 2, estimated))))
     end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.
@@ -340,7 +296,8 @@ contains
         integer :: i
 
         places = pack([(i, i=1, size(problem%model%estimated))], &
-                      [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY] == &
+                      [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
+                             pack(FORCE_BENDS, BEND_AXIS == axis)] == &
                             problem%model%estimated(i)), i=1, size(problem%model%estimated))])
     end function places_of
 
@@ -385,7 +342,8 @@ contains
                                                           sqrt(batch%inverse(i, i)), PARAMETER_UNITS(estimated(i))), &
                                     i=1, size(estimated))]
             solution%parameters = pack(solution%parameters, &
-                                       [(estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i)), &
+                                       [((estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i))) .and. &
+                                         all([FORCE_BENDS, SIDE_FORCE, AIRFLOW_TURN] /= estimated(i)), &
                                          i=1, size(estimated))])
         end associate
         solution%condition = batch%condition
@@ -402,6 +360,14 @@ contains
                      size(problem%model%estimated)
         solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
     end subroutine store
+
+    !> Weighted squares, a sample left out counted as if it lay at the limit.
+    pure real(dp) function misfit_of(fit) result(misfit)
+        type(fit_t), intent(in) :: fit
+
+        misfit = sum(fit%batch%residuals**2) + LIMIT**2*(count(.not. fit%problem%acceleration_kept) + &
+                                                         count(.not. fit%problem%star_kept))
+    end function misfit_of
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
     subroutine check_fit(knowledge, problem, solution, error, record)

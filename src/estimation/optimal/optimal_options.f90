@@ -17,9 +17,12 @@ module gracecg_estimation_optimal_options
         character(16) :: noise = NOISE_GIVEN
         !! Noise spectra and star-camera noise of the setup, or estimated from the data. A level that
         !! the setup gives as 0 is estimated in either case
-        logical :: estimate_scale_factors = .false.     !! Of the accelerometer
+        logical :: estimate_within_limits = .true.
+        !! Scale factors and magnetometer bias, which are known within their a-priori sigmas only: so that those of
+        !! the offset contain them. The bound considers them in any case
+        logical :: estimate_scale_factors = .false.     !! Of the accelerometer; by the bound, too
         logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
-        logical :: estimate_magnetometer_bias = .false. !! Of the flux density
+        logical :: estimate_magnetometer_bias = .false. !! Of the flux density; by the bound, too
         character(16) :: density_wave = WAVE_SEARCHED
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one
@@ -36,6 +39,8 @@ contains
         call settings%group('optimal', 'The estimator optimal')
         call settings%text_value('noise', optimal%noise, 'levels of the noise: of the setup, or from the data', &
                                  [character(8) :: NOISE_GIVEN, NOISE_ESTIMATED])
+        call settings%logical_value('estimate_within_limits', optimal%estimate_within_limits, &
+                                    'scale factors and magnetometer bias, within their a-priori sigmas')
         call settings%logical_value('estimate_scale_factors', optimal%estimate_scale_factors, &
                                     'of the accelerometer, too')
         call settings%logical_value('estimate_rod_gain', optimal%estimate_rod_gain, &

@@ -9,7 +9,7 @@ module gracecg_estimation_linearisation
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_parameters, only: ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS, &
-        DRAG_CURVATURE, PARAMETER_NAMES
+        FORCE_SHAPES, SCALE_FACTORS, FIELD_BIAS, PARAMETER_NAMES
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between, describe_model_state
     use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
@@ -21,7 +21,8 @@ module gracecg_estimation_linearisation
     public :: new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration
 
     !> The parameters of the physical model that are estimated, in their order among the constants
-    integer, parameter :: ESTIMATED(19) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, DRAG_CURVATURE, OFFSET]
+    integer, parameter :: ESTIMATED(39) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, SCALE_FACTORS, &
+                                           FIELD_BIAS, OFFSET]
     integer, parameter :: OFFSET_PLACES(3) = size(ESTIMATED) - [2, 1, 0]    !! Of the offset among them
 
     !> What the first fit is called in the history

@@ -18,7 +18,8 @@ module gracecg_estimation_sequential
     use gracecg_estimation_sequential_options, only: sequential_options_t, ADAPTIVE, STRAIGHT_LINE, &
         GIVEN_PROCESS => GIVEN
     use gracecg_estimation_fitting_data, only: preprocess
-    use gracecg_estimation_parameters, only: OFFSET, RATE, DRAG_CURVATURE, loose_sigmas
+    use gracecg_estimation_parameters, only: PARAMETERS, OFFSET, RATE, FORCE_SHAPES, loose_sigmas, &
+        a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, integrate_trajectory, airflow_at
     use gracecg_estimation_noise_whitening, only: whiten_by_process
     use gracecg_estimation_square_root_filter, only: constants_t
@@ -38,8 +39,10 @@ module gracecg_estimation_sequential
     private
     public :: estimate_sequential
 
-    real(dp), parameter :: NO_CURVATURE = 1e-15_dp
-    !! A-priori sigma of the curvature of a drag that is to be a straight line, m/s^2
+    real(dp), parameter :: NO_SHAPE = 1e-15_dp
+    !! A-priori sigma of the shapes of a drag that is to be a straight line, m/s^2 (of side forces m/s^2/rad)
+    real(dp), parameter :: NO_ERROR = 1e-6_dp
+    !! Part of their a-priori sigmas that scale factors and magnetometer bias may have where they are trusted
     integer, parameter :: MOST_ATTITUDE_ITERATIONS = 20, MOST_ITERATIONS = 10
     integer, parameter :: MOST_EDITING_ROUNDS = 5
     real(dp), parameter :: NEGLIGIBLE = 1e-3_dp
@@ -106,6 +109,9 @@ contains
         type(given_t), intent(out) :: given
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp) :: stated(PARAMETERS)
+        integer :: i
+
         call preprocess(observations, options, given%data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(given%data, error)
         if (.not. allocated(error)) call check_noise(observations%knowledge, error)
@@ -114,8 +120,14 @@ contains
         given%guess = initial_state(given%data, options)
         given%guess%value(OFFSET) = 0           ! so that the guess has no weight at all
         given%prior_sigma = loose_sigmas(ESTIMATED)
-        if (options%sequential%acceleration == STRAIGHT_LINE) &
-            where (ESTIMATED == DRAG_CURVATURE) given%prior_sigma = NO_CURVATURE
+        stated = a_priori_sigmas(observations%knowledge)
+        if (.not. options%sequential%estimate_within_limits) stated = NO_ERROR*stated
+        where (stated(ESTIMATED) > 0) given%prior_sigma = stated(ESTIMATED)
+        if (options%sequential%acceleration == STRAIGHT_LINE) then
+            do i = 1, size(FORCE_SHAPES)
+                where (ESTIMATED == FORCE_SHAPES(i)) given%prior_sigma = NO_SHAPE
+            end do
+        end if
         given%shared_sigma = options%sequential%shared_part
         given%star_sigma = observations%knowledge%star_camera_sigma
         call take_noise(observations%knowledge, options%sequential, given, error)
@@ -241,8 +253,8 @@ contains
     end function corrections_in_sigmas
 
     !> Corrects the nominal trajectory until nothing changes, then filters about it with what the smoother
-    !> needs. The disturbances of the axes are searched for in the first iteration, if they are to be found
-    !> from the data.
+    !> needs. The disturbances of the axes are searched for, if they are to be found from the data, once offset and
+    !> scale factors have left their first guess: their product is not linear.
     subroutine fit(given, options, nominal, problem, disturbances, filtered, iterations, converged, error)
         type(given_t), intent(in) :: given
         type(sequential_options_t), intent(in) :: options
@@ -254,6 +266,7 @@ contains
         logical, intent(out) :: converged
         type(error_t), allocatable, intent(out) :: error
 
+        integer, parameter :: SEARCHED = 3      ! iteration
         real(dp) :: y(N_CONSTANTS), remainder(N_CONSTANTS + 1, size(problem%epoch), 3), unused
         type(constants_t) :: constants
         integer :: axis
@@ -265,7 +278,7 @@ contains
                 call whiten_by_process(problem%process(axis), problem%epoch, problem%kept(:, axis), &
                                        problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
             end do
-            if (iterations == 1 .and. options%acceleration == ADAPTIVE) then
+            if (iterations == SEARCHED .and. options%acceleration == ADAPTIVE) then
                 associate (middle => given%model%steps/2)
                     call search_disturbances(options%likelihood_gain, given%white_sigma, &
                                              airflow_at(given%model, nominal%trajectory%q(:, middle), middle), &
@@ -276,7 +289,7 @@ contains
             end if
             call gather(problem, constants, remainder)
             y = constants%solution()
-            converged = corrections_in_sigmas(constants, y, size(ESTIMATED)) < NEGLIGIBLE
+            converged = corrections_in_sigmas(constants, y, size(ESTIMATED)) < NEGLIGIBLE .and. iterations >= SEARCHED
             if (converged) exit
             call move_nominal(given%model, y, nominal, error)
             if (allocated(error)) return

@@ -24,6 +24,8 @@ module gracecg_estimation_sequential_options
         !! Of the process found in one axis the others see a part, as drag acts along the airflow. Its
         !! standard deviation about that of the air that turns with the Earth: 0.013 for the eastward wind of
         !! HWM93 along polar orbits, 100 m/s RMS (data/wind_hwm93_1989-01-02.txt)
+        logical :: estimate_within_limits = .true.
+        !! Scale factors and magnetometer bias, which are known within their a-priori sigmas only
         real(dp) :: edit_sigma = 5                  !! A sample farther off is edited, standard deviations
     end type sequential_options_t
 
@@ -52,6 +54,8 @@ contains
         call settings%real_value('shared_part', sequential%shared_part, 1e-6_dp, 10.0_dp, &
                                  'sigma of the part of a process found in one axis that the others see, about that '// &
                                  'of an acceleration along the airflow')
+        call settings%logical_value('estimate_within_limits', sequential%estimate_within_limits, &
+                                    'scale factors and magnetometer bias, within their a-priori sigmas')
         call settings%real_value('edit_sigma', sequential%edit_sigma, 3.0_dp, 1e6_dp, &
                                  'samples farther off than so many standard deviations are edited')
         call settings%end_group()

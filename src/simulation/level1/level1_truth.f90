@@ -71,13 +71,13 @@ module gracecg_simulation_level1_truth
     type :: level1_orbit_t
         !! What no random number touches: orbit, forces and held attitude, second by second. Times are s from the
         !! beginning of the files
-        type(case_t) :: case
-        type(level1_settings_t) :: settings
+        type(case_t) :: case    !! That is flown
+        type(level1_settings_t) :: settings    !! What is flown and measured wrongly
         character(1) :: satellite = 'C'     !! A to D
         integer(i8) :: epoch = 0            !! The beginning of the files, GPS s past 2000-01-01 12:00
         integer :: duration = 0             !! Of the files, s
         character(:), allocatable :: remark !! What is to be known of the epoch
-        type(level1_span_settings_t), allocatable :: spans(:)
+        type(level1_span_settings_t), allocatable :: spans(:)    !! The sub-manoeuvres
         real(dp), allocatable :: position(:, :), velocity(:, :)     !! Inertial, m, m/s; (3, -LEAD:duration + LEAD)
         real(dp), allocatable :: field(:, :)                        !! IGRF-14, Earth-fixed, T
         real(dp), allocatable :: earth(:, :, :)                     !! Earth-fixed to inertial
@@ -101,7 +101,7 @@ module gracecg_simulation_level1_truth
 
     type :: level1_truth_t
         !! The flight of one run
-        type(level1_orbit_t) :: orbit
+        type(level1_orbit_t) :: orbit    !! Without random numbers
         real(dp) :: clock_offset = 0, clock_drift = 0   !! GPS less receiver time at the epoch, s; s/s
         real(dp) :: gain(3) = 0             !! kappa of the rods, A m^2/mA
         real(dp) :: offset(3) = 0           !! d, m

@@ -1,6 +1,5 @@
 !> QUEST against the exact eigenvector, and its covariance against its scatter.
 module test_quest
-    use, intrinsic :: iso_fortran_env, only: real128
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND
@@ -17,7 +16,8 @@ module test_quest
     private
     public :: collect_quest
 
-    integer, parameter :: qp = real128
+    integer, parameter :: QUADRUPLE = selected_real_kind(33), EXTENDED = selected_real_kind(18)
+    integer, parameter :: qp = max(dp, merge(QUADRUPLE, EXTENDED, QUADRUPLE > 0))    !! The longest kind of the compiler
     real(dp), parameter :: TOLERANCE = 1e-12_dp
     real(dp), parameter :: NOISE = 3*ARCSECOND
 
@@ -70,7 +70,7 @@ contains
         if (q(4) < 0) q = -q
     end function random_attitude
 
-    !> Davenport's eigenproblem in quadruple precision: Rayleigh quotient iteration on K summed from
+    !> Davenport's eigenproblem in the longest precision that the compiler has: Rayleigh quotient iteration on K summed from
     !> the stars, started from an approximate q.
     function exact_attitude(observed, reference, deviation, start) result(q)
         real(dp), intent(in) :: observed(:, :), reference(:, :), deviation(:), start(4)
@@ -97,7 +97,7 @@ contains
         do i = 1, 3
             x = x/sqrt(dot_product(x, x))
             ! A shift a little off the eigenvalue keeps the matrix regular.
-            shifted = k - (dot_product(x, matmul(k, x)) + 1e-25_qp)*real(identity(4), qp)
+            shifted = k - (dot_product(x, matmul(k, x)) + max(1e-25_qp, 10*epsilon(1.0_qp)))*real(identity(4), qp)
             x = solution(shifted, x)
         end do
         q = real(x/sqrt(dot_product(x, x)), dp)

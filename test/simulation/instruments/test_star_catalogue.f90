@@ -16,6 +16,10 @@ module test_star_catalogue
     real(dp), parameter :: FIELD(2) = [22*DEGREE, 16*DEGREE]
     character(*), parameter :: FIXTURES = 'test/fixtures/star_catalogue/'
 
+    !> Sine and cosine of glibc's vector library, which gfortran takes from version 16 on, are right to 4 units of the last
+    !> place, those of one number at a time to half a unit; a direction is a product of two
+    real(dp), parameter :: VECTORISED = 10*epsilon(1.0_dp)
+
 contains
 
     subroutine collect_star_catalogue(testsuite)
@@ -41,7 +45,7 @@ contains
         catalogue = builtin_star_catalogue()
         call check(error, size(catalogue%direction, 2), 4616)
         if (allocated(error)) return
-        call check(error, maxval(abs(norm2(catalogue%direction, 1) - 1)) < 4e-16_dp)
+        call check(error, maxval(abs(norm2(catalogue%direction, 1) - 1)) < VECTORISED)
         if (allocated(error)) return
         call check(error, minval(catalogue%magnitude) >= 1 .and. maxval(catalogue%magnitude) <= 6)
         if (allocated(error)) return
@@ -65,7 +69,7 @@ contains
         if (allocated(error)) return
         call check(error, size(source%magnitude), size(builtin%magnitude))
         if (allocated(error)) return
-        call check(error, all(builtin%direction == source%direction) .and. &
+        call check(error, all(abs(builtin%direction - source%direction) < VECTORISED) .and. &
                    all(builtin%magnitude == source%magnitude))
     end subroutine test_source
 

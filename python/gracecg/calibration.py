@@ -1,0 +1,850 @@
+"""Cases, simulation, observation sets, estimates, bound, planning, Monte Carlo."""
+from __future__ import annotations
+
+import concurrent.futures
+import os
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._library import (NOT_CONVERGED, Handle, call, components, exactly, ffi, lib, numbers, pointer, text_from,
+                       text_of)
+from .models import Utc
+
+Array = NDArray[np.float64]
+Options = "str | Mapping[str, Mapping[str, Any]]"
+
+
+def algorithms() -> list[str]:
+    """The estimators by name."""
+    return [text_of(lib.gracecg_algorithm_name(i)) for i in range(lib.gracecg_algorithm_count())]
+
+
+def case_names() -> list[str]:
+    """The built-in cases."""
+    return [text_of(lib.gracecg_case_name(i)) for i in range(lib.gracecg_case_count())]
+
+
+def _of(kind: Any, structure: Any, leave: Sequence[str] = ()) -> Any:
+    """A dataclass of a structure; components of C that it does not have are left out."""
+    names = {item.name for item in fields(kind)} - set(leave)
+    return {name: value for name, value in components(structure).items() if name in names}
+
+
+def _namelist(options: Options) -> bytes:
+    """The text of a file of options, of itself or of {group: {key: value}}."""
+    if isinstance(options, str):
+        return options.encode()
+
+    def written(value: Any) -> str:
+        if isinstance(value, (bool, np.bool_)):
+            return ".true." if value else ".false."
+        if isinstance(value, str):
+            return "'" + value.replace("'", "''") + "'"
+        if np.ndim(value) > 0:
+            return ", ".join(written(item) for item in np.asarray(value).tolist())
+        return repr(value.item() if isinstance(value, np.generic) else value)
+
+    lines = []
+    for group, keys in options.items():
+        lines += [f"&{group}", *(f"    {key} = {written(value)}" for key, value in keys.items()), "/"]
+    return ("\n".join(lines) + "\n").encode()
+
+
+class _WithOptions(Handle):
+    """What carries options of the estimators."""
+
+    @property
+    def options(self) -> str:
+        """How to estimate, as the text of a file of options."""
+        return text_from("options_text", self._handle)
+
+    def with_options(self, options: Options):
+        """The same object with other options.
+
+        Parameters
+        ----------
+        options : str or mapping
+            The text of a file of options, or ``{group: {key: value}}`` with the groups "estimation", "optimal",
+            "sequential"; what is not said has its default.
+        """
+        address = ffi.new(f"gracecg_{self.kind} **")
+        call("options_replace", self._handle, _namelist(options), ffi.cast("void **", address))
+        return self._of(address)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The result of an estimator.
+
+    Attributes
+    ----------
+    offset : ndarray, (3,)
+        d, from the centre of mass to the proof mass, body axes, m.
+    sigma : ndarray, (3,)
+        Square roots of the diagonal of the covariance, m.
+    covariance : ndarray, (3, 3)
+        Of the offset under the instruments' noise, m^2.
+    drift, bias : ndarray, (3,)
+        Of the non-gravitational acceleration's straight line, m/s^3, and its value at the epoch, m/s^2.
+    quaternion : ndarray, (4,)
+        Attitude at the epoch, inertial to body, scalar last.
+    angular_velocity : ndarray, (3,)
+        At the epoch, body axes, rad/s.
+    residual_rms : ndarray, (3,)
+        Of the accelerometer, m/s^2.
+    condition : float
+        Of the scaled normal matrix.
+    variance_factor : float
+        Weighted squares of the residuals over their redundancy; 0 of the report's four estimators.
+    noise_level, noise_corner : ndarray, (3,)
+        Of the accelerometer, as weighted with: m^2 s^-4/Hz, Hz.
+    star_camera_sigma : ndarray, (3,)
+        About camera x, y, boresight, rad.
+    parameters : dict
+        Name: (value, standard deviation) of the parameters beside the offset, SI units.
+    edited : ndarray, (2,)
+        Samples left out: accelerometer (by axis), star camera.
+    iterations : int
+    converged : bool
+        If not, the offset is not to be relied upon.
+    warnings : list of str
+    """
+
+    offset: Array
+    sigma: Array
+    covariance: Array
+    drift: Array
+    bias: Array
+    quaternion: Array
+    angular_velocity: Array
+    residual_rms: Array
+    condition: float
+    variance_factor: float
+    noise_level: Array
+    noise_corner: Array
+    star_camera_sigma: Array
+    parameters: dict[str, tuple[float, float]]
+    edited: Array
+    iterations: int
+    converged: bool
+    warnings: list[str]
+
+
+@dataclass(frozen=True)
+class FitTests:
+    """What a fit tells of model and noise, by accelerometer axis where there are three.
+
+    Attributes
+    ----------
+    torque_factor, torque_sigma : float
+        Of the rods' torque that would fit the rotation best, and its standard deviation; sigma 0: not compared.
+    attitude_misfit : float
+        RMS of the attitude's residuals, standard deviations; 0: the noise is not known.
+    rms, expected_rms : ndarray, (3,)
+        Of the residuals, and of the setup's noise, m/s^2.
+    ratio, ratio_sigma : ndarray, (3,)
+        RMS of the whitened residuals, 1 if the noise is that of the setup; its standard deviation by chance.
+    probability : ndarray, (3,)
+        That white noise has such autocorrelations (Ljung and Box).
+    worst, worst_time : ndarray, (3,)
+        The largest residual, m/s^2, and its time, s.
+    peak_frequency, peak_ratio : ndarray, (3,)
+        Where the spectrum is farthest above the expected one, Hz, and the quotient there.
+    bound : ndarray, (3,)
+        Sigma of d that the accelerometer allows if the rotation is known, m; 0: not determined.
+    information_share : ndarray, (axis, component)
+    source_share : ndarray, (5, component)
+        Of the variance: noise of accelerometer x, y, z, of the star camera, a-priori knowledge.
+    semi_axis, direction : ndarray, (3,), (3, 3)
+        Of the error ellipsoid of one sigma, longest first, m; rows are unit vectors, body axes.
+    """
+
+    torque_factor: float
+    torque_sigma: float
+    attitude_misfit: float
+    rms: Array
+    expected_rms: Array
+    ratio: Array
+    ratio_sigma: Array
+    probability: Array
+    worst: Array
+    worst_time: Array
+    peak_frequency: Array
+    peak_ratio: Array
+    bound: Array
+    information_share: Array
+    source_share: Array
+    semi_axis: Array
+    direction: Array
+
+
+def _solution(structure: Any, warnings: str) -> Solution:
+    values = _of(Solution, structure, ("parameters", "warnings"))
+    values["converged"] = bool(values["converged"])
+    n = structure.parameter_count
+    every = components(structure)
+    names = every["parameter_name"][:n]
+    values["parameters"] = {name: (float(value), float(sigma)) for name, value, sigma in
+                            zip(names, every["parameter_value"], every["parameter_sigma"])}
+    return Solution(**values, warnings=warnings.splitlines())
+
+
+class Fit(Handle):
+    """An estimate with all that it can tell of itself; made by `Observations.fit`."""
+
+    kind = "fit"
+
+    def __init__(self, algorithm: str, observations: "Observations") -> None:
+        super().__init__("fit_open", algorithm.encode(), observations._handle)
+        counts = [ffi.new("size_t *") for _ in range(3)]
+        call("fit_counts", self._handle, *counts)
+        self._samples, self._parameters, self._running = (count[0] for count in counts)
+
+    @property
+    def solution(self) -> Solution:
+        """The result."""
+        structure, warnings = ffi.new("gracecg_solution *"), ffi.new("char[]", 65536)
+        call("fit_solution", self._handle, structure, warnings, 65536, allowed=[NOT_CONVERGED])
+        return _solution(structure, text_of(warnings))
+
+    @property
+    def parameters(self) -> list[str]:
+        """Names of the parameters, d_x, d_y, d_z first."""
+        return [text_from("fit_parameter", self._handle, i) for i in range(self._parameters)]
+
+    def series(self) -> dict[str, Array]:
+        """Of the accelerometer samples that the fit keeps.
+
+        Returns
+        -------
+        dict
+            "time" (n,), s from the epoch; "residual" (n, 3), observed minus fitted, m/s^2; "partials" (n, 3, 3), the
+            row an axis of the acceleration, the column a component of the offset, 1/s^2; "angular_acceleration"
+            (n, 3), rad/s^2; body axes.
+        """
+        n = self._samples
+        found = {"time": np.empty(n), "residual": np.empty((n, 3)), "partials": np.empty((n, 3, 3)),
+                 "angular_acceleration": np.empty((n, 3))}
+        call("fit_series", self._handle, n, *(pointer(array) for array in found.values()))
+        return found
+
+    def covariance(self) -> Array:
+        """Covariance (parameters, parameters), SI units."""
+        n = self._parameters
+        found = np.empty((n, n))
+        call("fit_covariance", self._handle, n, pointer(found), ffi.NULL, ffi.NULL)
+        return found
+
+    def covariance_by_source(self) -> Array:
+        """What of the offset's covariance comes from accelerometer x, y, z, star camera, a-priori knowledge:
+        (5, 3, 3), m^2."""
+        found = np.empty((5, 3, 3))
+        call("fit_covariance", self._handle, 0, ffi.NULL, pointer(found), ffi.NULL)
+        return found
+
+    def tests(self) -> FitTests:
+        """Residuals, torque and attitude against what is known of the noise."""
+        structure = ffi.new("gracecg_fit_tests *")
+        call("fit_test", self._handle, structure)
+        return FitTests(**_of(FitTests, structure))
+
+    def running(self) -> dict[str, Array]:
+        """The offset as "sequential" had it on the way: "time" (n,), s; "offset", "sigma" (n, 3), m."""
+        n = self._running
+        found = {"time": np.empty(n), "offset": np.empty((n, 3)), "sigma": np.empty((n, 3))}
+        call("fit_running", self._handle, n, *(pointer(array) for array in found.values()))
+        return found
+
+
+class Setup(_WithOptions):
+    """What an operator knows: satellite, manoeuvre, instruments.
+
+    Parameters
+    ----------
+    path : str or path
+        Of a file setup.nml.
+    """
+
+    kind = "setup"
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        super().__init__("setup_read", os.fsencode(path))
+
+    @classmethod
+    def parse(cls, text: str) -> "Setup":
+        """From the text of a setup.nml."""
+        address = ffi.new("gracecg_setup **")
+        call("setup_parse", text.encode(), address)
+        return cls._of(address)
+
+    @property
+    def text(self) -> str:
+        """The text of setup.nml, followed by the options."""
+        return text_from("setup_text", self._handle)
+
+    def measured(self, time: ArrayLike, moment: ArrayLike) -> "Setup":
+        """The same with measured moments of the rods: times (n,), s from the epoch; moments (n, 3), A m^2."""
+        times, moments = numbers(time), numbers(moment, 3)
+        address = ffi.new("gracecg_setup **")
+        call("setup_measured", self._handle, len(times), pointer(times), pointer(exactly(moments, len(times), 3)),
+             address)
+        return self._of(address)
+
+
+class Observations(_WithOptions):
+    """The samples of one calibration, and what the operator knows.
+
+    Parameters
+    ----------
+    folder : str or path
+        As ``gracecg simulate`` writes it.
+    """
+
+    kind = "observations"
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        super().__init__("observations_read", os.fsencode(folder))
+
+    @classmethod
+    def from_arrays(cls, setup: Setup, accelerometer: tuple[ArrayLike, ArrayLike],
+                    star_camera: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+                    magnetometer: tuple[ArrayLike, ArrayLike] | None = None,
+                    orbit: tuple[ArrayLike, ArrayLike] | None = None) -> "Observations":
+        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising.
+
+        Parameters
+        ----------
+        setup : Setup
+        accelerometer : (time, acceleration)
+            Acceleration (n, 3), body axes, m/s^2.
+        star_camera : (time, head, quaternion)
+            Heads (n,) 1 or 2; quaternions (n, 4), inertial to camera, scalar last.
+        magnetometer : (time, flux_density), optional
+            Flux density (n, 3), body axes, T; a field model stands in where an orbit is given.
+        orbit : (time, position), optional
+            Position (n, 3), inertial, m.
+        """
+        samples = ffi.new("gracecg_samples *")
+        keep: list[Any] = []
+
+        def put(count: str, n: int, **arrays: NDArray[Any]) -> None:
+            setattr(samples, count, n)
+            for name, array in arrays.items():
+                if len(array) != n:
+                    raise ValueError(f"{name}: {len(array)} rows for {n} times")
+                keep.append(array)
+                setattr(samples, name, pointer(array))
+
+        time = numbers(accelerometer[0])
+        put("accelerometer_count", len(time), accelerometer_time=time, acceleration=numbers(accelerometer[1], 3))
+        if star_camera is not None:
+            time = numbers(star_camera[0])
+            put("star_camera_count", len(time), star_camera_time=time,
+                star_camera_head=np.ascontiguousarray(star_camera[1], dtype=np.int32),
+                quaternion=numbers(star_camera[2], 4))
+        if magnetometer is not None:
+            time = numbers(magnetometer[0])
+            put("magnetometer_count", len(time), magnetometer_time=time, flux_density=numbers(magnetometer[1], 3))
+        if orbit is not None:
+            time = numbers(orbit[0])
+            put("orbit_count", len(time), orbit_time=time, orbit_position=numbers(orbit[1], 3))
+        address = ffi.new("gracecg_observations **")
+        call("observations_create", setup._handle, samples, address)
+        return cls._of(address)
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Into a folder, which is made if it is not there."""
+        call("observations_write", self._handle, os.fsencode(folder))
+
+    @property
+    def setup(self) -> Setup:
+        """What the operator knows."""
+        address = ffi.new("gracecg_setup **")
+        call("observations_setup", self._handle, address)
+        return Setup._of(address)
+
+    def _counts(self) -> list[int]:
+        counts = ffi.new("size_t[4]")
+        call("observations_counts", self._handle, counts)
+        return list(counts)
+
+    @property
+    def accelerometer(self) -> tuple[Array, Array]:
+        """Times (n,), s, and accelerations (n, 3), body axes, m/s^2."""
+        n = self._counts()[0]
+        time, acceleration = np.empty(n), np.empty((n, 3))
+        call("observations_accelerometer", self._handle, n, pointer(time), pointer(acceleration))
+        return time, acceleration
+
+    @property
+    def star_camera(self) -> tuple[Array, NDArray[np.int32], Array]:
+        """Times (n,), s, heads (n,), quaternions (n, 4), inertial to camera, scalar last."""
+        n = self._counts()[1]
+        time, head, quaternion = np.empty(n), np.empty(n, dtype=np.int32), np.empty((n, 4))
+        call("observations_star_camera", self._handle, n, pointer(time), pointer(head), pointer(quaternion))
+        return time, head, quaternion
+
+    @property
+    def magnetometer(self) -> tuple[Array, Array]:
+        """Times (n,), s, and flux densities (n, 3), body axes, T."""
+        n = self._counts()[2]
+        time, flux = np.empty(n), np.empty((n, 3))
+        call("observations_magnetometer", self._handle, n, pointer(time), pointer(flux))
+        return time, flux
+
+    @property
+    def orbit(self) -> tuple[Array, Array]:
+        """Times (n,), s, and positions (n, 3), inertial, m."""
+        n = self._counts()[3]
+        time, position = np.empty(n), np.empty((n, 3))
+        call("observations_orbit", self._handle, n, pointer(time), pointer(position))
+        return time, position
+
+    def fit(self, algorithm: str = "optimal") -> Fit:
+        """An estimate with residuals, partials, covariances, tests and the running estimate."""
+        return Fit(algorithm, self)
+
+    def estimate(self, algorithm: str = "optimal", options: Options | None = None) -> Solution:
+        """The offset by one of `algorithms`, with the options of this set or those that are given."""
+        if options is not None:
+            return self.with_options(options).estimate(algorithm)
+        structure, warnings = ffi.new("gracecg_solution *"), ffi.new("char[]", 65536)
+        call("estimate", algorithm.encode(), self._handle, structure, warnings, 65536, allowed=[NOT_CONVERGED])
+        return _solution(structure, text_of(warnings))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One offset from several observation sets.
+
+    Attributes
+    ----------
+    offset, covariance : ndarray, (3,), (3, 3)
+        At the time of the last run, body axes, m; m^2.
+    chi_square, degrees, probability : float, int, float
+        Of all differences between the runs, degrees of freedom, probability that chance makes so much.
+    consistent : bool
+        The runs agree on one offset.
+    difference, difference_sigma : ndarray, (n, 3)
+        Each run alone minus all others, and its standard deviation if they agree, m.
+    """
+
+    offset: Array
+    covariance: Array
+    chi_square: float
+    degrees: int
+    probability: float
+    consistent: bool
+    difference: Array
+    difference_sigma: Array
+
+
+def estimate_joint(observations: Sequence[Observations]) -> Joint:
+    """One offset from several observation sets, by "optimal" with the options of each."""
+    n = len(observations)
+    handles = ffi.new("gracecg_observations *[]", [one._handle for one in observations])
+    structure = ffi.new("gracecg_joint *")
+    difference, sigma = np.empty((n, 3)), np.empty((n, 3))
+    call("estimate_joint", handles, n, structure, pointer(difference), pointer(sigma))
+    values = _of(Joint, structure)
+    values["consistent"] = bool(values["consistent"])
+    return Joint(**values, difference=difference, difference_sigma=sigma)
+
+
+class Simulator(Handle):
+    """The true arc of a case and what its star cameras see: once, for any number of runs."""
+
+    kind = "simulator"
+
+    def __init__(self, case: "Case") -> None:
+        super().__init__("simulator_open", case._handle)
+
+    def observe(self, seed: int = 1, run: int = 1) -> Observations:
+        """Simulated observations, those of ``gracecg simulate --seed SEED --run RUN``."""
+        address = ffi.new("gracecg_observations **")
+        call("observations_simulate", self._handle, seed, run, address)
+        return Observations._of(address)
+
+    def truth(self) -> dict[str, Array]:
+        """The true arc, without the run's density wave.
+
+        Returns
+        -------
+        dict
+            "time" (n,), s from the epoch; "state" (n, 13): position m, velocity m/s (inertial), angular velocity
+            rad/s (body), quaternion; "angular_acceleration" rad/s^2, "flux_density" T, "non_gravitational" m/s^2
+            (n, 3), body axes.
+        """
+        count = ffi.new("size_t *")
+        call("simulator_truth", self._handle, 0, count, *[ffi.NULL] * 5)
+        n = count[0]
+        found = {"time": np.empty(n), "state": np.empty((n, 13)), "angular_acceleration": np.empty((n, 3)),
+                 "flux_density": np.empty((n, 3)), "non_gravitational": np.empty((n, 3))}
+        call("simulator_truth", self._handle, n, ffi.NULL, *(pointer(array) for array in found.values()))
+        return found
+
+
+class ForceModel(Handle):
+    """One satellite with all its models, built from a case; times are s from the case's epoch."""
+
+    kind = "force_model"
+
+    def __init__(self, case: "Case") -> None:
+        super().__init__("force_model_open", case._handle)
+
+    def accelerations(self, seconds: ArrayLike, position: ArrayLike, velocity: ArrayLike,
+                      quaternion: ArrayLike) -> dict[str, Array]:
+        """Accelerations (n, 3), m/s^2, inertial axes: "gravity", "drag", "solar_radiation", "earth_radiation" and
+        their sum "total", at positions (m), velocities (m/s) (n, 3), inertial, and attitudes (n, 4)."""
+        where = numbers(position, 3)
+        n = len(where)
+        found = {name: np.empty((n, 3)) for name in
+                 ("gravity", "drag", "solar_radiation", "earth_radiation", "total")}
+        times = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=float), (n,)))
+        speeds, attitudes = exactly(numbers(velocity, 3), n, 3), exactly(numbers(quaternion, 4), n, 4)
+        call("force_model_evaluate", self._handle, n, pointer(times), pointer(where), pointer(speeds),
+             pointer(attitudes), *(pointer(array) for array in found.values()))
+        return found
+
+    def torques(self, seconds: float, state: ArrayLike) -> dict[str, Array]:
+        """Torques (3,), N m, body axes, about the centre of mass: "aerodynamic", "solar", "gravity_gradient",
+        "magnetic"; and "flux_density", T, for one state (13,)."""
+        found = {name: np.empty(3) for name in ("aerodynamic", "solar", "gravity_gradient", "magnetic", "flux_density")}
+        call("force_model_torques", self._handle, seconds, pointer(exactly(state, 13)),
+             *(pointer(array) for array in found.values()))
+        return found
+
+    def rate(self, seconds: float, state: ArrayLike) -> Array:
+        """The time derivative (13,) of a state (13,)."""
+        rate = np.empty(13)
+        call("force_model_rate", self._handle, seconds, pointer(exactly(state, 13)), pointer(rate))
+        return rate
+
+    def propagate(self, state: ArrayLike, interval: float, steps: int, tolerance: float = 0.0) -> Array:
+        """States (steps + 1, 13) every `interval` s from time 0, the attitude free; tolerance 0: one step an
+        interval, else the local error allowed per step."""
+        states = np.empty((steps + 1, 13))
+        call("force_model_propagate", self._handle, pointer(exactly(state, 13)), interval, steps, tolerance,
+             pointer(states))
+        return states
+
+    def propagate_nadir(self, position: ArrayLike, velocity: ArrayLike, interval: float, steps: int,
+                        tolerance: float = 0.0, forward: bool = True) -> Array:
+        """States (steps + 1, 13) of a satellite whose z points to the centre of the Earth; x along the orbit or,
+        not `forward`, against it. Position m, velocity m/s, inertial."""
+        states = np.empty((steps + 1, 13))
+        call("force_model_propagate_nadir", self._handle, pointer(exactly(position, 3)), pointer(exactly(velocity, 3)),
+             int(forward), interval, steps, tolerance, pointer(states))
+        return states
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The least covariance of the offset with a case's manoeuvre and noise; body axes.
+
+    Attributes
+    ----------
+    covariance : ndarray, (3, 3)
+        m^2.
+    sigma : ndarray, (3,)
+        m.
+    principal_sigma, direction : ndarray, (3,), (3, 3)
+        Ascending, m; rows are unit vectors, the last one the worst.
+    consider_sigma : ndarray, (3,)
+        With what is known only within limits, m.
+    by_source : ndarray, (5, 3)
+        Added by scale factors, rod gain, magnetometer bias, inertia, unmodelled torque, m.
+    """
+
+    covariance: Array
+    sigma: Array
+    principal_sigma: Array
+    direction: Array
+    consider_sigma: Array
+    by_source: Array
+
+
+@dataclass(frozen=True)
+class Rod:
+    """The moment of a torque rod from start to stop.
+
+    Attributes
+    ----------
+    amplitude : float
+        A m^2.
+    frequency : float
+        Hz.
+    phase : float
+        rad.
+    start, stop : float
+        s from the case's epoch.
+    taper, rise_time : float
+        Of a smooth start and stop, of the edges of a square wave, s.
+    axis : int
+        Body axis 1, 2 or 3.
+    waveform : int
+        1 sine, 2 cosine, 3 tapered, 4 square.
+    """
+
+    amplitude: float
+    frequency: float
+    phase: float
+    start: float
+    stop: float
+    taper: float
+    rise_time: float
+    axis: int
+    waveform: int
+
+
+@dataclass
+class DesignSettings:
+    """What the planner may do; `Case.design_settings` has the defaults of a case.
+
+    Attributes
+    ----------
+    start, duration : float
+        Of the calibration, s from the case's epoch; of the arc, 10 to 600 s.
+    amplitude : float
+        Of each rod, A m^2, at most 30.
+    lowest_frequency, highest_frequency : float
+        Hz.
+    taper, rise_time : float
+        s.
+    rate_limit, pointing_limit : float
+        rad/s, rad.
+    rod_used : sequence of 3
+        Along body x, y, z.
+    waveform_used : sequence of 4
+        Sine, cosine, tapered, square.
+    threads : int
+        1 to 1024; the result does not depend on it.
+    """
+
+    start: float
+    duration: float
+    amplitude: float
+    lowest_frequency: float
+    highest_frequency: float
+    taper: float
+    rise_time: float
+    rate_limit: float
+    pointing_limit: float
+    rod_used: Sequence[int]
+    waveform_used: Sequence[int]
+    threads: int = 1
+
+
+@dataclass(frozen=True)
+class Design:
+    """A designed manoeuvre: errors of the offset in m, body axes.
+
+    Attributes
+    ----------
+    case : Case
+        With that manoeuvre at that place.
+    sigma, wave, force : ndarray, (3,)
+        The limit under the accelerometer's noise, RMS error by the density wave, error by curved drag and radiation.
+    worst : float
+        Greatest sqrt(sigma^2 + wave^2 + force^2) of the axes.
+    rate, excursion : float
+        Greatest angular velocity, rad/s; greatest turn away from the nominal attitude, rad.
+    evaluations : int
+    """
+
+    case: "Case"
+    sigma: Array
+    wave: Array
+    force: Array
+    worst: float
+    rate: float
+    excursion: float
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class Map:
+    """A manoeuvre at n places of an orbit.
+
+    Attributes
+    ----------
+    seconds : ndarray, (n,)
+        Start of the calibration from the case's epoch.
+    latitude, longitude : ndarray, (n,)
+        Geodetic, rad.
+    sigma, wave, force : ndarray, (n, 3)
+        As in `Design`, m.
+    worst_sigma, worst_direction : ndarray, (n,), (n, 3)
+        Standard deviation of the worst direction, m, and that direction; DBL_MAX where it stays unseen.
+    """
+
+    seconds: Array
+    latitude: Array
+    longitude: Array
+    sigma: Array
+    worst_sigma: Array
+    worst_direction: Array
+    wave: Array
+    force: Array
+
+
+class Case(_WithOptions):
+    """A calibration case: satellite, orbit, models, instruments and manoeuvre.
+
+    Parameters
+    ----------
+    name : str or path
+        A built-in case (`case_names`), or a case file.
+    """
+
+    kind = "case"
+
+    def __init__(self, name: str | os.PathLike[str]) -> None:
+        super().__init__("case_open", os.fsencode(name))
+
+    @classmethod
+    def parse(cls, text: str) -> "Case":
+        """From the text of a case file."""
+        address = ffi.new("gracecg_case **")
+        call("case_parse", text.encode(), address)
+        return cls._of(address)
+
+    @property
+    def text(self) -> str:
+        """The case file's text, with every setting, its unit and meaning."""
+        return text_from("case_text", self._handle)
+
+    def _values(self):
+        epoch, numbers_ = ffi.new("gracecg_utc *"), ffi.new("double[2]")
+        state, offset = np.empty(13), np.empty(3)
+        call("case_values", self._handle, epoch, numbers_ + 0, numbers_ + 1, pointer(state), pointer(offset))
+        return Utc(epoch.mjd, epoch.seconds), numbers_[0], numbers_[1], state, offset
+
+    @property
+    def epoch(self) -> Utc:
+        """Time 0."""
+        return self._values()[0]
+
+    @property
+    def duration(self) -> float:
+        """Of the true arc, s."""
+        return self._values()[1]
+
+    @property
+    def state(self) -> Array:
+        """Initial state (13,): position m, velocity m/s (inertial), angular velocity rad/s (body), quaternion."""
+        return self._values()[3]
+
+    @property
+    def offset(self) -> Array:
+        """The true d (3,), from the centre of mass to the proof mass, body axes, m."""
+        return self._values()[4]
+
+    @property
+    def rods(self) -> list[Rod]:
+        """The manoeuvre."""
+        count = ffi.new("size_t *")
+        call("case_rods", self._handle, 0, count, ffi.NULL)
+        rods = ffi.new("gracecg_rod[]", count[0])
+        call("case_rods", self._handle, count[0], ffi.NULL, rods)
+        return [Rod(**components(rods + i)) for i in range(count[0])]
+
+    def simulator(self) -> Simulator:
+        """The true arc, and what the instruments see."""
+        return Simulator(self)
+
+    def force_model(self) -> ForceModel:
+        """Forces, torques and propagation."""
+        return ForceModel(self)
+
+    def bound(self) -> Bound:
+        """The least error that an estimate can have."""
+        structure = ffi.new("gracecg_bound *")
+        call("case_bound", self._handle, structure)
+        return Bound(**_of(Bound, structure))
+
+    def design_settings(self) -> DesignSettings:
+        """Those of ``gracecg design``."""
+        structure = ffi.new("gracecg_design_settings *")
+        call("design_defaults", self._handle, structure)
+        return DesignSettings(**_of(DesignSettings, structure))
+
+    def design(self, settings: DesignSettings | None = None) -> Design:
+        """The manoeuvre with the best worst axis at one place of the orbit; takes seconds."""
+        values = asdict(settings or self.design_settings())
+        for name in ("rod_used", "waveform_used"):
+            values[name] = [int(item) for item in values[name]]
+        address, structure = ffi.new("gracecg_case **"), ffi.new("gracecg_design *")
+        call("design_manoeuvre", self._handle, ffi.new("gracecg_design_settings *", values), address, structure)
+        return Design(case=Case._of(address), **_of(Design, structure))
+
+    def map(self, seconds: ArrayLike, threads: int = 1) -> Map:
+        """The manoeuvre where it starts `seconds` (n,) from the epoch."""
+        times = numbers(seconds)
+        n = len(times)
+        found = Map(times, np.empty(n), np.empty(n), np.empty((n, 3)), np.empty(n), np.empty((n, 3)),
+                    np.empty((n, 3)), np.empty((n, 3)))
+        call("map", self._handle, n, pointer(times), threads, pointer(found.latitude), pointer(found.longitude),
+             pointer(found.sigma), pointer(found.worst_sigma), pointer(found.worst_direction), pointer(found.wave),
+             pointer(found.force))
+        return found
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Estimates of many runs.
+
+    Attributes
+    ----------
+    truth : ndarray, (3,)
+        The case's d, m.
+    offset : ndarray, (runs, 3)
+        m.
+    converged : ndarray of bool, (runs,)
+    """
+
+    truth: Array
+    offset: Array
+    converged: NDArray[np.bool_]
+    error: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "error", self.offset - self.truth)
+
+    @property
+    def rms(self) -> Array:
+        """RMS of the error (3,), m."""
+        return np.sqrt(np.mean(self.error**2, axis=0))
+
+
+def monte_carlo(case: Case, algorithm: str = "optimal", runs: int = 15, seed: int = 1, threads: int | None = None,
+                progress: Callable[[int, int], object] | None = None) -> MonteCarlo:
+    """Simulates and estimates runs 1 to `runs`, as ``gracecg montecarlo`` does.
+
+    Parameters
+    ----------
+    threads : int, optional
+        As many as there are processors. The numbers do not depend on it.
+    progress : callable, optional
+        Called with the number of runs done and of all; when it gives False the work stops with KeyboardInterrupt.
+    """
+    simulator = case.simulator()
+
+    def one(run: int) -> Solution:
+        return simulator.observe(seed, run).estimate(algorithm)
+
+    with concurrent.futures.ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        waiting = [pool.submit(one, run) for run in range(1, runs + 1)]
+        try:
+            for done, _ in enumerate(concurrent.futures.as_completed(waiting), start=1):
+                if progress is not None and progress(done, runs) is False:
+                    raise KeyboardInterrupt(f"stopped after {done} of {runs} runs")
+        finally:
+            for item in waiting:
+                item.cancel()
+        solutions = [item.result() for item in waiting]
+    return MonteCarlo(case.offset, np.array([one.offset for one in solutions]).reshape(-1, 3),
+                      np.array([one.converged for one in solutions], dtype=bool))

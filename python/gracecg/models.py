@@ -1,0 +1,345 @@
+"""Models of the environment, one by one: time, gravity, field, air, wind, Sun, Earth's light."""
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._library import Handle, call, exactly, ffi, numbers, pointer, spread
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Utc:
+    """An instant of UTC, from 1900 to 2100.
+
+    Attributes
+    ----------
+    mjd : int
+        Modified Julian day number.
+    seconds : float
+        Of that day, s; in a day that ends with a leap second less than 86401.
+    """
+
+    mjd: int
+    seconds: float
+
+    @classmethod
+    def of(cls, when: "Utc | str | datetime.datetime") -> "Utc":
+        """An instant from itself, an ISO 8601 text or a datetime (without zone: UTC)."""
+        if isinstance(when, Utc):
+            return when
+        if isinstance(when, datetime.datetime):
+            if when.tzinfo is not None:
+                when = when.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+            when = when.isoformat()
+        utc = ffi.new("gracecg_utc *")
+        call("utc_parse", when.encode(), utc)
+        return cls(utc.mjd, utc.seconds)
+
+    def _c(self):
+        return ffi.new("gracecg_utc *", {"mjd": self.mjd, "seconds": self.seconds})
+
+    def plus(self, seconds: float) -> "Utc":
+        """The instant so many SI seconds later, leap seconds counted."""
+        later = ffi.new("gracecg_utc *")
+        call("utc_add", self._c(), seconds, later)
+        return Utc(later.mjd, later.seconds)
+
+    def since(self, start: "Utc | str | datetime.datetime") -> float:
+        """SI seconds from `start`, leap seconds counted."""
+        seconds = ffi.new("double *")
+        call("utc_difference", Utc.of(start)._c(), self._c(), seconds)
+        return seconds[0]
+
+    def sidereal_angle(self, ut1_minus_utc: float = 0.0) -> float:
+        """Greenwich mean sidereal time (IAU 1982), rad; UT1-UTC in s."""
+        angle = ffi.new("double *")
+        call("sidereal_angle", self._c(), ut1_minus_utc, angle)
+        return angle[0]
+
+
+When = "Utc | str | datetime.datetime"
+
+
+def earth_fixed(sidereal_angle: float, inertial: ArrayLike) -> Array:
+    """Turns inertial vectors into Earth-fixed ones.
+
+    Parameters
+    ----------
+    sidereal_angle : float
+        rad; its negative is the way back.
+    inertial : array_like, (n, 3)
+        Vectors in any unit.
+
+    Returns
+    -------
+    ndarray, (n, 3)
+    """
+    vectors = numbers(inertial, 3)
+    fixed = np.empty_like(vectors)
+    call("earth_fixed", sidereal_angle, len(vectors), pointer(vectors), pointer(fixed))
+    return fixed
+
+
+class Gravity(Handle):
+    """The Earth's gravity.
+
+    Parameters
+    ----------
+    name : str
+        "egm96" (to degree 70), "point-mass" (degree and order 0), or the path of an ICGEM .gfc file.
+    degree, order : int
+        Up to which the harmonics are used.
+    """
+
+    kind = "gravity"
+
+    def __init__(self, name: str = "egm96", degree: int = 20, order: int | None = None) -> None:
+        super().__init__("gravity_open", name.encode(), degree, degree if order is None else order)
+
+    def evaluate(self, position: ArrayLike) -> tuple[Array, Array, Array]:
+        """Acceleration, potential and second derivatives.
+
+        Parameters
+        ----------
+        position : array_like, (n, 3)
+            Earth-fixed, m.
+
+        Returns
+        -------
+        acceleration : ndarray, (n, 3)
+            Earth-fixed, without the centrifugal part, m/s^2.
+        potential : ndarray, (n,)
+            m^2/s^2.
+        gradient : ndarray, (n, 3, 3)
+            1/s^2.
+        """
+        where = numbers(position, 3)
+        n = len(where)
+        acceleration, potential, gradient = np.empty((n, 3)), np.empty(n), np.empty((n, 3, 3))
+        call("gravity_evaluate", self._handle, n, pointer(where), pointer(acceleration), pointer(potential),
+             pointer(gradient))
+        return acceleration, potential, gradient
+
+
+class Field(Handle):
+    """The geomagnetic field at a date.
+
+    Parameters
+    ----------
+    date : Utc, str or datetime
+    name : str
+        "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file.
+    """
+
+    kind = "field"
+
+    def __init__(self, date: When, name: str = "igrf14") -> None:
+        super().__init__("field_open", name.encode(), Utc.of(date)._c())
+
+    def evaluate(self, position: ArrayLike) -> Array:
+        """Flux density (n, 3), T, Earth-fixed, at positions (n, 3), m, Earth-fixed."""
+        where = numbers(position, 3)
+        flux = np.empty_like(where)
+        call("field_evaluate", self._handle, len(where), pointer(where), pointer(flux))
+        return flux
+
+
+@dataclass(frozen=True)
+class Air:
+    """The thermosphere at n points.
+
+    Attributes
+    ----------
+    density : ndarray, (n,)
+        kg/m^3.
+    temperature : ndarray, (n,)
+        K.
+    number_density : ndarray, (n, 3)
+        Of He, O and N2, 1/m^3.
+    """
+
+    density: Array
+    temperature: Array
+    number_density: Array
+
+
+class Density(Handle):
+    """A thermosphere with the solar activity of a date, or with given indices.
+
+    Parameters
+    ----------
+    date : Utc, str or datetime, optional
+        Takes F10.7 and Kp from the embedded table.
+    name : str
+        "dtm77", "dtm78", "dtm94" or "exponential".
+    f107, f107_mean : float, optional
+        F10.7 of the day before and its mean of 81 days, sfu; in place of a date.
+    kp : float
+        Kp three hours before, 0 to 9.
+    """
+
+    kind = "density"
+
+    def __init__(self, date: When | None = None, name: str = "dtm77", *, f107: float | None = None,
+                 f107_mean: float | None = None, kp: float = 2.0) -> None:
+        if date is not None:
+            super().__init__("density_open_model", name.encode(), Utc.of(date)._c())
+        elif f107 is not None:
+            super().__init__("density_open_model_indices", name.encode(), f107,
+                             f107 if f107_mean is None else f107_mean, kp)
+        else:
+            raise ValueError("give a date, or f107 (with f107_mean and kp)")
+
+    def evaluate(self, epoch: When, position: ArrayLike, seconds: ArrayLike = 0.0) -> Air:
+        """The air at Earth-fixed positions (n, 3), m, `seconds` (one or n) after the epoch."""
+        where = numbers(position, 3)
+        n = len(where)
+        air = Air(np.empty(n), np.empty(n), np.empty((n, 3)))
+        call("density_evaluate", self._handle, Utc.of(epoch)._c(), n, pointer(spread(seconds, n)), pointer(where),
+             pointer(air.density), pointer(air.temperature), pointer(air.number_density))
+        return air
+
+
+class Wind(Handle):
+    """Wind of the thermosphere: "hwm93" (the embedded table) or the path of a table."""
+
+    kind = "wind"
+
+    def __init__(self, name: str = "hwm93") -> None:
+        super().__init__("wind_open", name.encode())
+
+    def evaluate(self, epoch: When, position: ArrayLike, seconds: ArrayLike = 0.0) -> Array:
+        """Eastward and northward wind (n, 2), m/s, relative to the turning Earth, at Earth-fixed positions, m."""
+        where = numbers(position, 3)
+        wind = np.empty((len(where), 2))
+        call("wind_evaluate", self._handle, Utc.of(epoch)._c(), len(where), pointer(spread(seconds, len(where))),
+             pointer(where), pointer(wind))
+        return wind
+
+
+def sun_position(epoch: When, seconds: ArrayLike = 0.0) -> Array:
+    """The Sun (n, 3), m, inertial, from the Earth's centre, `seconds` (n,) after the epoch."""
+    times = np.atleast_1d(np.ascontiguousarray(seconds, dtype=np.float64))
+    position = np.empty((len(times), 3))
+    call("sun_position", Utc.of(epoch)._c(), len(times), pointer(times), pointer(position))
+    return position
+
+
+def sun_illumination(position: ArrayLike, sun: ArrayLike) -> Array:
+    """The part (n,) of the Sun's disc, 0 to 1, that the Earth leaves free; both (n, 3), m, in the same axes."""
+    where, light = numbers(position, 3), numbers(sun, 3)
+    light = np.ascontiguousarray(np.broadcast_to(light, where.shape))
+    free = np.empty(len(where))
+    call("sun_illumination", len(where), pointer(where), pointer(light), pointer(free))
+    return free
+
+
+class EarthRadiation(Handle):
+    """The Earth's light and heat (Knocke's model).
+
+    Parameters
+    ----------
+    constants : str
+        "report", "knocke" or "constant-emissivity".
+    rings : int
+        Of segments around the cap, 0 to 7.
+    solar_irradiance : float
+        At 1 au, W/m^2.
+    """
+
+    kind = "earth_radiation"
+
+    def __init__(self, constants: str = "knocke", rings: int = 2, solar_irradiance: float = 1367.0) -> None:
+        super().__init__("earth_radiation_open", constants.encode(), rings, solar_irradiance)
+
+    def flux(self, epoch: When, position: ArrayLike, seconds: ArrayLike = 0.0) -> Array:
+        """Net flux (n, 3), W/m^2, inertial, away from the Earth, at inertial positions (n, 3), m."""
+        where = numbers(position, 3)
+        flux = np.empty_like(where)
+        call("earth_radiation_flux", self._handle, Utc.of(epoch)._c(), len(where),
+             pointer(spread(seconds, len(where))), pointer(where), pointer(flux))
+        return flux
+
+
+class Surface(Handle):
+    """The outside of a satellite: the trapezoidal prism of GRACE, or plates.
+
+    Parameters
+    ----------
+    length, height, width_bottom, width_top : float
+        m; x along the length, z to the wide bottom that faces the Earth.
+    specular, diffuse : float
+        Reflected parts of the light.
+    """
+
+    kind = "surface"
+
+    def __init__(self, length: float = 3.122, height: float = 0.72, width_bottom: float = 1.942,
+                 width_top: float = 0.693, specular: float = 0.2, diffuse: float = 0.1) -> None:
+        super().__init__("surface_trapezoid", length, height, width_bottom, width_top, specular, diffuse)
+
+    @classmethod
+    def of_plates(cls, normal: ArrayLike, area: ArrayLike, centre: ArrayLike, specular: ArrayLike,
+                  diffuse: ArrayLike) -> "Surface":
+        """A closed convex body of n plates: outward unit normals (n, 3), areas (n,) m^2, centres (n, 3) m,
+        reflectivities (n,); body axes."""
+        normals = numbers(normal, 3)
+        n = len(normals)
+        address = ffi.new("gracecg_surface **")
+        call("surface_create", n, pointer(normals), pointer(exactly(area, n)), pointer(exactly(centre, n, 3)),
+             pointer(exactly(specular, n)), pointer(exactly(diffuse, n)), address)
+        return cls._of(address)
+
+    def area(self, direction: ArrayLike) -> float:
+        """Cross-section, m^2, seen from a direction (unit vector towards the observer, body axes)."""
+        area = ffi.new("double *")
+        call("surface_area", self._handle, pointer(exactly(direction, 3)), area)
+        return area[0]
+
+    def drag(self, mass: float, drag_coefficient: float, density: float, velocity: ArrayLike) -> Array:
+        """Acceleration by air (3,), m/s^2: mass in kg, density in kg/m^3, velocity relative to the air in m/s;
+        body axes."""
+        acceleration = np.empty(3)
+        call("surface_drag", self._handle, mass, drag_coefficient, density, pointer(exactly(velocity, 3)),
+             pointer(acceleration))
+        return acceleration
+
+    def sunlight(self, mass: float, reflectivity: float, to_sun: ArrayLike, illumination: float = 1.0,
+                 solar_irradiance: float = 1367.0) -> Array:
+        """Acceleration by sunlight (3,), m/s^2: vector to the Sun in m, irradiance at 1 au in W/m^2; body axes."""
+        acceleration = np.empty(3)
+        call("surface_sunlight", self._handle, mass, reflectivity, solar_irradiance, illumination,
+             pointer(exactly(to_sun, 3)), pointer(acceleration))
+        return acceleration
+
+    def earthlight(self, mass: float, reflectivity: float, flux: ArrayLike, position: ArrayLike,
+                   quaternion: ArrayLike) -> Array:
+        """Acceleration by the Earth's light (3,), m/s^2, body axes: flux of `EarthRadiation` in W/m^2 and position
+        in m, both inertial; attitude from inertial to body axes, scalar last."""
+        acceleration = np.empty(3)
+        call("surface_earthlight", self._handle, mass, reflectivity, pointer(exactly(flux, 3)),
+             pointer(exactly(position, 3)), pointer(exactly(quaternion, 4)), pointer(acceleration))
+        return acceleration
+
+    def aerodynamic_load(self, centre_of_mass: ArrayLike, density: float, temperature: float,
+                         number_density: ArrayLike, velocity: ArrayLike, wall_temperature: float = 300.0,
+                         accommodation: float = 0.9) -> tuple[Array, Array]:
+        """Force (3,), N, and torque (3,), N m, of air in free-molecular flow, about the centre of mass (m)."""
+        force, torque = np.empty(3), np.empty(3)
+        call("surface_aerodynamic_load", self._handle, pointer(exactly(centre_of_mass, 3)), density, temperature,
+             pointer(exactly(number_density, 3)), wall_temperature, accommodation, pointer(exactly(velocity, 3)),
+             pointer(force), pointer(torque))
+        return force, torque
+
+    def sunlight_load(self, centre_of_mass: ArrayLike, to_sun: ArrayLike, illumination: float = 1.0,
+                      solar_irradiance: float = 1367.0) -> tuple[Array, Array]:
+        """Force (3,), N, and torque (3,), N m, of sunlight, about the centre of mass (m); body axes."""
+        force, torque = np.empty(3), np.empty(3)
+        call("surface_sunlight_load", self._handle, pointer(exactly(centre_of_mass, 3)), solar_irradiance,
+             illumination, pointer(exactly(to_sun, 3)), pointer(force), pointer(torque))
+        return force, torque

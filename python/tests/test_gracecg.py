@@ -1,0 +1,225 @@
+"""The Python package: identities, the command line's digits, and what is refused.
+
+GRACECG_PROGRAM names the program whose numbers are compared; without it those tests are skipped.
+"""
+import csv
+import os
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import gracecg
+from gracecg import _library
+
+PROGRAM = os.environ.get("GRACECG_PROGRAM")
+POSITION = [[4.0e6, -3.0e6, 4.6e6], [6.8e6, 1e5, -2e5]]      # m
+SAME = {"rtol": float(os.environ.get("GRACECG_DIGITS", "1e-9")), "atol": 0.0}
+
+
+def program(*words, folder=None):
+    """The first row of CSV that the program prints, as numbers by column."""
+    output = subprocess.run([PROGRAM, *words], capture_output=True, text=True, check=True, cwd=folder).stdout
+    lines = [line for line in output.splitlines() if line and not line.startswith("#")]
+    return {name: float(value) for name, value in next(csv.DictReader(lines)).items()
+            if value.replace(".", "").replace("-", "").replace("e", "").isdigit()}
+
+
+needs_program = pytest.mark.skipif(PROGRAM is None, reason="GRACECG_PROGRAM is not set")
+
+
+@pytest.fixture(scope="module")
+def case():
+    return gracecg.Case("front-3")
+
+
+@pytest.fixture(scope="module")
+def observations(case):
+    return case.simulator().observe(seed=1, run=1)
+
+
+def test_every_function_of_the_header_is_there():
+    names = [name for name in dir(_library.lib) if name.startswith("gracecg_")]
+    assert len(names) > 80 and all(getattr(_library.lib, name) for name in names)
+
+
+def test_time():
+    start = gracecg.Utc.of("2016-12-31T23:59:59")
+    assert start.plus(2.0).since(start) == 2.0                 # a leap second lies between
+    assert start.plus(2.0) == gracecg.Utc(start.mjd + 1, 0.0)
+    assert gracecg.Utc.of("1989-01-02").mjd == 47528
+
+
+def test_laplace_and_symmetry():
+    acceleration, potential, gradient = gracecg.Gravity("egm96", 20).evaluate(POSITION)
+    assert acceleration.shape == (2, 3) and potential.shape == (2,)
+    assert np.allclose(np.trace(gradient, axis1=1, axis2=2), 0, atol=1e-20)
+    assert np.array_equal(gradient, gradient.transpose(0, 2, 1))
+    step = 1.0
+    moved = gracecg.Gravity("egm96", 20).evaluate(np.array(POSITION) + [step, 0, 0])[0]
+    assert np.allclose((moved - acceleration) / step, gradient[:, :, 0], rtol=1e-3, atol=1e-12)
+
+
+def test_models():
+    point = gracecg.Gravity("point-mass", 0).evaluate(POSITION[0])
+    assert np.isclose(point[1][0], 3.986004415e14 / np.linalg.norm(POSITION[0]), rtol=1e-9)
+    field = gracecg.Field("1989-01-02", "igrf95").evaluate(POSITION)
+    assert np.all((np.linalg.norm(field, axis=1) > 1e-5) & (np.linalg.norm(field, axis=1) < 7e-5))
+    air = gracecg.Density("1989-01-02").evaluate("1989-01-02", POSITION)
+    assert np.all(air.density > 0) and air.number_density.shape == (2, 3)
+    assert gracecg.Wind().evaluate("1989-01-02", POSITION).shape == (2, 2)
+    sun = gracecg.sun_position("1989-01-02", [0.0, 86400.0])
+    assert np.allclose(np.linalg.norm(sun, axis=1), 1.471e11, rtol=2e-3)     # perihelion
+    assert np.array_equal(gracecg.sun_illumination(sun[:1] / 1e4, sun[:1]), [1.0])
+    flux = gracecg.EarthRadiation().flux("1989-01-02", POSITION)
+    assert np.all(np.einsum("ij,ij->i", flux, POSITION) > 0)                 # away from the Earth
+    assert np.isclose(gracecg.Surface().area([0, 0, 1]), 3.122 * 1.942)
+    turned = gracecg.earth_fixed(0.3, POSITION)
+    assert np.allclose(gracecg.earth_fixed(-0.3, turned), POSITION, rtol=1e-14)
+
+
+def test_truth_and_propagation(case):
+    truth = case.simulator().truth()
+    assert np.array_equal(truth["state"][0], case.state) and truth["time"][-1] == case.duration
+    states = case.force_model().propagate(case.state, 0.1, 10)
+    assert np.allclose(states[-1], truth["state"][10], rtol=1e-9, atol=1e-9)
+    parts = case.force_model().accelerations(0.0, case.state[:3], case.state[3:6], case.state[9:])
+    assert np.allclose(sum(parts[name] for name in parts if name != "total"), parts["total"])
+
+
+def test_arrays_there_and_back(observations):
+    again = gracecg.Observations.from_arrays(observations.setup, observations.accelerometer,
+                                             observations.star_camera, observations.magnetometer,
+                                             observations.orbit)
+    for algorithm in gracecg.algorithms():
+        one, other = observations.estimate(algorithm), again.estimate(algorithm)
+        assert np.array_equal(one.offset, other.offset), algorithm
+
+
+def test_folder(observations, tmp_path):
+    observations.write(tmp_path / "set")
+    again = gracecg.Observations(tmp_path / "set")
+    assert np.array_equal(again.accelerometer[1], observations.accelerometer[1])
+    assert again.setup.text == observations.setup.text
+
+
+@pytest.mark.parametrize("algorithm", gracecg.algorithms())
+def test_fit(observations, algorithm):
+    fit = observations.fit(algorithm)
+    series, solution = fit.series(), fit.solution
+    n = len(series["time"])
+    assert series["residual"].shape == (n, 3) and series["partials"].shape == (n, 3, 3)
+    assert np.array_equal(solution.offset, observations.estimate(algorithm).offset) and solution.converged
+    assert fit.parameters[:3] == ["d_x", "d_y", "d_z"]
+    covariance = fit.covariance()
+    assert covariance.shape == (len(fit.parameters),) * 2
+    assert np.allclose(covariance[:3, :3], solution.covariance, rtol=1e-6)
+    assert np.allclose(fit.covariance_by_source().sum(axis=0), solution.covariance, rtol=1e-6, atol=1e-18)
+    # a_x by the offset: -(omega_y^2 + omega_z^2); its trace with the others is -2 omega^2 and never positive
+    assert np.all(np.trace(series["partials"], axis1=1, axis2=2) < 1e-5)
+    # d x alpha has no component along d: antisymmetric part of the partials is the angular acceleration
+    antisymmetric = (series["partials"] - series["partials"].transpose(0, 2, 1)) / 2
+    alpha = np.stack([antisymmetric[:, 2, 1], antisymmetric[:, 0, 2], antisymmetric[:, 1, 0]], axis=1)
+    assert np.allclose(alpha, series["angular_acceleration"], atol=1e-9) or \
+        np.allclose(alpha, -series["angular_acceleration"], atol=1e-9)
+    tests = fit.tests()
+    assert np.allclose(tests.source_share.sum(axis=0), 1, rtol=1e-6)
+    assert np.all((tests.probability >= 0) & (tests.probability <= 1))
+    assert (len(fit.running()["time"]) > 0) == (algorithm == "sequential")
+
+
+def test_options(observations):
+    tight = observations.estimate("optimal", {"optimal": {"density_wave": "none", "estimate_rod_gain": True}})
+    assert "rod" in " ".join(tight.parameters) and not np.array_equal(tight.offset, observations.estimate().offset)
+    with pytest.raises(gracecg.GracecgError, match="density_wav"):
+        observations.with_options({"optimal": {"density_wav": "none"}})
+    assert gracecg.Case.parse(gracecg.Case("back-1").text).bound().sigma[0] == gracecg.Case("back-1").bound().sigma[0]
+
+
+def test_joint(case):
+    simulator = case.simulator()
+    joint = gracecg.estimate_joint([simulator.observe(1, 1), simulator.observe(1, 2)])
+    assert joint.consistent and joint.difference.shape == (2, 3)
+    assert np.allclose(joint.offset, case.offset, atol=1e-4)
+
+
+def test_bound_and_plan(case):
+    bound = case.bound()
+    assert np.allclose(np.sqrt(np.diag(bound.covariance)), bound.sigma)
+    assert np.allclose(bound.direction @ bound.direction.T, np.eye(3), atol=1e-12)
+    assert len(case.rods) == 2 and case.rods[0].axis in (1, 2, 3)
+    places = case.map([0.0, 600.0])
+    assert places.sigma.shape == (2, 3) and np.all(np.abs(places.latitude) < np.pi / 2)
+    assert case.design_settings().amplitude == 30
+
+
+def test_monte_carlo(case):
+    seen = []
+    result = gracecg.monte_carlo(case, "assest-fde", runs=4, threads=2, progress=lambda done, of: seen.append((done, of)))
+    assert seen == [(k, 4) for k in range(1, 5)]
+    assert np.array_equal(result.offset, gracecg.monte_carlo(case, "assest-fde", runs=4, threads=1).offset)
+    with pytest.raises(KeyboardInterrupt):
+        gracecg.monte_carlo(case, "assest-fde", runs=4, threads=1, progress=lambda done, of: False)
+
+
+def test_other_threads_run(observations):
+    counts = []
+    stop = threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counts.append(time.perf_counter())
+            time.sleep(1e-3)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    start = time.perf_counter()
+    for _ in range(5):
+        observations.estimate("optimal")
+    spent = time.perf_counter() - start
+    stop.set()
+    counter.join()
+    inside = [t for t in counts if start < t < start + spent]
+    assert len(inside) > 5 and max(np.diff(inside)) < spent
+
+
+@pytest.mark.parametrize("call, message", [
+    (lambda: gracecg.Gravity("egm96", 99), "99"),
+    (lambda: gracecg.Case("front-9"), "front-9"),
+    (lambda: gracecg.Field("3000-01-01"), "3000"),
+    (lambda: gracecg.Gravity().evaluate([[float("nan"), 0, 7e6]]), "finite"),
+    (lambda: gracecg.Level1("/no/such/file"), "no/such"),
+    (lambda: gracecg.Setup.parse("&a"), "&a"),
+])
+def test_refusals(call, message):
+    with pytest.raises(gracecg.GracecgError, match=message):
+        call()
+
+
+def test_shapes():
+    with pytest.raises(ValueError, match="shape"):
+        gracecg.Gravity().evaluate([1.0, 2.0])
+
+
+@needs_program
+def test_digits_of_the_command_line(observations, case, tmp_path):
+    subprocess.run([PROGRAM, "simulate", "front-3", "--out", str(tmp_path / "set"), "--seed", "1"], check=True,
+                   capture_output=True)
+    for algorithm in ("assest-fde", "ascrest", "optimal", "sequential"):
+        row = program("estimate", str(tmp_path / "set"), "--algorithm", algorithm, "--format", "csv")
+        ours = gracecg.Observations(tmp_path / "set").estimate(algorithm)
+        assert np.allclose([row[f"d{axis}_mm"] for axis in "xyz"], 1e3 * ours.offset, **SAME), algorithm
+    row = program("bound", "front-3", "--format", "csv")
+    bound = [row[name] for name in row if name.startswith("sigma_")][:3]
+    assert np.allclose(bound, 1e3 * case.bound().sigma, **SAME)
+    gravity = program("model", "gravity", "--position", *map(str, POSITION[0]))
+    assert np.allclose([gravity[name] for name in ("ax", "ay", "az")], gracecg.Gravity().evaluate(POSITION[0])[0][0],
+                       rtol=1e-12)
+    runs = tmp_path / "runs.csv"
+    subprocess.run([PROGRAM, "montecarlo", "--cases", "front-3", "--algorithms", "assest-fde", "--runs", "3",
+                    "--runs-out", str(runs)], check=True, capture_output=True)
+    table = np.array([[float(value) for value in line.split(",")[3:6]] for line in runs.read_text().splitlines()
+                      if line.startswith("front-3,")])
+    assert np.allclose(table, 1e3 * gracecg.monte_carlo(case, "assest-fde", runs=3).offset, **SAME)

@@ -1,0 +1,331 @@
+!> What an operator believes of satellite, rods and instruments, as hypotheses that a fit can contradict: a list
+!> of them, in words, and what an observation set looks like if another value holds.
+!>
+!> A belief with a value (a gain, a delay, an angle) is a parameter of gracecg_estimation_parameters whose value 0
+!> is what is believed. A belief without one (which axis is which, a sign, a convention) is an alteration.
+module gracecg_estimation_belief
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: DEGREE, NANOTESLA
+    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
+    use gracecg_base_vectors, only: cross
+    use gracecg_spacecraft_torque_rods, only: interchange_rods
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
+    use gracecg_observations_knowledge, only: HEADS
+    use gracecg_estimation_parameters
+    use gracecg_estimation_physical_model, only: turned_by
+    implicit none
+    private
+    public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
+
+    !> A belief with a value.
+    type :: belief_t
+        integer :: parameter = 0            !! Its place among PARAMETERS
+        character(36) :: subject = ''       !! What it is of, in words
+        character(8) :: unit = ''           !! In which it is shown
+        real(dp) :: size = 1                !! Of that unit in SI units
+        real(dp) :: largest = 1             !! Wrong value that is conceivable, in that unit
+    end type belief_t
+
+    character(*), parameter :: NONE = ''
+    real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
+    real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+    !> All beliefs with a value, in the order in which they are shown
+    type(belief_t), parameter :: BELIEFS(65) = [ &
+        belief_t(ROD_GAINS(1), 'gain of rod x', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(ROD_GAINS(2), 'gain of rod y', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(ROD_GAINS(3), 'gain of rod z', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(ROD_GAIN, 'gain of all rods', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(ROD_DELAYS(1), 'delay of rod x', 's', 1.0_dp, LATE), &
+        belief_t(ROD_DELAYS(2), 'delay of rod y', 's', 1.0_dp, LATE), &
+        belief_t(ROD_DELAYS(3), 'delay of rod z', 's', 1.0_dp, LATE), &
+        belief_t(ROD_FREQUENCIES(1), 'frequency of rod x', 'Hz', 1.0_dp, 0.1_dp), &
+        belief_t(ROD_FREQUENCIES(2), 'frequency of rod y', 'Hz', 1.0_dp, 0.1_dp), &
+        belief_t(ROD_FREQUENCIES(3), 'frequency of rod z', 'Hz', 1.0_dp, 0.1_dp), &
+        belief_t(ALL_RODS_DELAY, 'delay of all rods', 's', 1.0_dp, LATE), &
+        belief_t(ALL_RODS_FREQUENCY, 'frequency of all rods', 'Hz', 1.0_dp, 0.1_dp), &
+        belief_t(ROD_TURNS(1), 'direction of rod x about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ROD_TURNS(2), 'direction of rod x about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ROD_TURNS(3), 'direction of rod y about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ROD_TURNS(4), 'direction of rod y about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ROD_TURNS(5), 'direction of rod z about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ROD_TURNS(6), 'direction of rod z about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(INERTIA(1), 'inertia xx', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(INERTIA(2), 'inertia yy', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(INERTIA(3), 'inertia zz', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(INERTIA(4), 'inertia xy', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(INERTIA(5), 'inertia yz', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(INERTIA(6), 'inertia zx', 'kg m^2', 1.0_dp, 1e3_dp), &
+        belief_t(TORQUE_CHANGE(1), 'change of other torques about x', 'N m', 1.0_dp, 1e-3_dp), &
+        belief_t(TORQUE_CHANGE(2), 'change of other torques about y', 'N m', 1.0_dp, 1e-3_dp), &
+        belief_t(TORQUE_CHANGE(3), 'change of other torques about z', 'N m', 1.0_dp, 1e-3_dp), &
+        belief_t(SCALE_FACTORS(1), 'scale factor of accelerometer x', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(SCALE_FACTORS(2), 'scale factor of accelerometer y', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(SCALE_FACTORS(3), 'scale factor of accelerometer z', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(ACCELEROMETER_DELAYS(1), 'delay of accelerometer x', 's', 1.0_dp, LATE), &
+        belief_t(ACCELEROMETER_DELAYS(2), 'delay of accelerometer y', 's', 1.0_dp, LATE), &
+        belief_t(ACCELEROMETER_DELAYS(3), 'delay of accelerometer z', 's', 1.0_dp, LATE), &
+        belief_t(ACCELEROMETER_TURN(1), 'direction of accelerometer about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ACCELEROMETER_TURN(2), 'direction of accelerometer about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(ACCELEROMETER_TURN(3), 'direction of accelerometer about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(FIELD_BIAS(1), 'bias of magnetometer x', 'nT', NANOTESLA, 1e5_dp), &
+        belief_t(FIELD_BIAS(2), 'bias of magnetometer y', 'nT', NANOTESLA, 1e5_dp), &
+        belief_t(FIELD_BIAS(3), 'bias of magnetometer z', 'nT', NANOTESLA, 1e5_dp), &
+        belief_t(FIELD_TURN(1), 'direction of magnetometer about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(FIELD_TURN(2), 'direction of magnetometer about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(FIELD_TURN(3), 'direction of magnetometer about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(FIELD_SCALES(1), 'scale factor of magnetometer x', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SCALES(2), 'scale factor of magnetometer y', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SCALES(3), 'scale factor of magnetometer z', NONE, 1.0_dp, 2.0_dp), &
+        belief_t(FIELD_SHEARS(1), 'skewness of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SHEARS(2), 'skewness of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SHEARS(3), 'skewness of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_DELAY, 'delay of magnetometer', 's', 1.0_dp, LATE), &
+        belief_t(MOUNTING_1(1), 'mounting of head 1 about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(MOUNTING_1(2), 'mounting of head 1 about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(MOUNTING_1(3), 'mounting of head 1 about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(MOUNTING_2(1), 'mounting of head 2 about x', 'deg', DEGREE, 180.0_dp), &
+        belief_t(MOUNTING_2(2), 'mounting of head 2 about y', 'deg', DEGREE, 180.0_dp), &
+        belief_t(MOUNTING_2(3), 'mounting of head 2 about z', 'deg', DEGREE, 180.0_dp), &
+        belief_t(STAR_CAMERA_DELAY, 'delay of star camera', 's', 1.0_dp, LATE), &
+        belief_t(ROD_SWAPS(1), 'interchange of rods x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ROD_SWAPS(2), 'interchange of rods y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ROD_SWAPS(3), 'interchange of rods z and x', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(1), 'interchange of magnetometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(2), 'interchange of magnetometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(FIELD_SWAPS(3), 'interchange of magnetometer z and x', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(1), 'interchange of accelerometer x and y', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(2), 'interchange of accelerometer y and z', NONE, 1.0_dp, 1.0_dp), &
+        belief_t(ACCELEROMETER_SWAPS(3), 'interchange of accelerometer z and x', NONE, 1.0_dp, 1.0_dp)]
+
+    !> All beliefs without a value: what would have to hold instead. apply_alteration knows them by their place
+    character(44), parameter :: ALTERATIONS(23) = [character(44) :: &
+        'rod x has the opposite sign', 'rod y has the opposite sign', 'rod z has the opposite sign', &
+        'all rods have the opposite sign', &
+        'rods x and y are interchanged', 'rods y and z are interchanged', 'rods z and x are interchanged', &
+        'accelerometer x has the opposite sign', 'accelerometer y has the opposite sign', &
+        'accelerometer z has the opposite sign', &
+        'accelerometer x and y are interchanged', 'accelerometer y and z are interchanged', &
+        'accelerometer z and x are interchanged', &
+        'magnetometer x has the opposite sign', 'magnetometer y has the opposite sign', &
+        'magnetometer z has the opposite sign', &
+        'magnetometer x and y are interchanged', 'magnetometer y and z are interchanged', &
+        'magnetometer z and x are interchanged', &
+        'the star-camera heads are interchanged', 'the quaternions turn from the camera to inertial', &
+        'the quaternions have the scalar first', 'scalar first, from the camera to inertial']
+
+contains
+
+    !> Is a parameter one of those that are either 0 or 1?
+    elemental logical function is_interchange(parameter)
+        integer, intent(in) :: parameter    !! Its place among PARAMETERS
+
+        is_interchange = any([ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS] == parameter)
+    end function is_interchange
+
+    !> Which manoeuvre lets the data tell a belief.
+    subroutine testing_manoeuvre(belief, text)
+        integer, intent(in) :: belief       !! Its place in BELIEFS
+        character(:), allocatable, intent(out) :: text    !! Part of a sentence
+
+        select case (BELIEFS(belief)%parameter)
+        case (ROD_GAINS(1):ROD_FREQUENCIES(3), ALL_RODS_DELAY, ALL_RODS_FREQUENCY, ROD_GAIN, ROD_SWAPS(1):ROD_SWAPS(3))
+            text = 'driving the rods one after the other, slowly enough (0.02 to 0.05 Hz) that the star camera sees the turn'
+        case (INERTIA(1):INERTIA(6), TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+            text = 'a longer arc with turns about all three axes, at two frequencies or more'
+        case (FIELD_BIAS(1):FIELD_BIAS(3), FIELD_TURN(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SHEARS(3), &
+              FIELD_SWAPS(1):FIELD_SWAPS(3))
+            text = 'driving the same rods at another place of the orbit, where the field has another direction'
+        case (SCALE_FACTORS(1):SCALE_FACTORS(3), ACCELEROMETER_DELAYS(1):ACCELEROMETER_TURN(3), &
+              ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+            text = 'angular accelerations about all three axes at frequencies of their own, so that each offset is seen by '// &
+                'two axes of the accelerometer'
+        case default
+            text = 'rods out of phase at two frequencies, and both star-camera heads'
+        end select
+    end subroutine testing_manoeuvre
+
+    !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
+    !> samples change. An interchange is done if the value is not 0, whatever it is.
+    pure subroutine apply_value(parameter, value, observations)
+        integer, intent(in) :: parameter    !! Its place among PARAMETERS
+        real(dp), intent(in) :: value       !! SI units
+        type(observation_set_t), intent(inout) :: observations
+
+        integer :: i, j, next
+        real(dp) :: zeta(3), other
+
+        associate (k => observations%knowledge)
+            select case (parameter)
+            case (ROD_GAIN)
+                k%rods%gain = k%rods%gain*(1 + value)
+            case (ROD_GAINS(1):ROD_GAINS(3))
+                i = parameter - ROD_GAINS(1) + 1
+                k%rods%gain(i) = k%rods%gain(i) + value
+            case (ROD_TURNS(1):ROD_TURNS(6))
+                i = parameter - ROD_TURNS(1) + 1
+                k%rods%misalignment(i) = k%rods%misalignment(i) + value
+            case (ROD_DELAYS(1):ROD_DELAYS(3))
+                i = parameter - ROD_DELAYS(1) + 1
+                k%rods%delay(i) = k%rods%delay(i) + value
+            case (ALL_RODS_DELAY)
+                k%rods%delay = k%rods%delay + value
+            case (ALL_RODS_FREQUENCY)
+                k%rods%activations%frequency = k%rods%activations%frequency + value
+            case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3))
+                where (k%rods%activations%axis == parameter - ROD_FREQUENCIES(1) + 1) &
+                    k%rods%activations%frequency = k%rods%activations%frequency + value
+            case (INERTIA(1):INERTIA(3))
+                i = parameter - INERTIA(1) + 1
+                k%inertia(i, i) = k%inertia(i, i) + value
+            case (INERTIA(4):INERTIA(6))
+                i = parameter - INERTIA(4) + 1
+                k%inertia(i, modulo(i, 3) + 1) = k%inertia(i, modulo(i, 3) + 1) + value
+                k%inertia(modulo(i, 3) + 1, i) = k%inertia(i, modulo(i, 3) + 1)
+            case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+                i = parameter - TORQUE_CHANGE(1) + 1
+                k%torque_change(i) = k%torque_change(i) + value
+            case (SCALE_FACTORS(1):SCALE_FACTORS(3))
+                i = parameter - SCALE_FACTORS(1) + 1
+                k%accelerometer_scale(i) = k%accelerometer_scale(i)*(1 + value)
+            case (FIELD_BIAS(1):FIELD_BIAS(3))
+                i = parameter - FIELD_BIAS(1) + 1
+                k%magnetometer_bias(i) = k%magnetometer_bias(i) + value
+            case (FIELD_SCALES(1):FIELD_SCALES(3))
+                i = parameter - FIELD_SCALES(1) + 1
+                observations%field(i, :) = observations%field(i, :)*(1 - value)
+            case (FIELD_SHEARS(1):FIELD_SHEARS(3))
+                i = parameter - FIELD_SHEARS(1) + 1
+                next = modulo(i, 3) + 1
+                do j = 1, size(observations%field, 2)
+                    other = observations%field(i, j)
+                    observations%field(i, j) = other - value*observations%field(next, j)
+                    observations%field(next, j) = observations%field(next, j) - value*other
+                end do
+            case (ROD_SWAPS(1):ROD_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(5 + parameter - ROD_SWAPS(1), observations)
+            case (ACCELEROMETER_SWAPS(1):ACCELEROMETER_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(11 + parameter - ACCELEROMETER_SWAPS(1), observations)
+            case (FIELD_SWAPS(1):FIELD_SWAPS(3))
+                if (abs(value) > 0) call apply_alteration(17 + parameter - FIELD_SWAPS(1), observations)
+            case (FIELD_DELAY)
+                observations%magnetometer_time = observations%magnetometer_time - value
+            case (STAR_CAMERA_DELAY)
+                observations%star_camera_time = observations%star_camera_time - value
+            case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+                i = parameter - ACCELEROMETER_DELAYS(1) + 1
+                call advance(observations%accelerometer_time, observations%acceleration(i, :), value)
+            case (FIELD_TURN(1):FIELD_TURN(3))
+                zeta = along(parameter - FIELD_TURN(1) + 1, value)
+                call turn(observations%field, zeta)
+            case (ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3))
+                zeta = along(parameter - ACCELEROMETER_TURN(1) + 1, value)
+                call turn(observations%acceleration, -zeta)
+            case (MOUNTING_1(1):MOUNTING_2(3))
+                i = parameter - MOUNTING_1(1)
+                zeta = along(mod(i, 3) + 1, value)
+                ! body from inertial, as the samples say it, is turned too far by zeta: the camera's mounting takes it up
+                associate (mounting => k%mounting(:, i/3 + 1))
+                    mounting = quaternion_product(mounting, conjugate_quaternion(turned_by(-zeta, NO_TURN)))
+                end associate
+            end select
+        end associate
+    end subroutine apply_value
+
+    pure function along(axis, value) result(vector)
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: value
+        real(dp) :: vector(3)
+
+        vector = 0
+        vector(axis) = value
+    end function along
+
+    !> Turns vectors by a rotation vector (R. Rodrigues).
+    pure subroutine turn(vectors, zeta)
+        real(dp), intent(inout) :: vectors(:, :)
+        real(dp), intent(in) :: zeta(3)
+
+        real(dp) :: angle, axis(3), v(3)
+        integer :: i
+
+        angle = norm2(zeta)
+        if (.not. angle > 0) return
+        axis = zeta/angle
+        do i = 1, size(vectors, 2)
+            v = vectors(:, i)
+            vectors(:, i) = v*cos(angle) + cross(axis, v)*sin(angle) + axis*dot_product(axis, v)*(1 - cos(angle))
+        end do
+    end subroutine turn
+
+    !> A series read at later tags: the value at t + delay, by Lagrange's cubic through the four nearest samples.
+    pure subroutine advance(times, series, delay)
+        real(dp), intent(in) :: times(:)        !! Increasing, s
+        real(dp), intent(inout) :: series(:)
+        real(dp), intent(in) :: delay           !! s
+
+        real(dp) :: old(size(series)), t, weight
+        integer :: i, j, l, first, n
+
+        n = size(series)
+        if (n < 4) return
+        old = series
+        first = 1
+        do i = 1, n
+            t = min(max(times(i) + delay, times(1)), times(n))
+            do while (first < n - 3 .and. times(first + 2) < t)
+                first = first + 1
+            end do
+            do while (first > 1 .and. times(first + 1) > t)
+                first = first - 1
+            end do
+            series(i) = 0
+            do j = first, first + 3
+                weight = 1
+                do l = first, first + 3
+                    if (l /= j) weight = weight*(t - times(l))/(times(j) - times(l))
+                end do
+                series(i) = series(i) + weight*old(j)
+            end do
+        end do
+    end subroutine advance
+
+    !> Makes an observation set as it is believed to be of one in which an alteration holds.
+    pure subroutine apply_alteration(alteration, observations)
+        integer, intent(in) :: alteration       !! Its place in ALTERATIONS
+        type(observation_set_t), intent(inout) :: observations
+
+        integer, parameter :: TO(3) = [2, 3, 1]
+        integer :: i
+
+        associate (k => observations%knowledge)
+            select case (alteration)
+            case (1:3)
+                k%rods%gain(alteration) = -k%rods%gain(alteration)
+            case (4)
+                k%rods%gain = -k%rods%gain
+            case (5:7)
+                i = alteration - 4
+                call interchange_rods(k%rods, i, TO(i))
+            case (8:10)
+                observations%acceleration(alteration - 7, :) = -observations%acceleration(alteration - 7, :)
+            case (11:13)
+                i = alteration - 10
+                observations%acceleration([i, TO(i)], :) = observations%acceleration([TO(i), i], :)
+            case (14:16)
+                observations%field(alteration - 13, :) = -observations%field(alteration - 13, :)
+            case (17:19)
+                i = alteration - 16
+                observations%field([i, TO(i)], :) = observations%field([TO(i), i], :)
+            case (20)
+                k%mounting = k%mounting(:, HEADS:1:-1)
+            case (21)
+                observations%quaternion(:3, :) = -observations%quaternion(:3, :)
+            case (22)
+                observations%quaternion = observations%quaternion([2, 3, 4, 1], :)
+            case (23)
+                observations%quaternion = observations%quaternion([2, 3, 4, 1], :)
+                observations%quaternion(:3, :) = -observations%quaternion(:3, :)
+            end select
+        end associate
+    end subroutine apply_alteration
+end module gracecg_estimation_belief

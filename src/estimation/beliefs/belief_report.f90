@@ -1,0 +1,257 @@
+!> What the tests of the operator's beliefs have found, for whoever shows it.
+module gracecg_estimation_belief_report
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_statistics, only: normal_quantile
+    implicit none
+    private
+    public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
+    public :: begin_report, add_value, add_noise, add_score, finish_report
+    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS
+
+    integer, parameter :: CONFIRMED = 1     !! A wrong value that matters would have been seen
+    integer, parameter :: UNTESTED = 2
+    !! It cannot be tested here: a value that no test sees could move the offset by more than is wanted
+    integer, parameter :: CONTRADICTED = 3  !! By the data
+    real(dp), parameter :: FAMILY_LEVEL = 1e-3_dp   !! Probability that right beliefs are contradicted anywhere
+    real(dp), parameter :: POWER = 0.8_dp   !! With which a minimal detectable value is found
+
+    !> Subjects of the noise tests: levels, correlation of neighbouring residuals, lines in their spectra
+    character(32), parameter :: NOISE_SUBJECTS(12) = [character(32) :: &
+        'noise of accelerometer x', 'noise of accelerometer y', 'noise of accelerometer z', &
+        'noise of star camera about x', 'noise of star camera about y', 'noise of star camera boresight', &
+        'colour of accelerometer x noise', 'colour of accelerometer y noise', 'colour of accelerometer z noise', &
+        'line in accelerometer x', 'line in accelerometer y', 'line in accelerometer z']
+
+    !> The test of a belief with a value.
+    type :: value_test_t
+        integer :: belief = 0               !! Its place in BELIEFS
+        real(dp) :: value = 0               !! That fits the data best, SI units
+        real(dp) :: sigma = 0               !! Its standard deviation by the data; 0: they do not determine it
+        real(dp) :: score = 0               !! T: standard normal if the belief is right
+        real(dp) :: detectable = 0          !! Minimal detectable value, SI units; 0: none
+        real(dp) :: largest = 0             !! Wrong value that is conceivable, SI units
+        logical :: all_or_nothing = .false. !! It is either 0 or `largest`
+        real(dp) :: effect(3) = 0
+        !! What the smaller of the two, or the conceivable one where nothing is detectable, does to the offset, m
+        real(dp) :: shift(3) = 0            !! What the value found adds to the offset estimated without it, m
+        integer :: state = CONFIRMED        !! One of the three
+    end type value_test_t
+
+    !> The test of a noise level.
+    type :: noise_test_t
+        integer :: subject = 0              !! Its place in NOISE_SUBJECTS
+        real(dp) :: factor = 1              !! Standard deviation found by that believed
+        real(dp) :: score = 0               !! Standard normal if the belief is right
+        real(dp) :: gain = 0                !! Of the log-likelihood, if the level were that found
+        real(dp) :: frequency = 0           !! Of a line, Hz
+        logical :: at_a_rod = .false.       !! The line has the frequency of a rod, as far as the arc tells them apart
+        integer :: state = CONFIRMED        !! CONFIRMED or CONTRADICTED
+    end type noise_test_t
+
+    integer, parameter :: OF_VALUE = 1, OF_ALTERATION = 2, OF_NOISE = 3     !! Kinds of explanations
+
+    !> A wrong belief that would explain the data.
+    type :: explanation_t
+        integer :: kind = 0                 !! OF_VALUE, OF_ALTERATION, OF_NOISE
+        integer :: place = 0                !! In BELIEFS, ALTERATIONS, NOISE_SUBJECTS
+        real(dp) :: gain = 0                !! Of the log-likelihood of the data
+        real(dp) :: value = 0               !! SI units; of a noise the factor of its standard deviation
+        real(dp) :: sigma = 0               !! Of the value
+        real(dp) :: offset(3) = 0           !! With it, m
+        logical :: complete = .false.       !! With it no belief is contradicted
+        real(dp) :: fitted = 0              !! The value, while it is looked for
+    end type explanation_t
+
+    !> All tests of one fit.
+    type :: belief_report_t
+        real(dp) :: offset(3) = 0           !! Estimated, m
+        real(dp) :: wanted = 5e-5_dp        !! Accuracy of each component, m
+        real(dp) :: apart(3) = 0
+        !! What the estimate differs from that of `optimal` by, m: what its sigmas leave out
+        logical :: signs_known = .false.    !! Of the accelerometer's axes together: no calibration alone tells
+        real(dp) :: critical = 0            !! Of a score
+        type(value_test_t), allocatable :: values(:)    !! In the order of BELIEFS
+        type(noise_test_t), allocatable :: noises(:)    !! In the order of NOISE_SUBJECTS
+        type(explanation_t), allocatable :: explanations(:)
+        !! Of contradictions, those that the data cannot tell apart; empty: none was looked for or found
+        integer :: largest(3) = 0
+        !! For each component of the offset the place in `values` of the belief with the largest undetected effect
+    contains
+        procedure :: undetected     !! The largest undetected effect on each component
+        procedure :: has_contradiction  !! Is any belief contradicted?
+        procedure :: how_many       !! Tests, or those with a result
+        procedure :: is_untested    !! Cannot some belief be tested here that matters?
+        procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
+    end type belief_report_t
+
+contains
+
+    !> An empty report of a fit; its tests are to be added.
+    subroutine begin_report(offset, wanted, signs_known, report)
+        real(dp), intent(in) :: offset(3)   !! Estimated, m
+        real(dp), intent(in) :: wanted      !! Accuracy, m
+        logical, intent(in) :: signs_known    !! The sign of the accelerometer has been confirmed
+        type(belief_report_t), intent(inout) :: report
+
+        report%offset = offset
+        report%wanted = wanted
+        report%signs_known = signs_known
+        allocate (report%values(0), report%noises(0), report%explanations(0))
+    end subroutine begin_report
+
+    !> A belief with a value, from its score, the information that the other parameters leave of it (0: none), what the
+    !> operator states of it and what a value of 1 does to the offset.
+    !>
+    !> Of one that is all or nothing the score is the root of twice the logarithm of the likelihood ratio, 0 where
+    !> nothing is as likely: 2 g - S for the value 1. It exceeds c with no more than the probability of a normal variable.
+    subroutine add_value(report, belief, score, information, stated, by_one, largest, all_or_nothing)
+        type(belief_report_t), intent(inout) :: report
+        integer, intent(in) :: belief       !! Place in BELIEFS
+        real(dp), intent(in) :: score       !! In 1/unit
+        real(dp), intent(in) :: information !! In 1/unit^2
+        real(dp), intent(in) :: stated      !! Standard deviation; 0: none
+        real(dp), intent(in) :: by_one(3)   !! m/unit
+        real(dp), intent(in) :: largest     !! Conceivable wrong value
+        logical, intent(in) :: all_or_nothing   !! The only one
+
+        type(value_test_t) :: test
+
+        test%belief = belief
+        test%largest = largest
+        test%all_or_nothing = all_or_nothing
+        test%effect = by_one
+        if (information > 0) then
+            test%value = score/information
+            test%sigma = 1/sqrt(information)
+            test%detectable = sqrt(1/information + stated**2)
+            test%score = test%value/test%detectable
+            if (all_or_nothing) test%score = sqrt(max(0.0_dp, information*largest*(2*test%value - largest)))
+            test%shift = by_one*test%value
+        end if
+        report%values = [report%values, test]
+    end subroutine add_value
+
+    !> A noise, from the sum of squares and its degrees of freedom. The cube root of a chi-square over its degrees of
+    !> freedom is nearly normal (E. B. Wilson, M. M. Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684-688).
+    subroutine add_noise(report, subject, squares, freedom)
+        type(belief_report_t), intent(inout) :: report
+        integer, intent(in) :: subject      !! Place in NOISE_SUBJECTS
+        real(dp), intent(in) :: squares, freedom    !! Sum of whitened squares; its degrees of freedom
+
+        type(noise_test_t) :: test
+        real(dp) :: variance
+
+        if (.not. freedom > 1) return
+        test%subject = subject
+        test%factor = sqrt(squares/freedom)
+        test%gain = (squares - freedom*(1 + log(max(squares/freedom, tiny(1.0_dp)))))/2
+        variance = 2/(9*freedom)
+        test%score = ((squares/freedom)**(1/3.0_dp) - (1 - variance))/sqrt(variance)
+        report%noises = [report%noises, test]
+    end subroutine add_noise
+
+    !> A test of the residuals by a standard normal variable.
+    subroutine add_score(report, subject, score, frequency, at_a_rod)
+        type(belief_report_t), intent(inout) :: report
+        integer, intent(in) :: subject      !! Place in NOISE_SUBJECTS
+        real(dp), intent(in) :: score    !! Standard normal if nothing is wrong
+        real(dp), intent(in) :: frequency   !! Of a line, Hz; else 0
+        logical, intent(in) :: at_a_rod     !! A rod has it
+
+        type(noise_test_t) :: test
+
+        test%subject = subject
+        test%score = score
+        test%frequency = frequency
+        test%at_a_rod = at_a_rod
+        report%noises = [report%noises, test]
+    end subroutine add_score
+
+    !> Judges the tests, now that their number is known.
+    subroutine finish_report(report)
+        type(belief_report_t), intent(inout) :: report
+
+        real(dp) :: factor, likelier    ! of a standard deviation: what is found with the power
+        integer :: i, axis, n
+
+        n = size(report%values) + size(report%noises)
+        report%critical = normal_quantile(1 - (1 - (1 - FAMILY_LEVEL)**(1.0_dp/max(1, n)))/2)
+        associate (beta => normal_quantile(POWER))
+            factor = report%critical + beta
+            likelier = beta + sqrt(beta**2 + report%critical**2)
+        end associate
+        do i = 1, size(report%values)
+            associate (test => report%values(i))
+                if (test%sigma > 0) then
+                    test%detectable = factor*test%detectable
+                    if (test%all_or_nothing) test%detectable = likelier*test%detectable/factor
+                    test%effect = test%effect*min(test%detectable, test%largest)
+                    if (test%all_or_nothing .and. test%detectable < test%largest) test%effect = 0   ! it would be seen
+                else
+                    test%effect = test%effect*test%largest
+                end if
+                if (abs(test%score) > report%critical) then
+                    test%state = CONTRADICTED
+                else if (any(abs(test%effect) > report%wanted)) then
+                    test%state = UNTESTED
+                end if
+                do axis = 1, 3
+                    if (report%largest(axis) == 0) then
+                        report%largest(axis) = i
+                    else if (abs(test%effect(axis)) > abs(report%values(report%largest(axis))%effect(axis))) then
+                        report%largest(axis) = i
+                    end if
+                end do
+            end associate
+        end do
+        do i = 1, size(report%noises)
+            if (abs(report%noises(i)%score) > report%critical) report%noises(i)%state = CONTRADICTED
+        end do
+    end subroutine finish_report
+
+    !> The largest effect on each component of the offset that no test sees, and what the estimate differs from that of
+    !> `optimal` by, m.
+    pure function undetected(self) result(effect)
+        class(belief_report_t), intent(in) :: self
+        real(dp) :: effect(3)
+
+        integer :: axis
+
+        effect = self%apart
+        do axis = 1, 3
+            if (self%largest(axis) > 0) &
+                effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
+        end do
+    end function undetected
+
+    pure integer function how_many(self, state) result(number)
+        class(belief_report_t), intent(in) :: self
+        integer, intent(in), optional :: state      !! One of the three; absent: all
+
+        number = size(self%values) + size(self%noises)
+        if (present(state)) number = count(self%values%state == state) + count(self%noises%state == state)
+    end function how_many
+
+    pure logical function is_untested(self)
+        class(belief_report_t), intent(in) :: self
+
+        is_untested = any(self%values%state == UNTESTED) .or. .not. self%signs_known
+    end function is_untested
+
+    pure real(dp) function noise_factor(self) result(factor)
+        class(belief_report_t), intent(in) :: self
+
+        integer :: i
+
+        factor = 1
+        do i = 1, size(self%noises)
+            if (self%noises(i)%state == CONTRADICTED) factor = max(factor, self%noises(i)%factor)
+        end do
+    end function noise_factor
+
+    pure logical function has_contradiction(self)
+        class(belief_report_t), intent(in) :: self
+
+        has_contradiction = any(self%values%state == CONTRADICTED) .or. any(self%noises%state == CONTRADICTED)
+    end function has_contradiction
+end module gracecg_estimation_belief_report

@@ -1,0 +1,187 @@
+!> Which beliefs of the operator a fit contradicts, which it confirms, and which it cannot test.
+!>
+!> A belief with a value theta (0: as believed) would add h theta to the whitened observations. With the parameters x
+!> of the fit, information N, and its covariance N^-1, the score statistic (C. R. Rao, Proc. Camb. Phil. Soc. 44
+!> (1948) 50-57) needs no other fit:
+!>
+!>     g = h^T r,   S = h^T h - h^T A N^-1 A^T h,   theta = g/S,   T = theta/sqrt(1/S + sigma_0^2),
+!>
+!> a standard normal variable if the belief is right to the sigma_0 that the operator states (0 if none is). What a
+!> wrong value does to the parameters is N^-1 A^T h theta. The smallest value that a test of level alpha finds with
+!> the probability beta is (k_alpha + z_beta) sqrt(1/S + sigma_0^2): W. Baarda, A testing procedure for use in geodetic
+!> networks, Netherlands Geodetic Commission, Publications on Geodesy 2 (5), 1968: the minimal detectable value
+!> (internal reliability) and its effect on the offset (external reliability).
+!>
+!> The level is that of all tests together: each of n has 1 - (1 - alpha)^(1/n) (Z. Sidak, J. Am. Stat. Assoc. 62
+!> (1967) 626-633), which holds the family's at alpha or below, however the tests depend on each other.
+module gracecg_estimation_belief_tests
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_spectrum, only: strongest_line
+    use gracecg_base_statistics, only: normal_quantile
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
+    use gracecg_estimation_belief, only: BELIEFS, is_interchange
+    use gracecg_estimation_belief_report
+    implicit none
+    private
+    public :: test_beliefs
+
+    real(dp), parameter :: DETERMINED = 1e-10_dp
+    !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count
+
+contains
+
+    !> Tests all beliefs at a fit. Fails when the fit's normal matrix is singular.
+    subroutine test_beliefs(knowledge, options, fitted, report, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        type(whitened_problem_t), intent(in) :: fitted  !! At its solution
+        type(belief_report_t), intent(out) :: report
+        type(error_t), allocatable, intent(out) :: error
+
+        type(whitened_problem_t) :: problem
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+        real(dp), allocatable :: covariance(:, :), correction(:)
+        real(dp) :: sigma(PARAMETERS), condition
+        integer, allocatable :: estimated(:), tested(:)
+        integer :: n, i
+
+        estimated = fitted%model%estimated          ! and drag that bends, of which nobody believes anything
+        do i = 1, size(FORCE_SHAPES)
+            if (.not. any(estimated == FORCE_SHAPES(i))) estimated = [estimated, FORCE_SHAPES(i)]
+        end do
+        n = size(estimated)
+        tested = pack(BELIEFS%parameter, [(.not. any(estimated == BELIEFS(i)%parameter), i=1, size(BELIEFS))])
+        call with_parameters(knowledge, options, fitted, [estimated, tested], problem)
+        call set_noise(problem, error)
+        if (allocated(error)) return
+        call information_matrix(problem, information, rhs, residuals)
+        sigma = a_priori_sigmas(knowledge)
+        do i = 1, size(tested)      ! what the operator states of them is no observation here
+            if (sigma(tested(i)) > 0) information(n + i, n + i) = information(n + i, n + i) - 1/sigma(tested(i))**2
+        end do
+        allocate (covariance(n, n), correction(n))
+        call solve_normal_equations(information(:n, :n), rhs(:n), correction, covariance, condition, error, &
+                                    PARAMETER_NAMES(estimated))
+        if (allocated(error)) return
+        call begin_report(fitted%state%value(OFFSET), options%wanted_accuracy, knowledge%a_priori%signs_known, report)
+        call test_values(problem%model%estimated, n, information, rhs, covariance, sigma, &
+                         fitted%state%value(estimated), report)
+        call test_noise(fitted, residuals, report)
+        call test_spectra(knowledge%rods, fitted, residuals, report)
+        call finish_report(report)
+    end subroutine test_beliefs
+
+    !> The beliefs with a value. The first n of the parameters are estimated: an a-priori value that the data
+    !> contradict is a wrong belief, too.
+    subroutine test_values(places, n, information, rhs, covariance, sigma, state, report)
+        integer, intent(in) :: places(:), n                 !! Parameters; the estimated ones come first
+        real(dp), intent(in) :: information(:, :), rhs(:)   !! Of all of them
+        real(dp), intent(in) :: covariance(:, :)            !! Of the estimated ones
+        real(dp), intent(in) :: sigma(:)                    !! A priori, by parameter; 0: none is stated
+        real(dp), intent(in) :: state(:)                    !! Values of the estimated ones
+        type(belief_report_t), intent(inout) :: report
+
+        real(dp) :: on_fit(n), left, score, by_one(3), stated
+        integer :: i, c, d(3)
+
+        d = [(findloc(places(:n), OFFSET(i), 1), i=1, 3)]
+        do i = 1, size(BELIEFS)
+            c = findloc(places, BELIEFS(i)%parameter, 1)
+            stated = sigma(BELIEFS(i)%parameter)
+            if (c <= n) then
+                if (.not. stated > 0) cycle             ! nothing is believed of it
+                left = 1/covariance(c, c) - 1/stated**2
+                by_one = covariance(d, c)/stated**2
+                score = state(c)/covariance(c, c)       ! what the estimate owes to the data
+            else
+                if (.not. information(c, c) > 0) cycle  ! it has nothing to do with these data
+                on_fit = matmul(covariance, information(:n, c))
+                left = information(c, c) - dot_product(information(:n, c), on_fit)
+                score = rhs(c) - dot_product(on_fit, rhs(:n))
+                by_one = on_fit(d)
+                if (left < DETERMINED*information(c, c)) left = 0
+            end if
+            call add_value(report, i, score, left, stated, by_one, BELIEFS(i)%largest*BELIEFS(i)%size, &
+                           is_interchange(BELIEFS(i)%parameter))
+        end do
+    end subroutine test_values
+
+    !> Whether the whitened residuals of each accelerometer axis are white: the correlation of neighbours, of which a
+    !> parameter that follows low frequencies takes 1/n, and the strongest line of the spectrum. Of a line, a
+    !> chi-square with two degrees of freedom, the largest of n independent ones has the distribution
+    !> (1 - exp(-x/2))^n; four times as many frequencies are tried, which are hardly more than twice as many
+    !> independent ones.
+    subroutine test_spectra(rods, fitted, residuals, report)
+        type(torque_rods_t), intent(in) :: rods
+        type(whitened_problem_t), intent(in) :: fitted
+        real(dp), intent(in) :: residuals(:)            !! Whitened, of all observations
+        type(belief_report_t), intent(inout) :: report
+
+        real(dp), parameter :: LEAST_CYCLES = 3, CORRELATED_FREQUENCIES = 2.2_dp
+        real(dp), allocatable :: series(:)
+        real(dp) :: score, line, frequency, arc, tail, taken, lines(3), frequencies(3)
+        integer :: axis, used, n
+
+        arc = fitted%model%steps*fitted%model%interval
+        associate (stars => fitted%star_rows, accelerations => fitted%acceleration_rows)
+            taken = size(fitted%model%estimated)/3.0_dp
+            do axis = 1, 3
+                used = count(fitted%acceleration_kept(axis, :))
+                series = residuals(stars + axis:stars + accelerations:3)
+                n = size(series)
+                if (used < 2*taken) return
+                series = series/norm2(series)
+                score = (dot_product(series(:n - 1), series(2:)) + taken/used)*sqrt(real(used, dp))
+                call add_score(report, 6 + axis, score, 0.0_dp, .false.)
+                call strongest_line(fitted%data%accelerometer_epoch, series, 1, fitted%model%interval, arc, LEAST_CYCLES, &
+                                    0.5_dp/fitted%model%interval, line, frequency)
+                lines(axis) = line
+                frequencies(axis) = frequency
+            end do
+            do axis = 1, 3
+                used = count(fitted%acceleration_kept(axis, :))
+                tail = CORRELATED_FREQUENCIES*used/2*exp(-lines(axis)/2)
+                score = 0
+                if (tail < 0.5_dp) score = -normal_quantile(max(tail, tiny(1.0_dp))/2)
+                call add_score(report, 9 + axis, score, frequencies(axis), at_a_rod(frequencies(axis)))
+            end do
+        end associate
+
+    contains
+
+        pure logical function at_a_rod(line_frequency)
+            real(dp), intent(in) :: line_frequency
+
+            at_a_rod = any(abs(rods%activations(:rods%count)%frequency - line_frequency) < 1/arc)
+        end function at_a_rod
+    end subroutine test_spectra
+
+    !> Whether the noise of each accelerometer axis, and of the star camera about each of its axes, is that which the
+    !> fit was weighted with: the sum of squares of the whitened residuals is a chi-square.
+    subroutine test_noise(fitted, residuals, report)
+        type(whitened_problem_t), intent(in) :: fitted
+        real(dp), intent(in) :: residuals(:)            !! Whitened, of all observations
+        type(belief_report_t), intent(inout) :: report
+
+        real(dp) :: share
+        integer :: axis, used
+
+        share = real(size(fitted%model%estimated), dp)/ &
+                max(1, count(fitted%acceleration_kept) + 3*count(fitted%star_kept))
+        associate (stars => fitted%star_rows, accelerations => fitted%acceleration_rows)
+            do axis = 1, 3
+                used = count(fitted%acceleration_kept(axis, :))
+                call add_noise(report, axis, sum(residuals(stars + axis:stars + accelerations:3)**2), used*(1 - share))
+            end do
+            do axis = 1, 3
+                call add_noise(report, 3 + axis, sum(residuals(axis:stars:3)**2), count(fitted%star_kept)*(1 - share))
+            end do
+        end associate
+    end subroutine test_noise
+end module gracecg_estimation_belief_tests

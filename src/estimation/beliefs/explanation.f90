@@ -1,0 +1,257 @@
+!> Which wrong belief explains the data best, once some belief is contradicted: the hypotheses are fitted, one after
+!> the other, and compared by the likelihood that they give to the data.
+!>
+!> A score tells near its fit which belief is wrong. Of a belief that is far off, or that has no value (which axis is
+!> which, a sign, a convention), only a fit under the other belief tells: its gain of log-likelihood is half of what
+!> the weighted squares of the residuals fall. A wrong noise level gains chi^2/2 - nu/2 (1 + ln(chi^2/nu)). Hypotheses
+!> whose gains differ by less than SAME cannot be told apart by the data and are named together.
+module gracecg_estimation_explanation
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
+    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
+        is_interchange
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
+        OF_ALTERATION, OF_NOISE
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_optimal, only: estimate_optimal
+    implicit none
+    private
+    public :: explain
+
+    real(dp), parameter :: SAME = 7             !! Of log-likelihoods: one is a thousand times as likely as the other
+    integer, parameter :: MOST_CANDIDATES = 10  !! Beliefs with a value whose fits are tried
+    integer, parameter :: MOST_STEPS = 6        !! Of such a fit
+    real(dp), parameter :: SETTLED = 0.05_dp    !! Of a step, in standard deviations, that ends it
+    real(dp), parameter :: FREQUENCY_RANGE = 0.25_dp    !! Of the rods', relative, that is searched
+    real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
+
+contains
+
+    !> Explanations of what contradicts the operator's beliefs, the most likely first: those that cannot be told
+    !> apart from it. None if the fits of all others fail.
+    subroutine explain(observations, options, fitted, misfit, explanations)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(in) :: fitted         !! Of the fit that is contradicted
+        real(dp), intent(in) :: misfit
+        !! Its weighted squares; huge(1.0) when it failed
+        type(explanation_t), allocatable, intent(out) :: explanations(:)
+
+        type(explanation_t), allocatable :: found(:)
+        type(noise_test_t), allocatable :: noises(:)
+        integer, allocatable :: order(:)
+        integer :: i
+
+        allocate (found(0))
+        call try_values(observations, options, fitted, misfit, found)
+        do i = 1, size(ALTERATIONS)
+            call try_alteration(observations, options, i, misfit, found)
+        end do
+        call examine_alterations(observations, options, found)
+        noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
+        if (size(noises) > 0) then      ! all levels that are off together, named by the worst
+            i = maxloc(noises%gain, 1)
+            found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
+                                          value=noises(i)%factor, offset=fitted%offset)]
+        end if
+        order = by_gain(found%gain)
+        explanations = found(order)
+        if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
+                                                               explanations%gain > 0)
+    end subroutine explain
+
+    !> Places of numbers, the largest first.
+    pure function by_gain(gain) result(order)
+        real(dp), intent(in) :: gain(:)
+        integer :: order(size(gain))
+
+        logical :: left(size(gain))
+        integer :: i
+
+        left = .true.
+        do i = 1, size(gain)
+            order(i) = maxloc(gain, 1, left)
+            left(order(i)) = .false.
+        end do
+    end function by_gain
+
+    !> The beliefs with a value whose scores are largest, and frequencies of the rods from all over their range: no step
+    !> leads from a frequency that is off by a cycle of the arc.
+    subroutine try_values(observations, options, fitted, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(in) :: fitted
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        integer, allocatable :: order(:)
+        integer :: i, parameter
+
+        order = by_gain(abs(fitted%values%score))
+        do i = 1, min(MOST_CANDIDATES, size(order))
+            if (fitted%values(order(i))%state /= CONTRADICTED) exit
+            parameter = BELIEFS(fitted%values(order(i))%belief)%parameter
+            if (any([ROD_FREQUENCIES, ALL_RODS_FREQUENCY] == parameter)) cycle
+            if (is_interchange(parameter)) cycle    ! among the alterations
+            call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
+        end do
+        call try_frequency(ALL_RODS_FREQUENCY)
+        associate (rods => observations%knowledge%rods)
+            associate (axes => rods%activations(:rods%count)%axis)
+                do i = 1, 3
+                    if (any(axes == i) .and. any(axes /= i)) call try_frequency(ROD_FREQUENCIES(i))
+                end do
+            end associate
+        end associate
+
+    contains
+
+        subroutine try_frequency(parameter)
+            integer, intent(in) :: parameter
+
+            call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
+                           best_frequency(observations, options, parameter), misfit, found)
+        end subroutine try_frequency
+    end subroutine try_values
+
+    !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
+    real(dp) function best_frequency(observations, options, parameter) result(best)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: parameter    !! One of ROD_FREQUENCIES, or ALL_RODS_FREQUENCY
+
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: step, misfit, smallest, highest
+        integer :: i, n
+
+        best = 0
+        smallest = huge(1.0_dp)
+        associate (rods => observations%knowledge%rods)
+            highest = maxval([0.0_dp, rods%activations(:rods%count)%frequency])
+        end associate
+        step = 0.25_dp/observations%knowledge%duration
+        n = ceiling(FREQUENCY_RANGE*highest/step)
+        do i = -n, n
+            other = observations
+            call apply_value(parameter, i*step, other)
+            call refit(other, without_tests(options), solution, misfit, error)
+            if (misfit >= smallest) cycle
+            smallest = misfit
+            best = i*step
+        end do
+    end function best_frequency
+
+    !> Fits a belief with a value by Newton's steps from a first value.
+    subroutine try_value(observations, options, belief, first, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: belief
+        real(dp), intent(in) :: first
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        type(explanation_t) :: tried
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: left
+        integer :: step, i
+
+        tried%kind = OF_VALUE
+        tried%place = belief
+        tried%gain = -huge(1.0_dp)
+        tried%value = first
+        do step = 1, MOST_STEPS
+            other = observations
+            call apply_value(BELIEFS(belief)%parameter, tried%value, other)
+            call refit(other, options, solution, left, error)
+            if (.not. allocated(solution%beliefs)) exit
+            i = findloc(solution%beliefs%values%belief, belief, 1)
+            if (i == 0) exit
+            associate (test => solution%beliefs%values(i))
+                if ((misfit - left)/2 > tried%gain .and. left < huge(1.0_dp)) then
+                    tried%gain = (misfit - left)/2
+                    tried%sigma = test%sigma
+                    tried%fitted = tried%value
+                    tried%offset = solution%offset
+                    tried%complete = .not. solution%beliefs%has_contradiction()
+                end if
+                if (.not. test%sigma > 0 .or. abs(test%value) < SETTLED*test%sigma) exit
+                if (left < huge(1.0_dp) .and. (misfit - left)/2 + HOPE*(test%value/test%sigma)**2/2 < &
+                    maxval([0.0_dp, found%gain]) - SAME) exit       ! another belief explains more
+                tried%value = tried%value + test%value
+                if (abs(tried%value) > BELIEFS(belief)%largest*BELIEFS(belief)%size) exit
+            end associate
+        end do
+        tried%value = tried%fitted
+        if (tried%gain > 0) found = [found, tried]
+    end subroutine try_value
+
+    subroutine try_alteration(observations, options, alteration, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: alteration       !! Place in ALTERATIONS
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: left
+
+        other = observations
+        call apply_alteration(alteration, other)
+        call refit(other, without_tests(options), solution, left, error)
+        if (.not. left < misfit) return
+        found = [found, explanation_t(kind=OF_ALTERATION, place=alteration, gain=(misfit - left)/2, offset=solution%offset)]
+    end subroutine try_alteration
+
+    !> Whether the alterations that may be the best explanation leave nothing contradicted.
+    subroutine examine_alterations(observations, options, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(explanation_t), intent(inout) :: found(:)
+
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: left
+        integer :: i
+
+        do i = 1, size(found)
+            if (found(i)%kind /= OF_ALTERATION .or. found(i)%gain < maxval(found%gain) - SAME) cycle
+            other = observations
+            call apply_alteration(found(i)%place, other)
+            call refit(other, options, solution, left, error)
+            if (allocated(solution%beliefs)) found(i)%complete = .not. solution%beliefs%has_contradiction()
+        end do
+    end subroutine examine_alterations
+
+    !> Options of a fit whose beliefs are not tested.
+    pure function without_tests(options) result(fewer)
+        type(estimation_options_t), intent(in) :: options
+        type(estimation_options_t) :: fewer
+
+        fewer = options
+        fewer%test_beliefs = .false.
+        fewer%covariance = .false.      ! nor is the fit checked
+    end function without_tests
+
+    !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.
+    subroutine refit(observations, options, solution, misfit, error)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(out) :: solution
+        real(dp), intent(out) :: misfit
+        type(error_t), allocatable, intent(out) :: error
+
+        call estimate_optimal(observations, options, solution, error)
+        misfit = huge(1.0_dp)
+        if (solution%converged .and. solution%misfit > 0) misfit = solution%misfit
+    end subroutine refit
+end module gracecg_estimation_explanation

@@ -1,0 +1,199 @@
+!> What the tests of the operator's beliefs have found, in words.
+module gracecg_estimation_belief_words
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_estimation_parameters, only: ROD_GAIN, ROD_GAINS
+    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_VALUE, &
+        OF_ALTERATION, CONTRADICTED, UNTESTED
+    implicit none
+    private
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_value
+
+    integer, parameter :: FIRST_LINE = 10   !! Of NOISE_SUBJECTS
+    integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
+
+contains
+
+    !> How many beliefs were tested, and with what result.
+    subroutine say_counts(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        associate (values => report%values%state, noises => report%noises%state)
+            text = integer_text(size(values) + size(noises))//' tested: '// &
+                integer_text(count(values == CONTRADICTED) + count(noises == CONTRADICTED))//' contradicted, '// &
+                integer_text(count(values == UNTESTED))//' cannot be tested here'
+        end associate
+        if (.not. report%signs_known) text = text//', nor can the sign of the accelerometer'
+    end subroutine say_counts
+
+    !> What contradicts the operator's beliefs, and what would explain it; empty if nothing does.
+    subroutine say_contradiction(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        character(:), allocatable :: part
+        integer :: i
+
+        text = ''
+        if (.not. report%has_contradiction()) return
+        call say_worst(report, part)
+        text = 'the data contradict what the setup says ('//part//')'
+        call say_lines(report, part)
+        text = text//part
+        if (size(report%explanations) == 0) then
+            text = text//'; no single wrong belief of those that were tried explains them'
+            return
+        end if
+        text = text//'; they fit if '
+        do i = 1, size(report%explanations)
+            if (i > 1) text = text//', or if '
+            call say_explanation(report%explanations(i), part)
+            text = text//part
+        end do
+        if (.not. report%explanations(1)%complete) text = text//'; even then something is contradicted'
+    end subroutine say_contradiction
+
+    !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; empty if there are none.
+    subroutine say_lines(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        integer :: i
+
+        text = ''
+        do i = 1, size(report%noises)
+            associate (test => report%noises(i))
+                if (test%subject < FIRST_LINE .or. test%state /= CONTRADICTED) cycle
+                text = text//'; a '//trim(NOISE_SUBJECTS(test%subject))//' at '//rounded_text(test%frequency, 4)//' Hz'
+                if (test%at_a_rod) text = text//', the frequency of a rod'
+            end associate
+        end do
+    end subroutine say_lines
+
+    !> The beliefs that cannot be tested here, those with the largest effects first; empty if there are none.
+    subroutine say_untested(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        logical :: left(size(report%values))
+        integer :: i, n
+
+        text = ''
+        left = report%values%state == UNTESTED
+        n = count(left)
+        do i = 1, min(n, MOST_NAMED)
+            call add_one(largest_left())
+        end do
+        if (n > MOST_NAMED) text = text//' and '//integer_text(n - MOST_NAMED)//' more'
+        if (report%signs_known) return
+        if (text /= '') text = text//'; '
+        text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
+            'does, then set signs_known in &a_priori)'
+
+    contains
+
+        integer function largest_left() result(place)
+            integer :: k
+
+            place = 0
+            do k = 1, size(left)
+                if (.not. left(k)) cycle
+                if (place > 0) then
+                    if (maxval(abs(report%values(k)%effect)) <= maxval(abs(report%values(place)%effect))) cycle
+                end if
+                place = k
+            end do
+            left(place) = .false.
+        end function largest_left
+
+        subroutine add_one(place)
+            integer, intent(in) :: place
+
+            if (text /= '') text = text//', '
+            associate (test => report%values(place))
+                text = text//trim(BELIEFS(test%belief)%subject)//' ('// &
+                    rounded_text(maxval(abs(test%effect))/MILLIMETRE, 2)//' mm)'
+            end associate
+        end subroutine add_one
+    end subroutine say_untested
+
+    !> The belief with the largest score.
+    subroutine say_worst(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        real(dp) :: of_values, of_noises
+
+        of_values = maxval(abs([0.0_dp, report%values%score]))
+        of_noises = maxval(abs([0.0_dp, report%noises%score]))
+        if (of_values >= of_noises) then
+            text = trim(BELIEFS(report%values(maxloc(abs(report%values%score), 1))%belief)%subject)
+        else
+            text = trim(NOISE_SUBJECTS(report%noises(maxloc(abs(report%noises%score), 1))%subject))
+        end if
+        text = text//': '//rounded_text(max(of_values, of_noises), 3)//' sigma off'
+    end subroutine say_worst
+
+    !> An explanation, with what the offset would be.
+    subroutine say_explanation(explanation, text)
+        type(explanation_t), intent(in) :: explanation
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        integer :: axis
+
+        select case (explanation%kind)
+        case (OF_VALUE)
+            call say_value(explanation%place, explanation%value, explanation%sigma, text)
+        case (OF_ALTERATION)
+            text = trim(ALTERATIONS(explanation%place))
+        case default
+            text = 'the noise levels are not those of the setup ('//trim(NOISE_SUBJECTS(explanation%place))//': '// &
+                rounded_text(explanation%value, 3)//' times)'
+        end select
+        text = text//' (d would be'
+        do axis = 1, 3
+            text = text//' '//rounded_text(explanation%offset(axis)/MILLIMETRE, 3)
+        end do
+        text = text//' mm)'
+    end subroutine say_explanation
+
+    !> 'the gain of rod y is 0.52 +/- 0.04 of that of the setup', 'the delay of rod y is 0.1 +/- 0.02 s more than
+    !> the setup says'.
+    subroutine say_value(belief, value, sigma, text)
+        integer, intent(in) :: belief           !! Place in BELIEFS
+        real(dp), intent(in) :: value, sigma    !! SI units
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        associate (b => BELIEFS(belief))
+            if (b%parameter == ROD_GAIN .or. any(ROD_GAINS == b%parameter)) then
+                text = 'the '//trim(b%subject)//' is '//rounded_text(1 + value, 3)//' +/- '// &
+                    rounded_text(sigma, 2)//' of that of the setup'
+            else
+                text = 'the '//trim(b%subject)//' is '//rounded_text(abs(value)/b%size, 3)//' +/- '// &
+                    rounded_text(sigma/b%size, 2)//trim(' '//b%unit)//trim(merge(' more', ' less', value > 0))// &
+                    ' than the setup says'
+            end if
+        end associate
+    end subroutine say_value
+
+    !> What could be wrong by how much on each axis without any test seeing it.
+    subroutine say_undetected(report, text)
+        type(belief_report_t), intent(in) :: report
+        character(:), allocatable, intent(out) :: text    !! Words, without a full stop
+
+        integer :: axis
+
+        text = ''
+        do axis = 1, 3
+            if (report%largest(axis) == 0) cycle
+            if (text /= '') text = text//', '
+            associate (test => report%values(report%largest(axis)))
+                text = text//AXES(axis)//' '//rounded_text(abs(test%effect(axis))/MILLIMETRE, 2)//' mm ('// &
+                    trim(BELIEFS(test%belief)%subject)//')'
+            end associate
+        end do
+    end subroutine say_undetected
+end module gracecg_estimation_belief_words

@@ -1,0 +1,309 @@
+!> What the tests of the operator's beliefs are worth: simulated calibrations are spoiled by one wrong belief after
+!> the other, and it is counted what an estimate says of it.
+!>
+!> Knowledge or samples are spoiled, the true arc and the noise stay. A result is silently wrong if a component of the
+!> offset is off by more than five standard deviations and what the estimate says to be undetectable, while nothing is
+!> contradicted.
+module gracecg_studies_wrong_beliefs
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, add_context
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_progress, only: progress_t, tell, expect_pieces
+    use gracecg_base_text, only: rounded_text
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters
+    use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, is_interchange
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE, &
+        NOISE_SUBJECTS
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
+    use gracecg_planning_calibration, only: calibration_t
+    use gracecg_planning_bound, only: reliability_of_case
+    implicit none
+    private
+    public :: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, size_text
+    public :: SILENT_SIGMAS, FAR_BEYOND
+
+    integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
+    real(dp), parameter :: SILENT_SIGMAS = 5    !! Error, in standard deviations, beyond which a silent result is wrong
+    real(dp), parameter :: FAR_BEYOND = 2       !! Minimal detectable values, beyond which the tests shall not miss
+    integer, parameter :: SIZES = 3             !! Of each belief with a value
+
+    !> A belief that is wrong, and by how much.
+    type :: wrong_belief_t
+        integer :: kind = SOUND         !! SOUND, OF_VALUE, OF_ALTERATION or OF_NOISE
+        integer :: place = 0            !! In BELIEFS, ALTERATIONS, NOISE_SUBJECTS
+        real(dp) :: value = 0           !! SI units; of a noise the level believed, standard deviation, by the true one
+    end type wrong_belief_t
+
+    !> What came of one wrong belief in the runs of a case.
+    type :: tally_t
+        type(wrong_belief_t) :: wrong   !! What was made wrong
+        integer :: runs = 0             !! How many
+        integer :: refused = 0          !! Runs in which the estimate failed
+        integer :: contradicted = 0     !! Runs with a contradiction, or refused
+        integer :: named = 0            !! Of those that are not refused: the cause is among the explanations given
+        integer :: silent = 0           !! Runs that are silently wrong
+        real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
+        real(dp) :: worst = 0           !! Largest error of a component, in standard deviations
+    end type tally_t
+
+    !> One run with one wrong belief.
+    type :: outcome_t
+        logical :: refused = .false., contradicted = .false., named = .false., silent = .false.
+        real(dp) :: worst = 0
+    end type outcome_t
+
+    !> All runs of a case, as pieces of work.
+    type, extends(parallel_work_t) :: trials_t
+        type(simulator_t), pointer :: simulator => null()
+        character(:), allocatable :: algorithm
+        type(estimation_options_t) :: options
+        integer(i8) :: seed = 1
+        integer :: runs = 0
+        type(wrong_belief_t), allocatable :: wrong(:)
+        type(outcome_t), allocatable :: outcome(:)      !! (runs of the first, of the second, ...)
+    contains
+        procedure :: do_one => try_one
+    end type trials_t
+
+contains
+
+    !> The list: nothing wrong, each belief with a value at three sizes, all alterations, and noise levels.
+    function all_wrong_beliefs() result(list)
+        type(wrong_belief_t), allocatable :: list(:)
+
+        real(dp), parameter :: LEVELS(3) = [0.1_dp, 0.3_dp, 10.0_dp]
+        integer :: i, k
+
+        list = [wrong_belief_t()]
+        do i = 1, size(BELIEFS)
+            if (is_interchange(BELIEFS(i)%parameter)) cycle     ! among the alterations
+            list = [list, [(wrong_belief_t(OF_VALUE, i, size_of(BELIEFS(i)%parameter, k)*BELIEFS(i)%size), k=1, SIZES)]]
+        end do
+        list = [list, [(wrong_belief_t(OF_ALTERATION, i, 1.0_dp), i=1, size(ALTERATIONS))]]
+        do i = 1, 6
+            list = [list, [(wrong_belief_t(OF_NOISE, i, LEVELS(k)), k=1, size(LEVELS))]]
+        end do
+    end function all_wrong_beliefs
+
+    !> Sizes that are tried: small, middle, large, in the unit of BELIEFS.
+    pure real(dp) function size_of(parameter, k) result(wrong)
+        integer, intent(in) :: parameter        !! Its place
+        integer, intent(in) :: k                !! 1 to SIZES
+
+        real(dp), parameter :: DELAYS(SIZES) = [0.05_dp, 0.2_dp, 0.8_dp]            ! s
+        real(dp), parameter :: FREQUENCIES(SIZES) = [0.0005_dp, 0.002_dp, 0.01_dp]  ! Hz
+        real(dp), parameter :: TURNS(SIZES) = [1.0_dp, 5.0_dp, 20.0_dp]             ! deg, kg m^2
+        real(dp), parameter :: TORQUES(SIZES) = [5e-6_dp, 2e-5_dp, 1e-4_dp]         ! N m
+        real(dp), parameter :: GAINS(SIZES) = [0.05_dp, 0.2_dp, 0.5_dp]
+
+        select case (parameter)
+        case (ROD_DELAYS(1):ROD_DELAYS(3), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3), STAR_CAMERA_DELAY)
+            wrong = DELAYS(k)
+        case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3), ALL_RODS_FREQUENCY)
+            wrong = FREQUENCIES(k)
+        case (ROD_TURNS(1):ROD_TURNS(6), FIELD_TURN(1):FIELD_TURN(3), ACCELEROMETER_TURN(1):ACCELEROMETER_TURN(3), &
+              INERTIA(1):INERTIA(6))
+            wrong = TURNS(k)
+        case (MOUNTING_1(1):MOUNTING_2(3))
+            wrong = TURNS(k)/20
+        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+            wrong = TORQUES(k)
+        case (FIELD_BIAS(1):FIELD_BIAS(3))
+            wrong = 500*TURNS(k)
+        case (FIELD_DELAY)
+            wrong = 10*GAINS(k)
+        case default
+            wrong = GAINS(k)
+        end select
+    end function size_of
+
+    !> Spoils `runs` simulated calibrations of a case by every wrong belief of a list, with either sign in turn.
+    !> Fails when the case cannot be simulated, or its reliability is not determined; not when an estimate fails.
+    subroutine try_wrong_beliefs(calibration, algorithm, list, seed, runs, threads, tallies, error, progress)
+        type(calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
+        type(wrong_belief_t), intent(in) :: list(:)
+        integer(i8), intent(in) :: seed                 !! Of the random numbers
+        integer, intent(in) :: runs, threads            !! How many runs of each; in parallel
+        type(tally_t), allocatable, intent(out) :: tallies(:)   !! In the order of the list
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Counts the estimates
+
+        type(trials_t) :: work
+        type(simulator_t), target :: simulator
+        type(belief_report_t) :: report
+        integer :: i
+
+        call new_simulator(calibration%case, simulator, error)
+        if (.not. allocated(error)) call reliability_of_case(calibration%case, calibration%options, report, error)
+        if (allocated(error)) return
+        work%simulator => simulator
+        work%algorithm = algorithm
+        work%options = calibration%options
+        work%options%covariance = .true.
+        work%seed = seed
+        work%runs = runs
+        work%wrong = list
+        allocate (work%outcome(runs*size(list)))
+        call expect_pieces(progress, size(work%outcome), 'estimates')
+        call tell(progress, trim(calibration%case%name))
+        call run_parallel(work, size(work%outcome), threads, error, progress)
+        call add_context(error, 'case '//trim(calibration%case%name))
+        if (allocated(error)) return
+        allocate (tallies(size(list)))
+        do i = 1, size(list)
+            associate (outcome => work%outcome(runs*(i - 1) + 1:runs*i))
+                tallies(i)%wrong = list(i)
+                tallies(i)%runs = runs
+                tallies(i)%refused = count(outcome%refused)
+                tallies(i)%contradicted = count(outcome%contradicted)
+                tallies(i)%named = count(outcome%named)
+                tallies(i)%silent = count(outcome%silent)
+                tallies(i)%worst = maxval(outcome%worst)
+            end associate
+            tallies(i)%times = times_detectable(report, list(i))
+        end do
+    end subroutine try_wrong_beliefs
+
+    !> The value of a wrong belief in minimal detectable values; 0: none is known.
+    pure real(dp) function times_detectable(report, wrong) result(times)
+        type(belief_report_t), intent(in) :: report
+        type(wrong_belief_t), intent(in) :: wrong
+
+        integer :: i
+
+        times = 0
+        if (wrong%kind /= OF_VALUE) return
+        i = findloc(report%values%belief, wrong%place, 1)
+        if (i == 0) return
+        if (report%values(i)%detectable > 0) times = abs(wrong%value)/report%values(i)%detectable
+    end function times_detectable
+
+    subroutine try_one(self, i, error)
+        class(trials_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: deviation(3), sigma(3)
+        integer :: run, axis
+
+        run = modulo(i - 1, self%runs) + 1
+        call observe(self%simulator, self%seed, run, observations, error)
+        if (allocated(error)) return
+        associate (wrong => self%wrong((i - 1)/self%runs + 1), outcome => self%outcome(i))
+            call spoil(wrong, merge(1, -1, modulo(run, 2) == 1), observations)
+            call estimate_offset(self%algorithm, observations, self%options, solution, failure)
+            outcome%refused = allocated(failure)
+            outcome%contradicted = allocated(failure)
+            if (allocated(solution%beliefs)) then
+                outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
+                outcome%named = is_named(wrong, solution%beliefs%explanations)
+            end if
+            if (allocated(failure)) return
+            deviation = abs(solution%offset - self%simulator%case%satellite%offset)
+            sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
+            outcome%worst = maxval(deviation/sigma)
+            if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
+            outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+        end associate
+    end subroutine try_one
+
+    !> Makes a belief wrong.
+    subroutine spoil(wrong, sign_of, observations)
+        type(wrong_belief_t), intent(in) :: wrong
+        integer, intent(in) :: sign_of              !! 1 or -1, of a value
+        type(observation_set_t), intent(inout) :: observations
+
+        associate (knowledge => observations%knowledge)
+            select case (wrong%kind)
+            case (OF_VALUE)
+                call apply_value(BELIEFS(wrong%place)%parameter, sign_of*wrong%value, observations)
+            case (OF_ALTERATION)
+                call apply_alteration(wrong%place, observations)
+            case (OF_NOISE)
+                if (wrong%place <= 3) then
+                    knowledge%accelerometer_noise(wrong%place)%level = wrong%value**2* &
+                                                                       knowledge%accelerometer_noise(wrong%place)%level
+                else
+                    knowledge%star_camera_sigma(wrong%place - 3) = wrong%value*knowledge%star_camera_sigma(wrong%place - 3)
+                end if
+            end select
+        end associate
+    end subroutine spoil
+
+    !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.
+    pure logical function is_named(wrong, explanations) result(named)
+        type(wrong_belief_t), intent(in) :: wrong
+        type(explanation_t), intent(in) :: explanations(:)
+
+        integer :: i
+
+        named = .false.
+        do i = 1, size(explanations)
+            associate (e => explanations(i))
+                if (e%kind == wrong%kind) then
+                    named = named .or. e%place == wrong%place .or. e%kind == OF_NOISE
+                else if (e%kind == OF_VALUE .and. wrong%kind == OF_ALTERATION) then
+                    named = named .or. as_value(wrong%place) == BELIEFS(e%place)%parameter
+                else if (e%kind == OF_ALTERATION .and. wrong%kind == OF_VALUE) then
+                    named = named .or. as_value(e%place) == BELIEFS(wrong%place)%parameter
+                end if
+            end associate
+        end do
+    end function is_named
+
+    !> The parameter whose value -2 is an alteration; 0: none.
+    pure integer function as_value(alteration) result(parameter)
+        integer, intent(in) :: alteration       !! Place in ALTERATIONS
+
+        select case (alteration)
+        case (1:3)
+            parameter = ROD_GAINS(alteration)
+        case (4)
+            parameter = ROD_GAIN
+        case (8:10)
+            parameter = SCALE_FACTORS(alteration - 7)
+        case (14:16)
+            parameter = FIELD_SCALES(alteration - 13)
+        case default
+            parameter = 0
+        end select
+    end function as_value
+
+    !> What a wrong belief is of: 'gain of rod x', 'noise of accelerometer y'.
+    function subject_of(wrong) result(text)
+        type(wrong_belief_t), intent(in) :: wrong
+        character(44) :: text               !! Blanks behind it
+
+        select case (wrong%kind)
+        case (OF_VALUE)
+            text = BELIEFS(wrong%place)%subject
+        case (OF_ALTERATION)
+            text = ALTERATIONS(wrong%place)
+        case (OF_NOISE)
+            text = NOISE_SUBJECTS(wrong%place)
+        case default
+            text = 'nothing is wrong'
+        end select
+    end function subject_of
+
+    !> By how much a belief is wrong: '0.2 s', '10 times'; empty where there is no size.
+    function size_text(wrong) result(text)
+        type(wrong_belief_t), intent(in) :: wrong
+        character(24) :: text               !! Blanks behind it
+
+        text = ''
+        if (wrong%kind == OF_VALUE) then
+            text = rounded_text(wrong%value/BELIEFS(wrong%place)%size, 3)//' '//BELIEFS(wrong%place)%unit
+        else if (wrong%kind == OF_NOISE) then
+            text = rounded_text(wrong%value, 3)//' times'
+        end if
+    end function size_text
+end module gracecg_studies_wrong_beliefs

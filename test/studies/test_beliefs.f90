@@ -1,0 +1,355 @@
+!> The tests of the operator's beliefs: their partials against altered observations, their scores against what chance
+!> makes of them, and what they say of beliefs that are wrong.
+module test_beliefs_of_operator
+    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_error, only: error_t, message_of, number_text
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_statistics, only: normal_quantile
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_parameters
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
+    use gracecg_estimation_belief, only: BELIEFS, apply_value, ALTERATIONS, apply_alteration, is_interchange
+    use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
+    use gracecg_estimation_belief_words, only: say_contradiction
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
+    use fixture, only: check_passes
+    use statistics, only: chi_square_limits
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_beliefs
+
+contains
+
+    subroutine collect_beliefs(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('normal-quantiles', test_quantiles), &
+                    new_unittest('partials-are-those-of-altered-observations', test_partials), &
+                    new_unittest('scores-are-standard-normal', test_scores), &
+                    new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
+                    new_unittest('power-is-that-stated', test_power), &
+                    new_unittest('tried-one-after-the-other', test_trials)]
+    end subroutine collect_beliefs
+
+    !> Abramowitz and Stegun, Table 26.5, and the relation of both tails.
+    subroutine test_quantiles(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call check(error, normal_quantile(0.975_dp), 1.959963985_dp, thr=1e-8_dp)
+        if (.not. allocated(error)) call check(error, normal_quantile(0.9995_dp), 3.290526731_dp, thr=1e-8_dp)
+        if (.not. allocated(error)) call check(error, normal_quantile(0.8_dp), 0.841621234_dp, thr=1e-8_dp)
+        if (.not. allocated(error)) call check(error, normal_quantile(1e-9_dp), -5.997807015_dp, thr=1e-7_dp)
+        if (.not. allocated(error)) call check(error, normal_quantile(0.5_dp), 0.0_dp, thr=1e-15_dp)
+    end subroutine test_quantiles
+
+    subroutine simulator_of(name, simulator, options, error)
+        character(*), intent(in) :: name
+        type(simulator_t), intent(out) :: simulator
+        type(estimation_options_t), intent(out) :: options
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+
+        call find_calibration(name, calibration, failure)
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        call check_passes(error, message_of(failure))
+        options = calibration%options
+    end subroutine simulator_of
+
+    !> What a belief's value would change in the whitened residuals, by its partials and by observations and knowledge
+    !> that are changed by it, up and down. Samples that are shifted in time blur the abrupt edges of the rods.
+    subroutine test_partials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SIMILAR = 0.03_dp, BLURRED = 0.2_dp
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: partials(:, :), residuals(:), unused(:, :), up(:), down(:)
+        real(dp) :: step, deviation, size_of_partials
+        integer :: i
+
+        call simulator_of('front-3', simulator, options, error)
+        if (allocated(error)) return
+        call observe_without_noise(simulator, density_wave_t(), observations)
+        call estimate_offset('optimal', observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call whitened(observations, partials, residuals)
+        do i = 1, size(BELIEFS)
+            if (allocated(error)) return
+            step = size_of(BELIEFS(i)%parameter)
+            other = observations
+            call apply_value(BELIEFS(i)%parameter, step, other)
+            call whitened(other, unused, up)
+            if (allocated(error)) return
+            other = observations
+            call apply_value(BELIEFS(i)%parameter, -step, other)
+            call whitened(other, unused, down)
+            if (allocated(error)) return
+            size_of_partials = norm2(partials(i, :))
+            if (any(ACCELEROMETER_SWAPS == BELIEFS(i)%parameter)) then  ! samples that are sound become wrong
+                deviation = norm2(up - residuals - partials(i, :))
+            else if (is_interchange(BELIEFS(i)%parameter)) then
+                deviation = norm2(residuals - up - partials(i, :))
+            else
+                deviation = norm2((down - up)/(2*step) - partials(i, :))
+            end if
+            call check(error, deviation <= merge(BLURRED, SIMILAR, &
+                       any([ACCELEROMETER_DELAYS, ROD_DELAYS, ALL_RODS_DELAY] == BELIEFS(i)%parameter))* &
+                       size_of_partials, trim(BELIEFS(i)%subject)//': partials '//number_text(size_of_partials)// &
+                       ', off by '//number_text(deviation))
+        end do
+
+    contains
+
+        subroutine whitened(set, rows, left)
+            type(observation_set_t), intent(in) :: set
+            real(dp), allocatable, intent(out) :: rows(:, :), left(:)
+
+            type(fitting_data_t) :: data
+            type(whitened_problem_t) :: problem
+            real(dp), allocatable :: weights(:)
+            integer :: known
+
+            call preprocess(set, options, data, failure)
+            if (.not. allocated(failure)) then
+                call prepare_calibration(set%knowledge, options, data, BELIEFS%parameter, problem)
+                problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
+                problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
+                problem%state%value(OFFSET) = simulator%case%satellite%offset
+                problem%state%value(DRIFT) = solution%drift
+                problem%state%value(BIAS) = solution%bias
+                call set_noise(problem, failure)
+                allocate (rows(size(BELIEFS), problem%observations), left(problem%observations), &
+                          weights(problem%observations))
+            end if
+            if (.not. allocated(failure)) call problem%linearise(rows, left, weights, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            known = problem%star_rows + problem%acceleration_rows
+            rows = rows(:, :known)
+            left = left(:known)
+        end subroutine whitened
+    end subroutine test_partials
+
+    !> A small value of a parameter.
+    pure real(dp) function size_of(parameter)
+        integer, intent(in) :: parameter
+
+        select case (parameter)
+        case (INERTIA(1):INERTIA(6))
+            size_of = 0.1_dp
+        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+            size_of = 1e-6_dp
+        case (FIELD_BIAS(1):FIELD_BIAS(3))
+            size_of = 1e-8_dp
+        case (ROD_FREQUENCIES(1):ROD_FREQUENCIES(3))
+            size_of = 1e-6_dp
+        case (ALL_RODS_FREQUENCY)
+            size_of = 1e-6_dp
+        case (ROD_DELAYS(1):ROD_DELAYS(3), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
+            size_of = 0.1_dp        ! what the torque's samples resolve
+        case default
+            size_of = 1e-3_dp
+        end select
+    end function size_of
+
+    !> Over sound runs the scores are those of standard normal variables, and none contradicts.
+    subroutine test_scores(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(8), parameter :: NAMES(3) = [character(8) :: 'front-1', 'front-3', 'back-3']
+        integer, parameter :: RUNS = 40
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: limits(2)
+        real(dp), allocatable :: squares(:)
+        character(:), allocatable :: found
+        integer :: run, i, k
+
+        do k = 1, size(NAMES)
+            call simulator_of(trim(NAMES(k)), simulator, options, error)
+            if (allocated(error)) return
+            allocate (squares(size(BELIEFS)), source=0.0_dp)
+            do run = 1, RUNS
+                call observe(simulator, 4712_i8, run, observations, failure)
+                if (.not. allocated(failure)) call estimate_offset('optimal', observations, options, solution, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                call say_contradiction(solution%beliefs, found)
+                call check(error, found, '', NAMES(k)//' run '//integer_text(run))
+                if (allocated(error)) return
+                do i = 1, size(solution%beliefs%values)
+                    associate (test => solution%beliefs%values(i))
+                        squares(test%belief) = squares(test%belief) + test%score**2
+                    end associate
+                end do
+            end do
+            limits = chi_square_limits(RUNS)
+            do i = 1, size(BELIEFS)     ! one in a thousand would be beyond the limits by chance: hence 1.5
+                call check(error, squares(i) < 1.5_dp*limits(2), NAMES(k)//' '//trim(BELIEFS(i)%subject)// &
+                           number_text(squares(i)/RUNS))
+                if (allocated(error)) return
+            end do
+            call check(error, abs(sum(squares)/RUNS/count(squares > 0) - 1) < 0.3_dp, NAMES(k)//' mean square')
+            if (allocated(error)) return
+            deallocate (squares)
+        end do
+    end subroutine test_scores
+
+    !> Wrong beliefs of several kinds: contradicted, and the right one named first.
+    subroutine test_wrong_beliefs(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, wrong
+
+        call simulator_of('front-3', simulator, options, error)
+        if (.not. allocated(error)) call sound(7)
+        if (allocated(error)) return
+        wrong%knowledge%rods%activations%frequency = 0.11_dp
+        call named(OF_VALUE, 'frequency of all rods', -0.01_dp)
+        if (allocated(error)) return
+        wrong = observations
+        wrong%knowledge%rods%gain(3) = 2
+        call named(OF_VALUE, 'gain of rod z', -1.0_dp)
+        if (allocated(error)) return
+        wrong = observations
+        call apply_alteration(find_alteration('accelerometer y and z'), wrong)
+        call named(OF_ALTERATION, 'accelerometer y and z are interchanged', 0.0_dp)
+        if (allocated(error)) return
+        wrong = observations
+        wrong%knowledge%accelerometer_noise%level = observations%knowledge%accelerometer_noise%level/100
+        call named(OF_NOISE, 'noise of accelerometer', 10.0_dp)
+
+    contains
+
+        subroutine sound(run)
+            integer, intent(in) :: run
+
+            type(error_t), allocatable :: failure
+
+            call observe(simulator, 4713_i8, run, observations, failure)
+            call check_passes(error, message_of(failure))
+            wrong = observations
+        end subroutine sound
+
+        integer function find_alteration(beginning) result(place)
+            character(*), intent(in) :: beginning
+
+            place = findloc(index(ALTERATIONS, beginning) == 1, .true., 1)
+        end function find_alteration
+
+        subroutine named(kind, subject, value)
+            integer, intent(in) :: kind
+            character(*), intent(in) :: subject
+            real(dp), intent(in) :: value       !! SI units; its first digit counts
+
+            type(solution_t) :: solution
+            type(error_t), allocatable :: failure
+            character(44) :: found
+
+            call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
+            call check(error, allocated(solution%beliefs), subject//': no tests')
+            if (allocated(error)) return
+            call check(error, solution%beliefs%has_contradiction(), subject//': not contradicted')
+            if (allocated(error)) return
+            call check(error, size(solution%beliefs%explanations) > 0, subject//': not explained')
+            if (allocated(error)) return
+            associate (first => solution%beliefs%explanations(1))
+                if (kind == OF_VALUE) then
+                    found = BELIEFS(first%place)%subject
+                else if (first%kind == OF_ALTERATION) then
+                    found = ALTERATIONS(first%place)
+                else
+                    found = NOISE_SUBJECTS(first%place)
+                end if
+                call check(error, first%kind == kind .and. index(found, subject) == 1, subject//' is named '//found)
+                if (allocated(error)) return
+                if (kind == OF_ALTERATION) return
+                call check(error, abs(first%value - value) < 0.15_dp*abs(value), subject//': '//number_text(first%value))
+            end associate
+        end subroutine named
+    end subroutine test_wrong_beliefs
+
+    !> Sound runs, a rod of another frequency and noise believed too small by ten: told, and told by name. A frequency far
+    !> beyond what is detectable counts as that.
+    subroutine test_trials(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 2
+        type(calibration_t) :: calibration
+        type(wrong_belief_t), allocatable :: list(:)
+        type(tally_t), allocatable :: tallies(:)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call find_calibration('front-3', calibration, failure)
+        list = all_wrong_beliefs()
+        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
+                                subject_of(list(i))), i=1, size(list))])
+        if (.not. allocated(failure)) &
+            call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(tallies), 1 + 3 + 3)
+        if (.not. allocated(error)) call check(error, all(tallies%silent == 0), 'silent')
+        if (.not. allocated(error)) call check(error, tallies(1)%contradicted, 0, 'nothing is wrong')
+        if (.not. allocated(error)) call check(error, tallies(4)%times > 2, 'detectable')
+        if (.not. allocated(error)) call check(error, tallies(4)%contradicted, RUNS, 'frequency')
+        if (.not. allocated(error)) call check(error, tallies(4)%named, RUNS, 'frequency by name')
+        if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
+        if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
+    end subroutine test_trials
+
+    !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
+    subroutine test_power(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 60, TESTED(3) = [ROD_FREQUENCIES(3), TORQUE_CHANGE(1), INERTIA(4)]
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, wrong
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: run, i, k, found
+
+        call simulator_of('front-3', simulator, options, error)
+        do k = 1, size(TESTED)
+            found = 0
+            do run = 1, RUNS
+                if (allocated(error)) return
+                call observe(simulator, 4714_i8, run, observations, failure)
+                if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+                call check_passes(error, message_of(failure))
+                if (allocated(error)) return
+                i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, TESTED(k), 1)
+                wrong = observations
+                call apply_value(TESTED(k), solution%beliefs%values(i)%detectable, wrong)
+                call estimate_optimal(wrong, options, solution, failure)
+                if (.not. allocated(solution%beliefs)) cycle
+                if (abs(solution%beliefs%values(i)%score) > solution%beliefs%critical) found = found + 1
+            end do
+            call check(error, abs(found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
+                       PARAMETER_NAMES(TESTED(k))//integer_text(found))
+        end do
+    end subroutine test_power
+end module test_beliefs_of_operator

@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""Builds with CMake, once, the library and the Python package; checks both as a new user meets them.
+
+    tools/check_python.py [--build-only | --built] [PROGRAM]
+
+In build/python-venv: `pip install .` (without optimisation, to be quick) with its build tree kept in build/python; from
+that tree `cmake --install`, and programs in Fortran and C that find the package by find_package and by FetchContent;
+then the tests of python/tests, among them the digits of PROGRAM (build/bin/gracecg). The packages come from PyPI.
+The last line is `N passed, N failed`. --build-only ends after the build: .ci/run begins it early, beside its other work, and
+goes on with --built.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+VENV = ROOT / "build/python-venv"
+TREE = ROOT / "build/python"
+PYTHON = VENV / "bin/python"
+
+CONSUMER = """cmake_minimum_required(VERSION 3.20)
+project(consumer LANGUAGES C Fortran)
+find_package(gracecg REQUIRED)
+add_executable(in_fortran in_fortran.f90)
+target_link_libraries(in_fortran PRIVATE gracecg::gracecg)
+add_executable(in_c in_c.c)
+target_link_libraries(in_c PRIVATE gracecg::gracecg)
+"""
+FETCHING = """cmake_minimum_required(VERSION 3.20)
+project(fetching LANGUAGES Fortran)
+include(FetchContent)
+FetchContent_Declare(gracecg SOURCE_DIR "@ROOT@")
+FetchContent_MakeAvailable(gracecg)
+add_executable(in_fortran in_fortran.f90)
+target_link_libraries(in_fortran PRIVATE gracecg::gracecg)
+get_target_property(type gracecg TYPE)
+if(NOT type STREQUAL "STATIC_LIBRARY" OR TARGET gracecg-program)
+    message(FATAL_ERROR "within another project only the static library is expected")
+endif()
+"""
+IN_FORTRAN = """program in_fortran
+    use gracecg, only: dp, error_t, geopotential_t, egm96
+    implicit none
+    type(geopotential_t) :: model
+    type(error_t), allocatable :: error
+    real(dp) :: a(3)
+
+    call egm96(20, 20, model, error)
+    if (allocated(error)) error stop 1
+    call model%acceleration([4.0e6_dp, -3.0e6_dp, 4.6e6_dp], a)
+    print '(3es25.16)', a
+end program in_fortran
+"""
+IN_C = """#include <gracecg.h>
+#include <stdio.h>
+int main(void)
+{
+    const double position[3] = {4.0e6, -3.0e6, 4.6e6};
+    double a[3];
+    gracecg_gravity *gravity;
+    if (gracecg_gravity_open("egm96", 20, 20, &gravity, NULL) != GRACECG_OK) return 1;
+    if (gracecg_gravity_evaluate(gravity, 1, position, a, NULL, NULL, NULL) != GRACECG_OK) return 1;
+    printf("%.16e %.16e %.16e\\n", a[0], a[1], a[2]);
+    return gracecg_gravity_free(&gravity, NULL) != GRACECG_OK;
+}
+"""
+
+
+def run(*command, **environment):
+    """The output of a command; raises what it said when it failed."""
+    ended = subprocess.run([str(word) for word in command], env={**os.environ, **environment}, text=True,
+                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if ended.returncode != 0:
+        raise RuntimeError(f"{' '.join(map(str, command))}:\n{ended.stdout[-4000:]}")
+    return ended.stdout
+
+
+def build():
+    if not PYTHON.exists():
+        run(sys.executable, "-m", "venv", VENV)
+    run(PYTHON, "-m", "pip", "install", "-q", "scikit-build-core", "cmake", "ninja", "cffi", "numpy", "pytest")
+    run(PYTHON, "-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--force-reinstall",
+        "-C", f"build-dir={TREE}", "-C", "cmake.build-type=None", "-C", "cmake.define.CMAKE_Fortran_FLAGS=-O0", ROOT)
+
+
+def numbers(text):
+    return [float(word) for word in re.findall(r"-?\d\.\d+[eE][-+]\d+", text)]
+
+
+def check_consumer():
+    """An installed copy, by find_package, from Fortran and C; and the sources, by FetchContent."""
+    cmake = VENV / "bin/cmake"
+    with tempfile.TemporaryDirectory() as folder:
+        work = pathlib.Path(folder)
+        run(cmake, "--install", TREE, "--prefix", work / "prefix")
+        for name in ("include/gracecg.h", "include/gracecg/gracecg.mod", "lib/cmake/gracecg/gracecgConfig.cmake",
+                     "lib/pkgconfig/gracecg.pc"):
+            if not (work / "prefix" / name).exists():
+                raise RuntimeError(f"{name} was not installed")
+        for name, text in (("CMakeLists.txt", CONSUMER), ("in_fortran.f90", IN_FORTRAN), ("in_c.c", IN_C)):
+            (work / name).write_text(text, encoding="utf-8")
+        run(cmake, "-S", work, "-B", work / "build", f"-DCMAKE_PREFIX_PATH={work / 'prefix'}")
+        run(cmake, "--build", work / "build")
+        one, other = (numbers(run(work / "build" / name)) for name in ("in_fortran", "in_c"))
+        if len(one) != 3 or one != other:
+            raise RuntimeError(f"Fortran and C give {one} and {other}")
+        (work / "fetching").mkdir()
+        for name, text in (("CMakeLists.txt", FETCHING.replace("@ROOT@", str(ROOT))), ("in_fortran.f90", IN_FORTRAN)):
+            (work / "fetching" / name).write_text(text, encoding="utf-8")
+        run(cmake, "-S", work / "fetching", "-B", work / "fetched")
+
+
+def check_size():
+    """CMakeLists.txt has less than a hundred lines."""
+    lines = len((ROOT / "CMakeLists.txt").read_text(encoding="utf-8").splitlines())
+    if lines >= 100:
+        raise RuntimeError(f"CMakeLists.txt has {lines} lines")
+
+
+def main():
+    try:
+        if "--built" not in sys.argv:
+            build()
+    except RuntimeError as failure:
+        print(f"FAILED  build: {failure}\n0 passed, 1 failed")
+        return 1
+    arguments = [word for word in sys.argv[1:] if not word.startswith("--")]
+    if "--build-only" in sys.argv:
+        return 0
+    passed = failed = 0
+    for check in (check_size, check_consumer):
+        try:
+            check()
+            passed += 1
+            print(f"ok      {check.__doc__}")
+        except RuntimeError as failure:
+            failed += 1
+            print(f"FAILED  {check.__doc__} {failure}")
+    program = pathlib.Path(arguments[0] if arguments else ROOT / "build/bin/gracecg").resolve()
+    # Without optimisation the last digits differ; those of an optimised package are equal to 1e-9
+    ended = subprocess.run([PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "python/tests"], check=False,
+                           env={**os.environ, "GRACECG_PROGRAM": str(program), "GRACECG_DIGITS": "1e-6",
+                                "OPENBLAS_NUM_THREADS": "1"}, text=True, stdout=subprocess.PIPE, cwd=ROOT / "build")
+    print(ended.stdout)
+    counts = {word: int(number) for number, word in re.findall(r"(\d+) (passed|failed|error|skipped)", ended.stdout)}
+    passed += counts.get("passed", 0)
+    failed += counts.get("failed", 0) + counts.get("error", 0) + (ended.returncode != 0 and not counts.get("failed", 0))
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

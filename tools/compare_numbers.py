@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""Compares the numbers of CSV files in two folders.
+
+    tools/compare_numbers.py [--limit RELATIVE] --parts PATTERN... FOLDER FOLDER
+
+For every pattern the greatest relative difference over all files that match: of a number, relative to the greatest
+of its column (the three axes of a vector count as one column), so that a component near zero is measured by its
+vector. Printed in one line, with " | " between. What is no number must be equal. Status 1 when a difference is above
+the limit (1e-9), or files or texts differ.
+"""
+import argparse
+import pathlib
+import re
+import sys
+
+
+def table(path):
+    """Header and rows of a CSV file without its comments."""
+    lines = [line.split(",") for line in path.read_text().splitlines() if line and not line.startswith("#")]
+    return lines[0], lines[1:]
+
+
+def number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def difference(one, other):
+    """The greatest relative difference of two files; infinite when they cannot be compared."""
+    (header, rows), (header2, rows2) = table(one), table(other)
+    if header != header2 or len(rows) != len(rows2):
+        return float("inf")
+    groups = {}
+    for column, name in enumerate(header):
+        groups.setdefault(re.sub(r"(^|_)([a-z]*)[xyz]($|_)", r"\1\2#\3", name), []).append(column)
+    worst = 0.0
+    for name, columns in groups.items():
+        largest = [0.0, 0.0]
+        for row, row2 in zip(rows, rows2):
+            for column in columns:
+                a, b = number(row[column]), number(row2[column])
+                if a is None or b is None:
+                    if row[column] != row2[column]:
+                        return float("inf")
+                    continue
+                largest = [max(largest[0], abs(a - b)), max(largest[1], abs(a))]
+        if largest[0] > 0 and name not in ("condition", "iterations"):
+            worst = max(worst, largest[0] / largest[1] if largest[1] else float("inf"))
+    return worst
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--limit", type=float, default=1e-9)
+    parser.add_argument("--parts", nargs="+", required=True)
+    arguments = parser.parse_args()
+    *patterns, one, other = arguments.parts
+    one, other = pathlib.Path(one), pathlib.Path(other)
+    words, fine = [], True
+    for pattern in patterns:
+        names = sorted(str(path.relative_to(one)) for path in one.glob(pattern))
+        worst = max((difference(one / name, other / name) if (other / name).exists() else float("inf")
+                     for name in names), default=float("inf"))
+        words.append(f"{worst:.1e}" if worst else "0")
+        fine = fine and worst <= arguments.limit
+    print(" | ".join(words))
+    return 0 if fine else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
