@@ -200,8 +200,8 @@ contains
     end subroutine integrate
 
     !> The right-hand sides of (4-50), (4-51), (4-55) and (4-66), (4-67): F of (4-45), and A Phi of (4-47) with the
-    !> blocks of A (4-48) apart, of which (4-10) is zero. Some 110 operations on four lanes, 28 reals in and out: what is read stays in the
-    !> nearest cache, so the multiplier sets the pace.
+    !> blocks of A (4-48) apart, of which (4-10) is zero. Some 110 operations on four lanes, 28 reals in and out: what is
+    !> read stays in the nearest cache, so the multiplier sets the pace.
     pure subroutine rates(lambda_by_rate, driven, y, dydt)
         real(dp), intent(in) :: lambda_by_rate(3, 3, 3), driven(3)
         real(dp), intent(in) :: y(LANES, COLUMNS)
