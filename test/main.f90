@@ -113,7 +113,9 @@ program tester
                                            'state-sigmas/sigmas-against-scatter', 'level1-simulation/faults', &
                                            'knowledge-errors/every-source-in-every-estimator', &
                                            'operator/knowledge-mends-the-samples', &
-                                           'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set']
+                                           'operator/knowledge-mends-the-delay', 'level1-estimate/observation-set', &
+                                           'faults/silent-rods', 'faults/weak-rods', 'faults/wrong-frequency', &
+                                           'calibration-page/no-convergence', 'commands/lines-fit']
 
     type(testsuite_type), allocatable :: suites(:)
     character(:), allocatable :: suite_name, test_name, argument
