@@ -108,7 +108,8 @@ contains
                                                            magnetometer_bias=.false.), simulator, error)
         if (allocated(error)) return
         call observe_without_noise(simulator, density_wave_t(), observations)
-        call prepare_at_truth(simulator, observations, options, estimated_parameters(options%optimal), problem, error)
+        call prepare_at_truth(simulator, observations, options, &
+                              estimated_parameters(options%optimal, observations%knowledge%duration), problem, error)
         if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case

@@ -37,6 +37,7 @@ contains
                     new_unittest('normal-quantiles', test_quantiles), &
                     new_unittest('partials-are-those-of-altered-observations', test_partials), &
                     new_unittest('scores-are-standard-normal', test_scores), &
+                    new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
@@ -213,6 +214,42 @@ contains
             deallocate (squares)
         end do
     end subroutine test_scores
+
+    !> Forces that bend, and torques that change, over five minutes are no wrong beliefs.
+    subroutine test_long_arcs(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(8), parameter :: NAMES(2) = [character(8) :: 'front-1', 'front-3']
+        real(dp), parameter :: LENGTH = 300
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: found
+        real(dp) :: sigma
+        integer :: i, k
+
+        do k = 1, size(NAMES)
+            call find_calibration(trim(NAMES(k)), calibration, failure)
+            calibration%case%duration = LENGTH
+            calibration%case%satellite%rods%activations%stop = LENGTH
+            if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+            if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
+            if (.not. allocated(failure)) &
+                call estimate_offset('optimal', observations, calibration%options, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call say_contradiction(solution%beliefs, found)
+            call check(error, found, '', NAMES(k))
+            if (allocated(error)) return
+            do i = 1, 3
+                sigma = sqrt(solution%covariance(i, i))
+                call check(error, abs(solution%offset(i) - calibration%case%satellite%offset(i)) < 4*sigma, NAMES(k))
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_long_arcs
 
     !> Wrong beliefs of several kinds: contradicted, and the right one named first.
     subroutine test_wrong_beliefs(error)

@@ -67,6 +67,7 @@ module gracecg_estimation_parameters
     !> Axes and degrees of FORCE_BENDS
     integer, parameter :: BEND_AXIS(12) = [1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3]
     integer, parameter :: BEND_DEGREE(12) = [3, 4, 5, 6, 2, 3, 4, 5, 6, 2, 3, 4]    !! Of the polynomials
+    real(dp), parameter :: USUAL_ARC = 60           !! Of the cases of CSR-TM-00-01, s
     real(dp), parameter :: USUAL_BEND = 5e-11_dp
     !! Standard deviation of each, m/s^2. Fitted, as USUAL_SIDE_FORCE is, to the six cases of CSR-TM-00-01: with these two
     !! the mean normalised square of the errors of `optimal` is near 3 there, and its RMS error grows by some
@@ -196,7 +197,7 @@ contains
         sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
         sigmas(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
-        sigmas(FORCE_BENDS) = USUAL_BEND
+        sigmas(FORCE_BENDS) = USUAL_BEND*max(1.0_dp, knowledge%duration/USUAL_ARC)**BEND_DEGREE
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = USUAL_SIDE_FORCE
     end function a_priori_sigmas

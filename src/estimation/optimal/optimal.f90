@@ -84,7 +84,8 @@ contains
         call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
-        call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), start)
+        call prepare_calibration(observations%knowledge, options, data, &
+                                 estimated_parameters(options%optimal, observations%knowledge%duration), start)
         solution%warnings = start%data%warnings
         call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
         if (allocated(error)) then
