@@ -36,7 +36,7 @@ COMMANDS = [
     (["estimate", "run1", "--algorithm", "sequential", "--verbose"], ["covariance", "parameters", "noise", "history"]),
     (["bound", "front-1", "back-3"], ["cases"]),
     (["errors", "--runs", "2"], ["case", "algorithm", "seed", "knowledge_sizes"]),
-    (["reliability", "front-3", "--only", "quaternions", "--runs", "1"], ["algorithm", "seed"]),
+    (["reliability", "front-3", "--only", "quaternions", "--runs", "1"], ["algorithms", "seed"]),
     (["magnetometer-loss", "--runs", "2"], ["seed", "field_error_nt"]),
     (["timing", "--step", "300"], ["satellite", "epoch_utc", "cases", "best_places"]),
     (["design", "--manoeuvre", "front-1"], ["case", "rods", "limits", "map"]),

@@ -2,7 +2,7 @@
 module gracecg_cli_reliability
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, join, rounded_text
+    use gracecg_base_text, only: integer_text, join, padded, rounded_text, string_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
@@ -30,10 +30,11 @@ contains
                                 'without a word. `bound` says beforehand what can be detected.', &
                                 'gracecg reliability front-3 --only quaternions --runs 1')
         call add_cases_option(arguments, 'front-3')
-        call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
+        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
                                   choices=ESTIMATOR_NAMES)
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
         call arguments%add_option('--runs', 'N', 'of each wrong belief and size (default 2)')
+        call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the counts')
@@ -52,11 +53,12 @@ contains
         type(tally_t), allocatable :: tallies(:), all_tallies(:)
         type(data_table_t) :: table
         type(results_t) :: results
-        character(:), allocatable :: algorithm, only, path
+        type(string_t), allocatable :: algorithms(:)
+        character(:), allocatable :: only, path
         integer(i8) :: seed
         integer :: runs, threads, i
 
-        call arguments%get('--algorithm', algorithm, misuse, default='optimal', choices=ESTIMATOR_NAMES)
+        call arguments%get('--algorithms', algorithms, misuse, default='optimal', choices=ESTIMATOR_NAMES)
         call arguments%get('--only', only, misuse, default='')
         call arguments%get('--runs', runs, misuse, default=2, low=1, high=MOST_RUNS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
@@ -72,23 +74,28 @@ contains
         call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
-        call table%columns_of('case,belief,size,runs,detectable_values,refused,contradicted,named,silently_wrong,worst_sigmas')
+        call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,named,'// &
+                              'silently_wrong,worst_sigmas')
         allocate (all_tallies(0))
         call console%expect_parts(size(calibrations), 'cases')
         do i = 1, size(calibrations)
-            call try_wrong_beliefs(calibrations(i), algorithm, list, seed, runs, threads, tallies, error, console)
+            call try_wrong_beliefs(calibrations(i), padded(algorithms), .not. arguments%has('--no-causes'), list, seed, runs, &
+                                   threads, tallies, error, console)
             if (allocated(error)) return
             call console%next_part()
             call add_rows(trim(calibrations(i)%case%name), tallies, table)
             all_tallies = [all_tallies, tallies]
         end do
-        call show(algorithm, all_tallies, console)
+        do i = 1, size(algorithms)
+            call show(algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == algorithms(i)%text), console)
+        end do
         call results%open('reliability')
-        call results%member('algorithm', algorithm)
+        call results%member('algorithms', join(padded(algorithms), ','))
         call results%member('seed', seed)
         call results%publish(table, console, error)
         if (.not. allocated(error) .and. path /= '') &
-            call table%write(path, [character(80) :: 'gracecg reliability', algorithm//', seed '//integer_text(seed)], error)
+            call table%write(path, [character(80) :: 'gracecg reliability', &
+                                                      join(padded(algorithms), ', ')//', seed '//integer_text(seed)], error)
     end subroutine run_reliability
 
     subroutine add_rows(name, tallies, table)
@@ -101,6 +108,7 @@ contains
         do i = 1, size(tallies)
             associate (t => tallies(i))
                 call table%add(name)
+                call table%add(trim(t%algorithm))
                 call table%add(trim(subject_of(t%wrong)))
                 call table%add(trim(size_text(t%wrong)))
                 call table%add(t%runs)

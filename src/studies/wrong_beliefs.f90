@@ -40,6 +40,7 @@ module gracecg_studies_wrong_beliefs
 
     !> What came of one wrong belief in the runs of a case.
     type :: tally_t
+        character(10) :: algorithm = '' !! That estimated
         type(wrong_belief_t) :: wrong   !! What was made wrong
         integer :: runs = 0             !! How many
         integer :: refused = 0          !! Runs in which the estimate failed
@@ -59,12 +60,12 @@ module gracecg_studies_wrong_beliefs
     !> All runs of a case, as pieces of work.
     type, extends(parallel_work_t) :: trials_t
         type(simulator_t), pointer :: simulator => null()
-        character(:), allocatable :: algorithm
+        character(10), allocatable :: algorithms(:)
         type(estimation_options_t) :: options
         integer(i8) :: seed = 1
         integer :: runs = 0
         type(wrong_belief_t), allocatable :: wrong(:)
-        type(outcome_t), allocatable :: outcome(:)      !! (runs of the first, of the second, ...)
+        type(outcome_t), allocatable :: outcome(:, :)   !! (algorithm, runs of the first, of the second, ...)
     contains
         procedure :: do_one => try_one
     end type trials_t
@@ -122,50 +123,57 @@ contains
     end function size_of
 
     !> Spoils `runs` simulated calibrations of a case by every wrong belief of a list, with either sign in turn.
-    !> Fails when the case cannot be simulated, or its reliability is not determined; not when an estimate fails.
-    subroutine try_wrong_beliefs(calibration, algorithm, list, seed, runs, threads, tallies, error, progress)
+    !> All algorithms estimate from the same observations. Fails when the case cannot be simulated, or its reliability
+    !> is not determined; not when an estimate fails.
+    subroutine try_wrong_beliefs(calibration, algorithms, explain, list, seed, runs, threads, tallies, error, progress)
         type(calibration_t), intent(in) :: calibration
-        character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
+        character(*), intent(in) :: algorithms(:)       !! Of ESTIMATOR_NAMES
+        logical, intent(in) :: explain                  !! Whether causes are looked for: none is named else
         type(wrong_belief_t), intent(in) :: list(:)
         integer(i8), intent(in) :: seed                 !! Of the random numbers
         integer, intent(in) :: runs, threads            !! How many runs of each; in parallel
-        type(tally_t), allocatable, intent(out) :: tallies(:)   !! In the order of the list
+        type(tally_t), allocatable, intent(out) :: tallies(:)   !! In the order of the list, for each algorithm
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the estimates
 
         type(trials_t) :: work
         type(simulator_t), target :: simulator
         type(belief_report_t) :: report
-        integer :: i
+        integer :: i, k, n
 
         call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
         work%simulator => simulator
-        work%algorithm = algorithm
+        work%algorithms = algorithms
         work%options = calibration%options
         work%options%covariance = .true.
+        work%options%explain = explain
         work%seed = seed
         work%runs = runs
         work%wrong = list
-        allocate (work%outcome(runs*size(list)))
-        call expect_pieces(progress, size(work%outcome), 'estimates')
+        allocate (work%outcome(size(algorithms), runs*size(list)))
+        call expect_pieces(progress, size(work%outcome, 2), 'observation sets')
         call tell(progress, trim(calibration%case%name))
-        call run_parallel(work, size(work%outcome), threads, error, progress)
+        call run_parallel(work, size(work%outcome, 2), threads, error, progress)
         call add_context(error, 'case '//trim(calibration%case%name))
         if (allocated(error)) return
-        allocate (tallies(size(list)))
-        do i = 1, size(list)
-            associate (outcome => work%outcome(runs*(i - 1) + 1:runs*i))
-                tallies(i)%wrong = list(i)
-                tallies(i)%runs = runs
-                tallies(i)%refused = count(outcome%refused)
-                tallies(i)%contradicted = count(outcome%contradicted)
-                tallies(i)%named = count(outcome%named)
-                tallies(i)%silent = count(outcome%silent)
-                tallies(i)%worst = maxval(outcome%worst)
-            end associate
-            tallies(i)%times = times_detectable(report, list(i))
+        allocate (tallies(size(algorithms)*size(list)))
+        do k = 1, size(algorithms)
+            do i = 1, size(list)
+                n = size(list)*(k - 1) + i
+                associate (outcome => work%outcome(k, runs*(i - 1) + 1:runs*i), tally => tallies(n))
+                    tally%algorithm = algorithms(k)
+                    tally%wrong = list(i)
+                    tally%runs = runs
+                    tally%refused = count(outcome%refused)
+                    tally%contradicted = count(outcome%contradicted)
+                    tally%named = count(outcome%named)
+                    tally%silent = count(outcome%silent)
+                    tally%worst = maxval(outcome%worst)
+                    tally%times = times_detectable(report, list(i))
+                end associate
+            end do
         end do
     end subroutine try_wrong_beliefs
 
@@ -189,31 +197,51 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        real(dp) :: deviation(3), sigma(3)
-        integer :: run, axis
+        type(solution_t) :: tested, solution
+        type(error_t), allocatable :: tested_failure, failure
+        integer :: run, k
 
         run = modulo(i - 1, self%runs) + 1
         call observe(self%simulator, self%seed, run, observations, error)
         if (allocated(error)) return
-        associate (wrong => self%wrong((i - 1)/self%runs + 1), outcome => self%outcome(i))
+        associate (wrong => self%wrong((i - 1)/self%runs + 1))
             call spoil(wrong, merge(1, -1, modulo(run, 2) == 1), observations)
-            call estimate_offset(self%algorithm, observations, self%options, solution, failure)
-            outcome%refused = allocated(failure)
-            outcome%contradicted = allocated(failure)
-            if (allocated(solution%beliefs)) then
-                outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
-                outcome%named = is_named(wrong, solution%beliefs%explanations)
-            end if
-            if (allocated(failure)) return
-            deviation = abs(solution%offset - self%simulator%case%satellite%offset)
-            sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
-            outcome%worst = maxval(deviation/sigma)
-            if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
-            outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+            call estimate_offset('optimal', observations, self%options, tested, tested_failure)
+            do k = 1, size(self%algorithms)
+                if (self%algorithms(k) == 'optimal') then
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, tested, tested_failure)
+                else
+                    call estimate_offset(self%algorithms(k), observations, self%options, solution, failure, tested=tested)
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, solution, failure)
+                end if
+            end do
         end associate
     end subroutine try_one
+
+    !> What an estimate says, and whether it is right.
+    function outcome_of(wrong, truth, solution, failure) result(outcome)
+        type(wrong_belief_t), intent(in) :: wrong
+        real(dp), intent(in) :: truth(3)                            !! The offset, m
+        type(solution_t), intent(in) :: solution
+        type(error_t), allocatable, intent(in) :: failure
+        type(outcome_t) :: outcome
+
+        real(dp) :: deviation(3), sigma(3)
+        integer :: axis
+
+        outcome%refused = allocated(failure)
+        outcome%contradicted = allocated(failure)
+        if (allocated(solution%beliefs)) then
+            outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
+            outcome%named = is_named(wrong, solution%beliefs%explanations)
+        end if
+        if (allocated(failure)) return
+        deviation = abs(solution%offset - truth)
+        sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
+        outcome%worst = maxval(deviation/sigma)
+        if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
+        outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+    end function outcome_of
 
     !> Makes a belief wrong.
     subroutine spoil(wrong, sign_of, observations)
