@@ -27,7 +27,8 @@ module gracecg_planning_reliable_design
         type(manoeuvre_design_t) :: design
         type(belief_report_t) :: report         !! Minimal detectable values and their effects
         real(dp) :: effect(3) = huge(1.0_dp)    !! The largest of them on each component of the offset, m
-        real(dp) :: sum = huge(1.0_dp)          !! What the search makes small: a norm that the largest effects rule
+        real(dp) :: sum = huge(1.0_dp)
+        !! What the search makes small: a norm of all effects and of the errors by noise and forces
         integer :: evaluations = 0              !! Manoeuvres whose reliability was determined
     end type reliable_design_t
 
@@ -39,7 +40,8 @@ module gracecg_planning_reliable_design
                                        0.3_dp, 0.3_dp, 0.3_dp, 0.5_dp, 0.5_dp, 0.5_dp]
     integer, parameter :: HALVINGS = 3      !! Of the steps
     integer, parameter :: MOST_ROUNDS = 14  !! Of changes of all numbers
-    real(dp), parameter :: NORM = 8         !! Exponent
+    real(dp), parameter :: NORM = 4         !! Exponent
+    real(dp), parameter :: SIGMAS = 5       !! Of the noise, that count as an effect, too
     real(dp), parameter :: LEAST_PART = 0.02_dp     !! Of a rod's moment that is worth an activation
     real(dp), parameter :: LEAST_CYCLES = 0.5_dp    !! Of a slow component
     real(dp), parameter :: WORTH = 0.99_dp  !! An improvement is to this part at least
@@ -89,14 +91,23 @@ contains
                 end associate
             end do
         end associate
-        work%x = starts(x)
-        call tell(progress, 'reliability, first manoeuvres')
-        call judge_all(work, error, progress)
+        work%x = reshape(x, [N, 1])
+        call judge_all(work, error)
         if (allocated(error)) return
-        i = minloc(work%judged%sum, 1)
-        x = work%x(:, i)
-        found = work%judged(i)
-        spent = size(work%judged)
+        found = work%judged(1)
+        spent = 1
+        if (any(found%effect > wanted)) then
+            work%x = starts(x)
+            call tell(progress, 'reliability, first manoeuvres')
+            call judge_all(work, error, progress)
+            if (allocated(error)) return
+            i = minloc(work%judged%sum, 1)
+            if (work%judged(i)%sum < found%sum) then
+                x = work%x(:, i)
+                found = work%judged(i)
+            end if
+            spent = spent + size(work%judged)
+        end if
         scale = 1
         do round = 1, MOST_ROUNDS
             if (all(found%effect <= wanted) .or. scale < 0.9_dp*0.5_dp**HALVINGS) exit
@@ -137,19 +148,19 @@ contains
         call run_parallel(work, size(work%judged), work%settings%threads, error, progress)
     end subroutine judge_all
 
-    !> The manoeuvre itself, and with a slow component: all orders of few cycles over the rods, begun as sines and as
+    !> A manoeuvre with a slow component: all orders of few cycles over the rods, begun as sines and as
     !> cosines, with several parts.
     pure function starts(x) result(list)
         real(dp), intent(in) :: x(N)
         real(dp), allocatable :: list(:, :)
 
-        real(dp), parameter :: CYCLES(3) = [1.0_dp, 2.0_dp, 3.0_dp], PARTS(2) = [0.35_dp, 0.65_dp]
+        real(dp), parameter :: CYCLES(3) = [1.0_dp, 2.0_dp, 3.0_dp], PARTS(2) = [0.2_dp, 0.5_dp]
         integer, parameter :: ORDERS(3, 6) = reshape([1, 2, 3, 1, 3, 2, 2, 1, 3, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
         integer :: order, k, start, i
 
-        allocate (list(N, 1 + 2*size(ORDERS, 2)*size(PARTS)))
+        allocate (list(N, 2*size(ORDERS, 2)*size(PARTS)))
         list = spread(x, 2, size(list, 2))
-        i = 1
+        i = 0
         do k = 1, size(PARTS)
             do start = 0, 1
                 do order = 1, size(ORDERS, 2)
@@ -251,7 +262,7 @@ contains
                 return
             end if
             judged%effect = judged%report%undetected()
-            judged%sum = 0
+            judged%sum = sum((SIGMAS*judged%design%sigma/MILLIMETRE)**NORM) + (judged%design%worst/MILLIMETRE)**NORM
             do k = 1, size(judged%report%values)
                 do axis = 1, 3
                     judged%sum = judged%sum + (abs(judged%report%values(k)%effect(axis))/MILLIMETRE)**NORM

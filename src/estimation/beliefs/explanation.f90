@@ -10,6 +10,7 @@ module gracecg_estimation_explanation
     use gracecg_base_error, only: error_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: WAVE_SEARCHED, WAVE_NONE
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
@@ -42,15 +43,20 @@ contains
 
         type(explanation_t), allocatable :: found(:)
         type(noise_test_t), allocatable :: noises(:)
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
         integer, allocatable :: order(:)
+        real(dp) :: quick
         integer :: i
 
         allocate (found(0))
         call try_values(observations, options, fitted, misfit, found)
+        call refit(observations, in_short(options), solution, quick, error)
         do i = 1, size(ALTERATIONS)
-            call try_alteration(observations, options, i, misfit, found)
+            call try_alteration(observations, options, i, quick, misfit, found)
         end do
         call examine_alterations(observations, options, found)
+        if (.not. any(found%complete)) call try_frequencies(observations, options, misfit, found)
         noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
         if (size(noises) > 0) then      ! all levels that are off together, named by the worst
             i = maxloc(noises%gain, 1)
@@ -78,8 +84,7 @@ contains
         end do
     end function by_gain
 
-    !> The beliefs with a value whose scores are largest, and frequencies of the rods from all over their range: no step
-    !> leads from a frequency that is off by a cycle of the arc.
+    !> The beliefs with a value whose scores are largest.
     subroutine try_values(observations, options, fitted, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -88,16 +93,29 @@ contains
         type(explanation_t), allocatable, intent(inout) :: found(:)
 
         integer, allocatable :: order(:)
-        integer :: i, parameter
+        integer :: i
 
         order = by_gain(abs(fitted%values%score))
         do i = 1, min(MOST_CANDIDATES, size(order))
-            if (fitted%values(order(i))%state /= CONTRADICTED) exit
-            parameter = BELIEFS(fitted%values(order(i))%belief)%parameter
-            if (any([ROD_FREQUENCIES, ALL_RODS_FREQUENCY] == parameter)) cycle
-            if (is_interchange(parameter)) cycle    ! among the alterations
-            call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
+            associate (test => fitted%values(order(i)))
+                if (test%state /= CONTRADICTED) exit
+                if (is_interchange(BELIEFS(test%belief)%parameter)) cycle   ! among the alterations
+                if (HOPE*test%score**2/2 < maxval([0.0_dp, found%gain]) - SAME) exit    ! nor do the others explain as much
+                call try_value(observations, options, test%belief, test%value, misfit, found)
+            end associate
         end do
+    end subroutine try_values
+
+    !> Frequencies of the rods from all over their range: no step leads from a frequency that is off by a cycle of the
+    !> arc. That is not for what is explained without: where nothing is contradicted any more, nothing explains much more.
+    subroutine try_frequencies(observations, options, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        integer :: i
+
         call try_frequency(ALL_RODS_FREQUENCY)
         associate (rods => observations%knowledge%rods)
             associate (axes => rods%activations(:rods%count)%axis)
@@ -115,7 +133,7 @@ contains
             call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
                            best_frequency(observations, options, parameter), misfit, found)
         end subroutine try_frequency
-    end subroutine try_values
+    end subroutine try_frequencies
 
     !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
     real(dp) function best_frequency(observations, options, parameter) result(best)
@@ -139,7 +157,7 @@ contains
         do i = -n, n
             other = observations
             call apply_value(parameter, i*step, other)
-            call refit(other, without_tests(options), solution, misfit, error)
+            call refit(other, in_short(options), solution, misfit, error)
             if (misfit >= smallest) cycle
             smallest = misfit
             best = i*step
@@ -192,11 +210,12 @@ contains
         if (tried%gain > 0) found = [found, tried]
     end subroutine try_value
 
-    subroutine try_alteration(observations, options, alteration, misfit, found)
+    !> An alteration; in short first: most of them fit worse than what is believed.
+    subroutine try_alteration(observations, options, alteration, quick, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: alteration       !! Place in ALTERATIONS
-        real(dp), intent(in) :: misfit
+        real(dp), intent(in) :: quick, misfit   !! What is left as believed, in short and in full
         type(explanation_t), allocatable, intent(inout) :: found(:)
 
         type(observation_set_t) :: other
@@ -206,6 +225,8 @@ contains
 
         other = observations
         call apply_alteration(alteration, other)
+        call refit(other, in_short(options), solution, left, error)
+        if (.not. left < quick) return
         call refit(other, without_tests(options), solution, left, error)
         if (.not. left < misfit) return
         found = [found, explanation_t(kind=OF_ALTERATION, place=alteration, gain=(misfit - left)/2, offset=solution%offset)]
@@ -241,6 +262,15 @@ contains
         fewer%test_beliefs = .false.
         fewer%covariance = .false.      ! nor is the fit checked
     end function without_tests
+
+    !> Nor is a wave looked for: one fit instead of three.
+    pure function in_short(options) result(fewer)
+        type(estimation_options_t), intent(in) :: options
+        type(estimation_options_t) :: fewer
+
+        fewer = without_tests(options)
+        if (fewer%optimal%density_wave == WAVE_SEARCHED) fewer%optimal%density_wave = WAVE_NONE
+    end function in_short
 
     !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.
     subroutine refit(observations, options, solution, misfit, error)
