@@ -7,8 +7,8 @@ module gracecg_cli_reliability
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
-        size_text, SILENT_SIGMAS, FAR_BEYOND
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, &
+        try_wrong_beliefs, subject_of, size_text, SILENT_SIGMAS, FAR_BEYOND
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -34,6 +34,8 @@ contains
                                   choices=ESTIMATOR_NAMES)
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
         call arguments%add_option('--runs', 'N', 'of each wrong belief and size (default 2)')
+        call arguments%add_option('--power', '', 'each belief with a value at its minimal detectable value instead of three '// &
+                                  'sizes: its own test should find it in 80 of 100 runs')
         call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
@@ -69,16 +71,20 @@ contains
         call check_writable(path, error)
         if (.not. allocated(error)) call take_calibrations(arguments, 'front-3', console, calibrations, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        list = all_wrong_beliefs()
-        list = pack(list, [(index(subject_of(list(i)), only) > 0, i=1, size(list))])
+        list = chosen(all_wrong_beliefs())
         call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
-        call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,named,'// &
-                              'silently_wrong,worst_sigmas')
+        call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
+                              'own_test,named,silently_wrong,worst_sigmas')
         allocate (all_tallies(0))
         call console%expect_parts(size(calibrations), 'cases')
         do i = 1, size(calibrations)
+            if (arguments%has('--power')) then
+                call detectable_beliefs(calibrations(i), list, error)
+                if (allocated(error)) return
+                list = chosen(list)
+            end if
             call try_wrong_beliefs(calibrations(i), padded(algorithms), .not. arguments%has('--no-causes'), list, seed, runs, &
                                    threads, tallies, error, console)
             if (allocated(error)) return
@@ -96,6 +102,18 @@ contains
         if (.not. allocated(error) .and. path /= '') &
             call table%write(path, [character(80) :: 'gracecg reliability', &
                                                       join(padded(algorithms), ', ')//', seed '//integer_text(seed)], error)
+
+    contains
+
+        !> Those whose name has the text asked for.
+        function chosen(from) result(some)
+            type(wrong_belief_t), intent(in) :: from(:)
+            type(wrong_belief_t), allocatable :: some(:)
+
+            integer :: k
+
+            some = pack(from, [(index(subject_of(from(k)), only) > 0, k=1, size(from))])
+        end function chosen
     end subroutine run_reliability
 
     subroutine add_rows(name, tallies, table)
@@ -115,6 +133,7 @@ contains
                 call table%add(t%times)
                 call table%add(t%refused)
                 call table%add(t%contradicted)
+                call table%add(t%found)
                 call table%add(t%named)
                 call table%add(t%silent)
                 call table%add(t%worst)
@@ -133,6 +152,7 @@ contains
         far = pack(tallies, tallies%times > FAR_BEYOND)
         call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates with one wrong belief each')
         call line('contradicted or refused', sum(tallies%contradicted), sum(tallies%runs))
+        call line('contradicted by the test of the very belief', sum(tallies%found), sum(tallies%runs))
         call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
                   sum(tallies%silent), sum(tallies%runs))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &

@@ -13,7 +13,7 @@ module gracecg_planning_reliable_design
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, take_manoeuvre, SINE, TAPERED
-    use gracecg_estimation_belief_report, only: belief_report_t
+    use gracecg_estimation_belief_report, only: belief_report_t, value_test_t
     use gracecg_planning_bound, only: reliability_of_case
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_design, only: manoeuvre_design_t, design_settings_t, judge_manoeuvre
@@ -28,7 +28,8 @@ module gracecg_planning_reliable_design
         type(belief_report_t) :: report         !! Minimal detectable values and their effects
         real(dp) :: effect(3) = huge(1.0_dp)    !! The largest of them on each component of the offset, m
         real(dp) :: sum = huge(1.0_dp)
-        !! What the search makes small: a norm of all effects and of the errors by noise and forces
+        !! What the search makes small: the number of effects, and errors by noise and forces, that are larger than wanted,
+        !! softly counted
         integer :: evaluations = 0              !! Manoeuvres whose reliability was determined
     end type reliable_design_t
 
@@ -39,12 +40,11 @@ module gracecg_planning_reliable_design
     real(dp), parameter :: STEPS(N) = [0.3_dp, 0.3_dp, 0.3_dp, 0.5_dp, 0.5_dp, 0.5_dp, 0.15_dp, 0.15_dp, 0.15_dp, &
                                        0.3_dp, 0.3_dp, 0.3_dp, 0.5_dp, 0.5_dp, 0.5_dp]
     integer, parameter :: HALVINGS = 3      !! Of the steps
-    integer, parameter :: MOST_ROUNDS = 14  !! Of changes of all numbers
-    real(dp), parameter :: NORM = 4         !! Exponent
+    integer, parameter :: MOST_ROUNDS = 16  !! Of changes of all numbers
     real(dp), parameter :: SIGMAS = 5       !! Of the noise, that count as an effect, too
     real(dp), parameter :: LEAST_PART = 0.02_dp     !! Of a rod's moment that is worth an activation
     real(dp), parameter :: LEAST_CYCLES = 0.5_dp    !! Of a slow component
-    real(dp), parameter :: WORTH = 0.99_dp  !! An improvement is to this part at least
+    real(dp), parameter :: WORTH = 0.995_dp  !! An improvement is to this part at least
 
     !> Manoeuvres to be judged, as pieces of work.
     type, extends(parallel_work_t) :: judging_t
@@ -246,7 +246,7 @@ contains
 
         type(calibration_t) :: flown
         real(dp) :: fast(3)
-        integer :: axis, k
+        integer :: k
 
         associate (x => self%x(:, i), judged => self%judged(i), settings => self%settings)
             fast = x(FAST_CYCLES)/self%plan%arc%knowledge%duration
@@ -262,13 +262,29 @@ contains
                 return
             end if
             judged%effect = judged%report%undetected()
-            judged%sum = sum((SIGMAS*judged%design%sigma/MILLIMETRE)**NORM) + (judged%design%worst/MILLIMETRE)**NORM
-            do k = 1, size(judged%report%values)
-                do axis = 1, 3
-                    judged%sum = judged%sum + (abs(judged%report%values(k)%effect(axis))/MILLIMETRE)**NORM
+            associate (wanted => judged%report%wanted)
+                judged%sum = sum(part_beyond(SIGMAS*judged%design%sigma, wanted)) + part_beyond(judged%design%worst, wanted)
+                do k = 1, size(judged%report%values)
+                    judged%sum = judged%sum + sum(part_beyond(free_effect(judged%report%values(k)), wanted))
                 end do
-            end do
-            judged%sum = judged%sum**(1/NORM)
+            end associate
         end associate
     end subroutine judge_one
+
+    !> 0 for effects far below what is wanted, 1 for those far above: what cannot be reached does not hide the rest.
+    elemental real(dp) function part_beyond(effect, wanted) result(part_of)
+        real(dp), intent(in) :: effect, wanted      !! m
+
+        part_of = effect**2/(effect**2 + wanted**2)
+    end function part_beyond
+
+    !> The effect of a minimal detectable value, even one that is not conceivable: so that the search sees it fall.
+    pure function free_effect(test) result(effect)
+        type(value_test_t), intent(in) :: test
+        real(dp) :: effect(3)       !! m
+
+        effect = test%effect
+        if (test%sigma > 0 .and. .not. test%all_or_nothing .and. test%detectable > test%largest) &
+            effect = effect*(test%detectable/test%largest)
+    end function free_effect
 end module gracecg_planning_reliable_design

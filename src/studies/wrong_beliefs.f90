@@ -15,7 +15,7 @@ module gracecg_studies_wrong_beliefs
     use gracecg_estimation_parameters
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE, &
-        NOISE_SUBJECTS
+        NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
@@ -23,7 +23,7 @@ module gracecg_studies_wrong_beliefs
     use gracecg_planning_bound, only: reliability_of_case
     implicit none
     private
-    public :: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, size_text
+    public :: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, try_wrong_beliefs, subject_of, size_text
     public :: SILENT_SIGMAS, FAR_BEYOND
 
     integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
@@ -45,6 +45,7 @@ module gracecg_studies_wrong_beliefs
         integer :: runs = 0             !! How many
         integer :: refused = 0          !! Runs in which the estimate failed
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
+        integer :: found = 0            !! Runs in which the test of this very belief, with a value, contradicts it
         integer :: named = 0            !! Of those that are not refused: the cause is among the explanations given
         integer :: silent = 0           !! Runs that are silently wrong
         real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
@@ -53,7 +54,7 @@ module gracecg_studies_wrong_beliefs
 
     !> One run with one wrong belief.
     type :: outcome_t
-        logical :: refused = .false., contradicted = .false., named = .false., silent = .false.
+        logical :: refused = .false., contradicted = .false., found = .false., named = .false., silent = .false.
         real(dp) :: worst = 0
     end type outcome_t
 
@@ -89,6 +90,27 @@ contains
             list = [list, [(wrong_belief_t(OF_NOISE, i, LEVELS(k)), k=1, size(LEVELS))]]
         end do
     end function all_wrong_beliefs
+
+    !> Each belief with a value that a case can test, wrong by its minimal detectable value: its test should find it with
+    !> the power that is stated. Fails as reliability_of_case does.
+    subroutine detectable_beliefs(calibration, list, error)
+        type(calibration_t), intent(in) :: calibration
+        type(wrong_belief_t), allocatable, intent(out) :: list(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(belief_report_t) :: report
+        integer :: i
+
+        allocate (list(0))
+        call reliability_of_case(calibration%case, calibration%options, report, error)
+        if (allocated(error)) return
+        do i = 1, size(report%values)
+            associate (test => report%values(i))
+                if (test%sigma > 0 .and. test%detectable < test%largest .and. .not. test%all_or_nothing) &
+                    list = [list, wrong_belief_t(OF_VALUE, test%belief, test%detectable)]
+            end associate
+        end do
+    end subroutine detectable_beliefs
 
     !> Sizes that are tried: small, middle, large, in the unit of BELIEFS.
     pure real(dp) function size_of(parameter, k) result(wrong)
@@ -168,6 +190,7 @@ contains
                     tally%runs = runs
                     tally%refused = count(outcome%refused)
                     tally%contradicted = count(outcome%contradicted)
+                    tally%found = count(outcome%found)
                     tally%named = count(outcome%named)
                     tally%silent = count(outcome%silent)
                     tally%worst = maxval(outcome%worst)
@@ -233,6 +256,7 @@ contains
         outcome%contradicted = allocated(failure)
         if (allocated(solution%beliefs)) then
             outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
+            outcome%found = is_found(wrong, solution%beliefs)
             outcome%named = is_named(wrong, solution%beliefs%explanations)
         end if
         if (allocated(failure)) return
@@ -265,6 +289,19 @@ contains
             end select
         end associate
     end subroutine spoil
+
+    !> Does its own test contradict a wrong belief?
+    pure logical function is_found(wrong, report) result(found)
+        type(wrong_belief_t), intent(in) :: wrong
+        type(belief_report_t), intent(in) :: report
+
+        integer :: i
+
+        found = .false.
+        if (wrong%kind /= OF_VALUE) return
+        i = findloc(report%values%belief, wrong%place, 1)
+        if (i > 0) found = report%values(i)%state == CONTRADICTED
+    end function is_found
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.
     pure logical function is_named(wrong, explanations) result(named)

@@ -10,7 +10,6 @@ module gracecg_estimation_explanation
     use gracecg_base_error, only: error_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_optimal_options, only: WAVE_SEARCHED, WAVE_NONE
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
@@ -43,17 +42,13 @@ contains
 
         type(explanation_t), allocatable :: found(:)
         type(noise_test_t), allocatable :: noises(:)
-        type(solution_t) :: solution
-        type(error_t), allocatable :: error
         integer, allocatable :: order(:)
-        real(dp) :: quick
         integer :: i
 
         allocate (found(0))
         call try_values(observations, options, fitted, misfit, found)
-        call refit(observations, in_short(options), solution, quick, error)
         do i = 1, size(ALTERATIONS)
-            call try_alteration(observations, options, i, quick, misfit, found)
+            call try_alteration(observations, options, i, misfit, found)
         end do
         call examine_alterations(observations, options, found)
         if (.not. any(found%complete)) call try_frequencies(observations, options, misfit, found)
@@ -157,7 +152,7 @@ contains
         do i = -n, n
             other = observations
             call apply_value(parameter, i*step, other)
-            call refit(other, in_short(options), solution, misfit, error)
+            call refit(other, without_tests(options), solution, misfit, error)
             if (misfit >= smallest) cycle
             smallest = misfit
             best = i*step
@@ -210,12 +205,11 @@ contains
         if (tried%gain > 0) found = [found, tried]
     end subroutine try_value
 
-    !> An alteration; in short first: most of them fit worse than what is believed.
-    subroutine try_alteration(observations, options, alteration, quick, misfit, found)
+    subroutine try_alteration(observations, options, alteration, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         integer, intent(in) :: alteration       !! Place in ALTERATIONS
-        real(dp), intent(in) :: quick, misfit   !! What is left as believed, in short and in full
+        real(dp), intent(in) :: misfit
         type(explanation_t), allocatable, intent(inout) :: found(:)
 
         type(observation_set_t) :: other
@@ -225,8 +219,6 @@ contains
 
         other = observations
         call apply_alteration(alteration, other)
-        call refit(other, in_short(options), solution, left, error)
-        if (.not. left < quick) return
         call refit(other, without_tests(options), solution, left, error)
         if (.not. left < misfit) return
         found = [found, explanation_t(kind=OF_ALTERATION, place=alteration, gain=(misfit - left)/2, offset=solution%offset)]
@@ -262,15 +254,6 @@ contains
         fewer%test_beliefs = .false.
         fewer%covariance = .false.      ! nor is the fit checked
     end function without_tests
-
-    !> Nor is a wave looked for: one fit instead of three.
-    pure function in_short(options) result(fewer)
-        type(estimation_options_t), intent(in) :: options
-        type(estimation_options_t) :: fewer
-
-        fewer = without_tests(options)
-        if (fewer%optimal%density_wave == WAVE_SEARCHED) fewer%optimal%density_wave = WAVE_NONE
-    end function in_short
 
     !> The fit under another belief. What it leaves: huge(1.0) when it fails altogether.
     subroutine refit(observations, options, solution, misfit, error)
