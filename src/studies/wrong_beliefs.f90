@@ -17,6 +17,7 @@ module gracecg_studies_wrong_beliefs
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE, &
         NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_solution, only: solution_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t
@@ -65,6 +66,7 @@ module gracecg_studies_wrong_beliefs
         type(estimation_options_t) :: options
         integer(i8) :: seed = 1
         integer :: runs = 0
+        logical :: explain = .true.
         type(wrong_belief_t), allocatable :: wrong(:)
         type(outcome_t), allocatable :: outcome(:, :)   !! (algorithm, runs of the first, of the second, ...)
     contains
@@ -170,7 +172,7 @@ contains
         work%algorithms = algorithms
         work%options = calibration%options
         work%options%covariance = .true.
-        work%options%explain = explain
+        work%explain = explain
         work%seed = seed
         work%runs = runs
         work%wrong = list
@@ -222,24 +224,42 @@ contains
         type(observation_set_t) :: observations
         type(solution_t) :: tested, solution
         type(error_t), allocatable :: tested_failure, failure
+        type(estimation_options_t) :: untested
         integer :: run, k
 
+        untested = self%options
+        untested%test_beliefs = .false.
         run = modulo(i - 1, self%runs) + 1
         call observe(self%simulator, self%seed, run, observations, error)
         if (allocated(error)) return
         associate (wrong => self%wrong((i - 1)/self%runs + 1))
             call spoil(wrong, merge(1, -1, modulo(run, 2) == 1), observations)
-            call estimate_offset('optimal', observations, self%options, tested, tested_failure)
+            if (self%explain) then
+                call estimate_offset('optimal', observations, self%options, tested, tested_failure)
+            else
+                call estimate_optimal(observations, self%options, tested, tested_failure)
+            end if
             do k = 1, size(self%algorithms)
                 if (self%algorithms(k) == 'optimal') then
                     self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, tested, tested_failure)
                 else
-                    call estimate_offset(self%algorithms(k), observations, self%options, solution, failure, tested=tested)
+                    call estimate_offset(self%algorithms(k), observations, untested, solution, failure)
+                    call take_tests(tested, solution)
                     self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, solution, failure)
                 end if
             end do
         end associate
     end subroutine try_one
+
+    !> The tests that an estimate would have had made by `optimal`, as estimate_offset takes them.
+    subroutine take_tests(tested, solution)
+        type(solution_t), intent(in) :: tested          !! By `optimal`
+        type(solution_t), intent(inout) :: solution
+
+        if (.not. allocated(tested%beliefs)) return
+        solution%beliefs = tested%beliefs
+        solution%beliefs%apart = abs(solution%offset - tested%offset)
+    end subroutine take_tests
 
     !> What an estimate says, and whether it is right.
     function outcome_of(wrong, truth, solution, failure) result(outcome)
@@ -345,7 +365,7 @@ contains
     !> What a wrong belief is of: 'gain of rod x', 'noise of accelerometer y'.
     function subject_of(wrong) result(text)
         type(wrong_belief_t), intent(in) :: wrong
-        character(44) :: text               !! Blanks behind it
+        character(52) :: text               !! Blanks behind it
 
         select case (wrong%kind)
         case (OF_VALUE)

@@ -22,7 +22,7 @@ module gracecg_estimation_estimators
         !> Estimates the CG offset of an observation set. Fails for a name that is none of
         !> ESTIMATOR_NAMES, and as the estimator does; with options%covariance also when the fit contradicts
         !> what is known of rods and noise.
-        module subroutine estimate_offset(algorithm, observations, options, solution, error, record, tested)
+        module subroutine estimate_offset(algorithm, observations, options, solution, error, record)
             character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
             type(observation_set_t), intent(in) :: observations
             type(estimation_options_t), intent(in) :: options   !! estimation_options_t() needs no telling
@@ -30,8 +30,6 @@ module gracecg_estimation_estimators
             type(error_t), allocatable, intent(out) :: error
             type(fit_record_t), intent(out), optional :: record
             !! For diagnostics: series and covariances of the fit, as if options%covariance were true
-            type(solution_t), intent(in), optional :: tested
-            !! What this gave by `optimal` for the same observations and options: its tests count, and none are made
         end subroutine estimate_offset
     end interface
 end module gracecg_estimation_estimators

@@ -14,14 +14,13 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
 
 contains
 
-    module subroutine estimate_offset(algorithm, observations, options, solution, error, record, tested)
+    module subroutine estimate_offset(algorithm, observations, options, solution, error, record)
         character(*), intent(in) :: algorithm
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(out), optional :: record
-        type(solution_t), intent(in), optional :: tested
 
         select case (algorithm)
         case ('assest-fde')
@@ -41,17 +40,16 @@ contains
                       join(ESTIMATOR_NAMES, ', ')//did_you_mean(algorithm, ESTIMATOR_NAMES))
             return
         end select
-        if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error, tested)
+        if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error)
     end subroutine estimate_offset
 
     !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is
     !> done at a fit of its own.
-    subroutine judge_beliefs(observations, options, solution, error, former)
+    subroutine judge_beliefs(observations, options, solution, error)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(inout) :: error      !! Of the estimate; its cause is added
-        type(solution_t), intent(in), optional :: former        !! By `optimal`, with explanations
 
         type(solution_t) :: tested
         type(error_t), allocatable :: failure
@@ -59,11 +57,7 @@ contains
         real(dp) :: factor
 
         if (.not. allocated(solution%beliefs)) then
-            if (present(former)) then
-                tested = former
-            else
-                call estimate_optimal(observations, options, tested, failure)
-            end if
+            call estimate_optimal(observations, options, tested, failure)
             if (.not. allocated(tested%beliefs)) then
                 if (allocated(failure) .and. .not. allocated(error)) &
                     call append(solution%warnings, 'what the setup says could not be tested: '//failure%message)
@@ -73,8 +67,7 @@ contains
             solution%beliefs = tested%beliefs
             solution%misfit = tested%misfit
         end if
-        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction() .and. options%explain .and. &
-            .not. present(former)) &
+        if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
         call say_contradiction(solution%beliefs, text)
         if (text == '') return

@@ -35,8 +35,6 @@ module gracecg_estimation_options
         !! Of each component, m: gracecg estimate refuses one that is beyond it by five sigmas
         logical :: test_beliefs = .true.
         !! Test what the setup says against the data, if the fit is checked at all
-        logical :: explain = .true.
-        !! Look for the wrong belief behind a contradiction, which takes many times as long; no key of a file
         real(dp) :: wanted_accuracy = 5e-5_dp
         !! Of each component, m: a wrong belief that could move one farther without being seen is said to be untested
         real(dp) :: accelerometer_weight(3) = [10.0_dp, 1.0_dp, 145.0_dp]
