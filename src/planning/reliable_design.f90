@@ -84,6 +84,7 @@ contains
         x(SLOW_CYCLES) = 1
         associate (rods => plan%design%rods)
             work%waveform = rods%activations(1)%waveform
+            work%settings%rod_used = [(any(rods%activations(:rods%count)%axis == i), i=1, 3)]
             do i = 1, rods%count
                 associate (rod => rods%activations(i))
                     x(FAST_CYCLES(rod%axis)) = rod%frequency*plan%arc%knowledge%duration
@@ -109,7 +110,7 @@ contains
             spent = spent + size(work%judged)
         end if
         scale = 1
-        do round = 1, MOST_ROUNDS
+        do round = 1, min(MOST_ROUNDS, request%settings%refinement_steps)
             if (all(found%effect <= wanted) .or. scale < 0.9_dp*0.5_dp**HALVINGS) exit
             work%x = neighbours(x, scale)
             call tell(progress, 'reliability, refinement')
