@@ -11,6 +11,10 @@ program benchmark
     use gracecg_environment_sun, only: sun_position
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
     use gracecg_base_runge_kutta, only: rkf78_step
+    use gracecg_base_text, only: real_field
+    use gracecg_base_spectrum, only: strongest_line
+    use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise
+    use gracecg_estimation_noise_propagation, only: stationary_noise_covariance
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -25,7 +29,7 @@ program benchmark
     use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo
     implicit none
 
-    integer, parameter :: REPEATS = 7, PLACES = 1000
+    integer, parameter :: REPEATS = 7, PLACES = 1000, HOUR = 36000     ! HOUR: samples
     real(dp) :: place(3, PLACES)        ! on the orbit, m
     type(case_t) :: case
     type(satellite_dynamics_t) :: dynamics
@@ -44,9 +48,13 @@ program benchmark
     call report_time('whole derivative (2-31)', 100000, time_derivative)
     call report_time('one step of Runge-Kutta-Fehlberg 7(8)', 10000, time_step)
     call report_time('truth arc, 60 s in steps of 0.1 s', 1, time_arc)
+    call report_time('the same by Runge-Kutta-Fehlberg 7(8) alone', 1, time_arc_by_runge_kutta)
     call report_time('simulated observation set', 10, time_observations)
     call report_time('ASSEST (FDE), offset alone', 10, time_assest)
     call report_time('ASSEST (FDE), with covariance', 3, time_assest_covariance)
+    call report_time('shortest decimal of a real', 200000, time_decimal)
+    call report_time('strongest line, 1 h at 10 Hz, to 1 Hz', 1, time_strongest_line)
+    call report_time('covariance of 9 parameters, 1 h at 10 Hz', 1, time_noise_covariance)
     call report_runs_per_second()
     if (sink == huge(sink)) write (output_unit, '(es12.4)') sink    ! keeps the results alive
 
@@ -192,6 +200,57 @@ contains
             sink = sink + arc%state(1, arc%steps)
         end do
     end subroutine time_arc
+
+    subroutine time_arc_by_runge_kutta(evaluations)
+        integer, intent(in) :: evaluations
+        type(case_t) :: report
+        type(truth_arc_t) :: arc
+        integer :: i
+
+        report = case
+        report%integrator = 'rkf78'
+        do i = 1, evaluations
+            call propagate_case(report, arc, error)
+            sink = sink + arc%state(1, arc%steps)
+        end do
+    end subroutine time_arc_by_runge_kutta
+
+    subroutine time_decimal(evaluations)
+        integer, intent(in) :: evaluations
+        character(32) :: field
+        integer :: i
+
+        do i = 1, evaluations
+            field = real_field(place(1, modulo(i, PLACES) + 1)*(1 + 1e-9_dp*i))
+            sink = sink + iachar(field(9:9))
+        end do
+    end subroutine time_decimal
+
+    subroutine time_strongest_line(evaluations)
+        integer, intent(in) :: evaluations
+        real(dp) :: values(HOUR), line, frequency
+        integer :: i, k
+
+        do i = 1, evaluations
+            values = [(sin(1.7_dp*k) + cos(0.31_dp*modulo(k*k, 1000)), k=i, i + HOUR - 1)]
+            call strongest_line([(k, k=1, HOUR)], values, HOUR, 0.1_dp, 0.1_dp*HOUR, 1.5_dp, 1.0_dp, line, frequency)
+            sink = sink + line
+        end do
+    end subroutine time_strongest_line
+
+    subroutine time_noise_covariance(evaluations)
+        integer, intent(in) :: evaluations
+        type(coloured_noise_t) :: noise
+        real(dp) :: gain(9, HOUR), covariance(9, 9)
+        integer :: i, k
+
+        noise = coloured_noise(observations%knowledge%accelerometer_noise(1), 0.1_dp, error)
+        do i = 1, evaluations
+            gain = reshape([(sin(1.7_dp*k), k=i, i + 9*HOUR - 1)], [9, HOUR])
+            covariance = stationary_noise_covariance(gain, [(k, k=1, HOUR)], noise)
+            sink = sink + covariance(1, 1)
+        end do
+    end subroutine time_noise_covariance
 
     subroutine time_observations(evaluations)
         integer, intent(in) :: evaluations

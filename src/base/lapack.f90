@@ -56,6 +56,8 @@ module gracecg_base_lapack
         end subroutine dpocon
     end interface
 
+    integer, parameter :: GROUP = 4     ! observations that are added to normal equations at once
+
 contains
 
     !> Eigenvalues (ascending) and eigenvectors (columns) of a symmetric matrix.
@@ -78,29 +80,68 @@ contains
         if (info /= 0) call fail(error, 'the symmetric eigenproblem did not converge')
     end subroutine symmetric_eigen
 
-    !> Normal matrix A^T A and right-hand side A^T b of a weighted least-squares problem whose rows
-    !> have already been multiplied by the square roots of their weights.
+    !> Normal matrix A^T W A and right-hand side A^T W b of a weighted least-squares problem.
     !>
-    !> The rows are the columns of `rows` (one observation a column, contiguous in memory). Not by
-    !> dsyrk: a threaded BLAS would start threads of its own inside those of a Monte Carlo.
-    pure subroutine normal_equations(rows, observed, normal, rhs)
+    !> The rows are the columns of `rows` (one observation a column, contiguous in memory). Not by dsyrk: a threaded
+    !> BLAS would start threads of its own inside those of a Monte Carlo.
+    pure subroutine normal_equations(rows, observed, normal, rhs, weights)
         real(dp), contiguous, intent(in) :: rows(:, :)  !! n parameters x m observations
         real(dp), intent(in) :: observed(:)             !! m
         real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
         real(dp), intent(out) :: rhs(:)                 !! n
+        real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
 
-        integer :: n, i, k
+        real(dp) :: value(GROUP), part(size(rows, 1), GROUP)
+        integer :: n, m, k, i, there
 
         n = size(rows, 1)
+        m = size(rows, 2)
         normal = 0
         rhs = 0
-        do k = 1, size(rows, 2)
-            do i = 1, n
-                normal(:, i) = normal(:, i) + rows(:, k)*rows(i, k)
+        do k = 1, m, GROUP
+            there = min(GROUP, m - k + 1)
+            if (there == GROUP .and. .not. present(weights)) then
+                call add_group(n, rows(:, k:k + GROUP - 1), observed(k:k + GROUP - 1), normal, rhs)
+                cycle
+            end if
+            part = 0            ! zeros make up a group
+            value = 0
+            do i = 1, there
+                part(:, i) = rows(:, k + i - 1)
+                value(i) = observed(k + i - 1)
+                if (.not. present(weights)) cycle
+                part(:, i) = part(:, i)*sqrt(weights(k + i - 1))
+                value(i) = value(i)*sqrt(weights(k + i - 1))
             end do
-            rhs = rhs + rows(:, k)*observed(k)
+            call add_group(n, part, value, normal, rhs)
+        end do
+        do k = 1, n
+            normal(k, :k - 1) = normal(:k - 1, k)
         end do
     end subroutine normal_equations
+
+    !> Adds observations to the upper triangle of the normal matrix and to the right-hand side, one after the other. An
+    !> element is loaded and stored once for a group of products, and the loop along a column runs on vector
+    !> instructions.
+    pure subroutine add_group(n, rows, observed, normal, rhs)
+        integer, intent(in) :: n
+        real(dp), intent(in) :: rows(n, GROUP), observed(GROUP)
+        real(dp), intent(inout) :: normal(n, n), rhs(n)
+
+        real(dp) :: a(GROUP)
+        integer :: i, j
+
+        do i = 1, n
+            a = rows(i, :)
+            do j = 1, i
+                normal(j, i) = (((normal(j, i) + rows(j, 1)*a(1)) + rows(j, 2)*a(2)) + rows(j, 3)*a(3)) + rows(j, 4)*a(4)
+            end do
+        end do
+        do j = 1, n
+            rhs(j) = (((rhs(j) + rows(j, 1)*observed(1)) + rows(j, 2)*observed(2)) + rows(j, 3)*observed(3)) + &
+                     rows(j, 4)*observed(4)
+        end do
+    end subroutine add_group
 
     !> Solves the normal equations N x = b by Cholesky's factorisation, after scaling N to a unit
     !> diagonal so that the units of the parameters do not matter.

@@ -3,10 +3,15 @@
 !>
 !> Which manoeuvres are good is known beforehand: rods that share neither frequency nor phase, so
 !> that the angular acceleration does not keep one direction, and whole cycles, which do not disturb
-!> each other. So all small whole numbers of cycles are tried, with quarter-period phases where rods
+!> each other. So whole numbers of cycles are tried that differ little, with quarter-period phases where rods
 !> share a frequency, in every waveform; the best are refined in frequency and phase by the simplex
 !> method of J. A. Nelder and R. Mead (Computer Journal 7 (1965) 308-313). Nothing is random: the
 !> result does not depend on threads.
+!>
+!> How good a manoeuvre is changes with its frequency as rods, noise and density wave do, slowly, and with the
+!> difference of the rods' cycles, cycle by cycle. So all differences are tried, but in a long arc not all lowest
+!> cycles: MOST_LOWEST of them, and around the best then all that were left out. A search takes as long as the
+!> arc, not its square.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
@@ -73,6 +78,8 @@ module gracecg_planning_design
     end type judging_t
 
     integer, parameter :: WIDEST = 4        !! Difference of two rods' cycles in the structured search
+    integer, parameter :: MOST_LOWEST = 12  !! Lowest cycles of the structured search
+    integer, parameter :: WIDENED_COUNT = 6 !! Whose lowest cycle is looked at more closely where some were left out
     integer, parameter :: FINAL_COUNT = 24    !! Judged at all places
     integer, parameter :: REFINED_COUNT = 6       !! Refined
     integer, parameter :: SEARCH_PLACES = 6 !! Of the structured search, spread over all places
@@ -150,7 +157,7 @@ contains
         class(progress_t), intent(inout), optional :: progress  !! Counts the manoeuvres looked at
 
         type(candidate_t), allocatable :: candidates(:), finalists(:)
-        type(manoeuvre_design_t), allocatable :: judged(:), refined(:)
+        type(manoeuvre_design_t), allocatable :: judged(:), refined(:), near(:)
         type(manoeuvre_design_t) :: pattern
         integer, allocatable :: order(:)
         integer :: i, spent
@@ -162,6 +169,15 @@ contains
         call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
         if (allocated(error)) return
         spent = sum(judged%evaluations)
+        order = best_first(judged, WIDENED_COUNT)
+        finalists = neighbours(arc, settings, candidates(order))
+        if (size(finalists) > 0) then
+            call judge_all(arc, sites, settings, finalists, SEARCH_PLACES, near, error, progress)
+            if (allocated(error)) return
+            spent = spent + sum(near%evaluations)
+            candidates = [candidates, finalists]
+            judged = [judged, near]
+        end if
         order = best_first(judged, FINAL_COUNT)
         finalists = candidates(order)
         call tell(progress, 'search, stage 2 of 3')
@@ -251,7 +267,43 @@ contains
         end do
     end function best_first
 
-    !> All whole numbers of cycles that differ by at most WIDEST, in every waveform, all rods starting
+    !> From one lowest cycle of the structured search to the next: 1 where all are few enough.
+    pure integer function lowest_step(settings, duration) result(step)
+        type(design_settings_t), intent(in) :: settings
+        real(dp), intent(in) :: duration        !! s
+
+        step = 1 + (most_cycles(settings, duration) - fewest_cycles(settings, duration))/MOST_LOWEST
+    end function lowest_step
+
+    !> The candidates with all their cycles moved to where the structured search left some out, as far as the next
+    !> one that it tried.
+    function neighbours(arc, settings, candidates) result(moved)
+        type(planned_arc_t), intent(in) :: arc
+        type(design_settings_t), intent(in) :: settings
+        type(candidate_t), intent(in) :: candidates(:)
+        type(candidate_t), allocatable :: moved(:)
+
+        type(candidate_t) :: candidate
+        real(dp) :: duration
+        integer :: i, shift, step
+
+        allocate (moved(0))
+        duration = arc%samples*arc%interval
+        step = lowest_step(settings, duration)
+        do i = 1, size(candidates)
+            do shift = 1 - step, step - 1
+                candidate = candidates(i)
+                candidate%amplitude = settings%amplitude
+                where (settings%rod_used) candidate%cycles = candidate%cycles + shift
+                if (shift == 0) cycle
+                if (any(settings%rod_used .and. (nint(candidate%cycles) < fewest_cycles(settings, duration) .or. &
+                                                 nint(candidate%cycles) > most_cycles(settings, duration)))) cycle
+                moved = [moved, candidate]
+            end do
+        end do
+    end function neighbours
+
+    !> Whole numbers of cycles that differ by at most WIDEST, in every waveform, all rods starting
     !> as a sine or all as a cosine; where rods share a frequency, in all quarters of the period.
     function structured_candidates(arc, settings) result(candidates)
         type(planned_arc_t), intent(in) :: arc
@@ -259,10 +311,11 @@ contains
         type(candidate_t), allocatable :: candidates(:)
 
         type(candidate_t) :: candidate
-        integer :: pass, n, waveform, x, y, z, start, y_later, z_later, low, high
+        integer :: pass, n, waveform, x, y, z, start, y_later, z_later, low, high, step
 
         low = fewest_cycles(settings, arc%samples*arc%interval)
         high = most_cycles(settings, arc%samples*arc%interval)
+        step = lowest_step(settings, arc%samples*arc%interval)
         do pass = 1, 2      ! count, then store
             n = 0
             do waveform = 1, size(settings%waveform_used)
@@ -307,7 +360,8 @@ contains
             integer :: used(3)
 
             used = [x, y, z]
-            too_wide = maxval(used, mask=settings%rod_used) - minval(used, mask=settings%rod_used) > WIDEST
+            too_wide = maxval(used, mask=settings%rod_used) - minval(used, mask=settings%rod_used) > WIDEST .or. &
+                       modulo(minval(used, mask=settings%rod_used) - low, step) > 0
         end function too_wide
     end function structured_candidates
 

@@ -10,7 +10,8 @@ module gracecg_planning_nominal_orbit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE, POSITION, &
+    use gracecg_base_multistep, only: multistep_t, new_multistep
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, STATE_SIZE, POSITION, &
         VELOCITY, OMEGA, ATTITUDE
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_case_models, only: build_dynamics
@@ -19,6 +20,10 @@ module gracecg_planning_nominal_orbit
     public :: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
+
+    !> Order of the method of Adams, and how far predictor and corrector may differ: 0.1 um and 0.1 nm/s
+    integer, parameter :: ADAMS_ORDER = 8
+    real(dp), parameter :: TOLERANCE = 1e-14_dp, SCALES(6) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp]
 
     !> The first six of the 13 equations of motion, with the attitude prescribed.
     type, extends(ode_system_t) :: orbital_motion_t
@@ -58,6 +63,7 @@ contains
         !! Between the samples, s: ORBIT_INTERVAL when absent. 10 s are still exact to 1e-5 m
 
         type(orbital_motion_t) :: motion
+        type(multistep_t) :: adams
         real(dp) :: next(6)
         integer :: k, steps
 
@@ -80,11 +86,12 @@ contains
         if (present(revolutions)) orbit%revolutions = revolutions
         if (present(interval)) orbit%interval = interval
         steps = ceiling(orbit%revolutions*orbit%revolution/orbit%interval)
+        adams = new_multistep(ADAMS_ORDER, 6)
         allocate (orbit%state(STATE_SIZE, 0:steps))
         orbit%state(:, 0) = motion%full_state(0.0_dp, [case%position, case%velocity])
         do k = 1, steps
-            call rkf78_step(motion, (k - 1)*orbit%interval, orbit%state([POSITION, VELOCITY], k - 1), &
-                            orbit%interval, next)
+            call adams%step(motion, (k - 1)*orbit%interval, orbit%state([POSITION, VELOCITY], k - 1), &
+                            orbit%interval, TOLERANCE, SCALES, next)
             orbit%state(:, k) = motion%full_state(k*orbit%interval, next)
         end do
         if (.not. all(abs(orbit%state) <= huge(1.0_dp))) then
@@ -146,10 +153,12 @@ contains
         real(dp), intent(in) :: y(:)            !! 6
         real(dp), intent(out) :: dydt(:)
 
-        real(dp) :: full_rate(STATE_SIZE)
+        type(accelerations_t) :: acting
+        real(dp) :: state(STATE_SIZE)
 
-        call self%dynamics%rate(t, self%full_state(t, y), full_rate)
-        dydt = full_rate([POSITION, VELOCITY])
+        state = self%full_state(t, y)
+        call self%dynamics%accelerations(t, state(POSITION), state(VELOCITY), state(ATTITUDE), acting)
+        dydt = [state(VELOCITY), acting%total]
     end subroutine orbital_rate
 
     !> The 13 components of the state: the orbit's six with the nominal attitude.

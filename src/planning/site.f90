@@ -8,15 +8,14 @@ module gracecg_planning_site
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_vectors, only: cross, inverse_3x3, determinant_3x3
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moments
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     use gracecg_simulation_dynamics, only: loads_t, STATE_SIZE, POSITION, VELOCITY, RATE => OMEGA, ATTITUDE
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
     use gracecg_estimation_offset_information, only: offset_information
@@ -61,18 +60,6 @@ module gracecg_planning_site
         real(dp), allocatable :: weighed_force(:, :)
         !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
-
-    !> The equations of a flight with a manoeuvre. State: omega, theta.
-    type, extends(rotation_t) :: flight_t
-        type(rigid_body_t) :: body
-        type(manoeuvre_site_t), pointer :: site => null()
-        real(dp), allocatable :: dipole(:, :)       !! Of the rods at half steps, (3, 0:2n), A m^2
-        real(dp), pointer :: omega(:, :) => null(), omega_dot(:, :) => null(), theta(:, :) => null()
-        type(attitude_motion_t) :: motion
-    contains
-        procedure :: rate => rate_of_flight
-        procedure :: keep => keep_flight
-    end type flight_t
 
     !> How good a manoeuvre is at a place.
     type :: manoeuvre_quality_t
@@ -232,64 +219,81 @@ contains
     !> The rods' time counts from the start of the calibration.
     subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in), target :: site
+        type(manoeuvre_site_t), intent(in) :: site
         type(torque_rods_t), intent(in) :: rods
-        real(dp), intent(out), target :: omega(:, :)        !! At the samples, (3, n), rad/s
-        real(dp), intent(out), target :: omega_dot(:, :)    !! (3, n), rad/s^2
-        real(dp), intent(out), target :: theta(:, :)        !! (3, n), rad
+        real(dp), intent(out) :: omega(:, :)        !! At the samples, (3, n), rad/s
+        real(dp), intent(out) :: omega_dot(:, :)    !! (3, n), rad/s^2
+        real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
         type(attitude_motion_t), intent(out) :: motion
 
-        type(flight_t) :: flight
-        integer :: j
+        real(dp) :: dipole(3, 0:2*arc%samples), inverse_inertia(3, 3), h
+        real(dp), dimension(6) :: y, slope_1, slope_2, slope_3, slope_4
+        integer :: k
 
-        flight%steps = arc%samples
-        flight%interval = arc%interval
-        flight%body = new_rigid_body(arc%knowledge%inertia)
-        flight%site => site
-        allocate (flight%dipole(3, 0:2*arc%samples))
-        do j = 0, 2*arc%samples
-            flight%dipole(:, j) = dipole_moment(rods, j*arc%interval/2)
+        h = arc%interval
+        inverse_inertia = inverse_3x3(arc%knowledge%inertia)
+        call dipole_moments(rods, h/2, dipole)
+        y = [site%state(RATE), 0.0_dp, 0.0_dp, 0.0_dp]
+        do k = 0, arc%samples
+            call rate_at(2*k, y, slope_1)
+            call keep(k)
+            if (k == arc%samples) exit
+            call rate_at(2*k + 1, y + h/2*slope_1, slope_2)
+            call rate_at(2*k + 1, y + h/2*slope_2, slope_3)
+            call rate_at(2*k + 2, y + h*slope_3, slope_4)
+            y = y + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
         end do
-        flight%omega => omega
-        flight%omega_dot => omega_dot
-        flight%theta => theta
-        call flight%integrate([site%state(RATE), 0.0_dp, 0.0_dp, 0.0_dp])
-        motion = flight%motion
+
+    contains
+
+        pure subroutine rate_at(half, state, slope)
+            integer, intent(in) :: half
+            real(dp), intent(in) :: state(6)
+            real(dp), intent(out) :: slope(6)
+
+            call rate_of_flight(arc%knowledge%inertia, inverse_inertia, site%state(RATE), site%torque, dipole(:, half), &
+                                site%field(:, half), state(1:3), state(4:6), slope)
+        end subroutine rate_at
+
+        subroutine keep(k)
+            integer, intent(in) :: k
+
+            if (.not. norm2(y(1:3)) <= motion%rate) then
+                motion%rate = norm2(y(1:3))
+                motion%rate_time = k*h
+            end if
+            if (k == 0) return
+            if (.not. norm2(y(4:6)) <= motion%excursion) then
+                motion%excursion = norm2(y(4:6))
+                motion%excursion_time = k*h
+            end if
+            omega(:, k) = y(1:3)
+            omega_dot(:, k) = slope_1(1:3)
+            theta(:, k) = y(4:6)
+        end subroutine keep
     end subroutine fly_manoeuvre
 
-    pure subroutine rate_of_flight(self, half, n, y, dydt)
-        class(flight_t), intent(in) :: self
-        integer, intent(in) :: half, n
-        real(dp), intent(in) :: y(n)
-        real(dp), intent(out) :: dydt(n)
+    !> The equations of that flight, written out component by component, so that all of it stays in registers: some
+    !> eighty operations.
+    pure subroutine rate_of_flight(inertia, inverse_inertia, nominal, torque, dipole, field, omega, theta, slope)
+        real(dp), intent(in) :: inertia(3, 3), inverse_inertia(3, 3)
+        real(dp), intent(in) :: nominal(3), torque(3), dipole(3), field(3), omega(3), theta(3)
+        real(dp), intent(out) :: slope(6)
 
-        real(dp) :: b(3), nominal(3)
+        real(dp) :: b(3), momentum(3), t(3)
 
-        nominal = self%site%state(RATE)
-        b = self%site%field(:, half)
-        b = b - cross(y(4:6), b)
-        dydt(1:3) = self%body%angular_acceleration(cross(self%dipole(:, half), b) + self%site%torque, y(1:3))
-        dydt(4:6) = y(1:3) - nominal - cross(nominal, y(4:6))
+        b(1) = field(1) - (theta(2)*field(3) - theta(3)*field(2))
+        b(2) = field(2) - (theta(3)*field(1) - theta(1)*field(3))
+        b(3) = field(3) - (theta(1)*field(2) - theta(2)*field(1))
+        momentum = inertia(:, 1)*omega(1) + inertia(:, 2)*omega(2) + inertia(:, 3)*omega(3)
+        t(1) = torque(1) + (dipole(2)*b(3) - dipole(3)*b(2)) - (omega(2)*momentum(3) - omega(3)*momentum(2))
+        t(2) = torque(2) + (dipole(3)*b(1) - dipole(1)*b(3)) - (omega(3)*momentum(1) - omega(1)*momentum(3))
+        t(3) = torque(3) + (dipole(1)*b(2) - dipole(2)*b(1)) - (omega(1)*momentum(2) - omega(2)*momentum(1))
+        slope(1:3) = inverse_inertia(:, 1)*t(1) + inverse_inertia(:, 2)*t(2) + inverse_inertia(:, 3)*t(3)
+        slope(4) = omega(1) - nominal(1) - (nominal(2)*theta(3) - nominal(3)*theta(2))
+        slope(5) = omega(2) - nominal(2) - (nominal(3)*theta(1) - nominal(1)*theta(3))
+        slope(6) = omega(3) - nominal(3) - (nominal(1)*theta(2) - nominal(2)*theta(1))
     end subroutine rate_of_flight
-
-    subroutine keep_flight(self, k, n, y, dydt)
-        class(flight_t), intent(inout) :: self
-        integer, intent(in) :: k, n
-        real(dp), intent(in) :: y(n), dydt(n)
-
-        if (.not. norm2(y(1:3)) <= self%motion%rate) then
-            self%motion%rate = norm2(y(1:3))
-            self%motion%rate_time = k*self%interval
-        end if
-        if (k == 0) return
-        if (.not. norm2(y(4:6)) <= self%motion%excursion) then
-            self%motion%excursion = norm2(y(4:6))
-            self%motion%excursion_time = k*self%interval
-        end if
-        self%omega(:, k) = y(1:3)
-        self%omega_dot(:, k) = dydt(1:3)
-        self%theta(:, k) = y(4:6)
-    end subroutine keep_flight
 
     !> The limit at d = 0 and the errors by drag and radiation, of the estimate that reaches the limit.
     !> A manoeuvre that leaves a direction unseen gets huge(1.0) for all sigmas.
@@ -301,8 +305,8 @@ contains
 
         real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
         real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
-        real(dp) :: turned(arc%samples, 3)
-        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), a(3, 3), product_of_diagonal
+        real(dp) :: turned(arc%samples, 3), positive(3), negative(3)
+        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), force(3), a(3, 3), product_of_diagonal
         integer :: i, axis
 
         call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, quality%motion)
@@ -315,8 +319,9 @@ contains
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
         do i = 1, arc%samples
-            turned(i, :) = matmul(site%force_slope(:, :, 1), max(theta(:, i), 0.0_dp)) + &
-                           matmul(site%force_slope(:, :, 2), min(theta(:, i), 0.0_dp))
+            positive = max(theta(:, i), 0.0_dp)
+            negative = min(theta(:, i), 0.0_dp)
+            turned(i, :) = matmul(site%force_slope(:, :, 1), positive) + matmul(site%force_slope(:, :, 2), negative)
         end do
         do axis = 1, 3
             call weigh_series(arc%whiteners(axis), turned(:, axis))
@@ -325,7 +330,8 @@ contains
         on_force = 0
         do i = 1, arc%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
-            on_force = on_force + matmul(site%weighed_force(:, i) + turned(i, :), a)
+            force = site%weighed_force(:, i) + turned(i, :)
+            on_force = on_force + matmul(force, a)
             do axis = 1, 3
                 on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*arc%weighed_wave(1, i, axis)*site%drag(axis)
                 on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*arc%weighed_wave(2, i, axis)*site%drag(axis)

@@ -55,7 +55,7 @@ module gracecg_simulation_case
         real(dp) :: angular_velocity(3) = 0         !! Body axes, rad/s
         ! integration
         real(dp) :: interval = 0.1_dp               !! Of the truth's epochs, s
-        character(16) :: integrator = 'fixed'     !! 'fixed': one step an interval; 'adaptive'
+        character(16) :: integrator = 'fixed'     !! 'fixed': one step an interval; 'rkf78'; 'adaptive'
         real(dp) :: tolerance = 1e-13_dp            !! Of the adaptive integrator
         ! Earth
         character(16) :: earth_rotation = 'gmst-1982' !! Sidereal angle at the epoch: 'given' or 'gmst-1982'
@@ -202,6 +202,8 @@ contains
         class(settings_t), intent(inout) :: settings
         type(case_t), intent(inout) :: case
 
+        character(16), parameter :: INTEGRATORS(3) = [character(16) :: 'fixed', 'adaptive', 'rkf78']
+
         call settings%group('truth', 'The true state at the epoch, and how it is integrated')
         call settings%text_value('satellite', case%satellite%name, 'of the pair', &
                                  [character(16) :: 'front', 'back'])
@@ -221,8 +223,15 @@ contains
         call settings%real_values('angular_velocity', case%angular_velocity, -1.0_dp, 1.0_dp, 'rad/s', &
                                   unit='rad/s', required=.true.)
         call settings%real_value('interval', case%interval, 1e-3_dp, 10.0_dp, 's, of the true arc', unit='s')
-        call settings%text_value('integrator', case%integrator, 'one step an interval, or step-size control', &
-                                 [character(16) :: 'fixed', 'adaptive'])
+        ! 'rkf78' is written only where it is chosen: texts of other cases, and the checksums by which campaigns are
+        ! gone on with, stay what they were before there was the choice
+        if (settings%holds('truth') .or. case%integrator == INTEGRATORS(3)) then
+            call settings%text_value('integrator', case%integrator, 'one step an interval, step-size control, or '// &
+                                     'Runge-Kutta-Fehlberg 7(8) in every interval', INTEGRATORS)
+        else
+            call settings%text_value('integrator', case%integrator, 'one step an interval, or step-size control', &
+                                     INTEGRATORS(:2))
+        end if
         call settings%real_value('tolerance', case%tolerance, 1e-15_dp, 1e-3_dp, 'of the adaptive integrator')
         call settings%end_group()
     end subroutine describe_state

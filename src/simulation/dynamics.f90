@@ -80,6 +80,7 @@ module gracecg_simulation_dynamics
         procedure :: rate                   !! dX/dt at a time and state
         procedure :: accelerations          !! Accelerations alone, for an integrator of one's own
         procedure :: loads                  !! Forces and torques at a time and state
+        procedure :: rate_under             !! dX/dt under loads that are known
         procedure :: angular_acceleration   !! d omega/dt from the torques
     end type satellite_dynamics_t
 
@@ -119,12 +120,24 @@ contains
         type(loads_t) :: acting
 
         call self%loads(t, y, acting)
+        call self%rate_under(y, acting, dydt)
+    end subroutine rate
+
+    !> dX/dt of (2-31) under the loads at a state.
+    pure subroutine rate_under(self, y, acting, dydt)
+        class(satellite_dynamics_t), intent(in) :: self
+        real(dp), intent(in) :: y(:)            !! State, STATE_SIZE components
+        type(loads_t), intent(in) :: acting     !! At this state
+        real(dp), intent(out) :: dydt(:)        !! Its derivative by time, per s
+
+        real(dp) :: surface(3)
+
+        surface = acting%drag + acting%srp + acting%erp
         dydt(POSITION) = y(VELOCITY)
-        dydt(VELOCITY) = acting%gravity + &
-                         matmul(acting%drag + acting%srp + acting%erp, acting%body_from_inertial)
+        dydt(VELOCITY) = acting%gravity + matmul(surface, acting%body_from_inertial)
         dydt(OMEGA) = self%angular_acceleration(y(OMEGA), acting)
         dydt(ATTITUDE) = quaternion_rate(y(ATTITUDE), y(OMEGA))
-    end subroutine rate
+    end subroutine rate_under
 
     !> d omega/dt = J^-1 (T - omega x (J omega)), eq. (2-16), rad/s^2.
     pure function angular_acceleration(self, omega, acting) result(omega_dot)

@@ -7,7 +7,8 @@ module gracecg_simulation_nadir_pointing
     use gracecg_base_kinds, only: dp
     use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: quaternion_of_matrix
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, POSITION, VELOCITY, OMEGA, ATTITUDE
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, POSITION, &
+        VELOCITY, OMEGA, ATTITUDE
     implicit none
     private
     public :: nadir_pointing_t
@@ -17,6 +18,7 @@ module gracecg_simulation_nadir_pointing
         logical :: forward = .true.         !! Body x along the velocity, not against it
     contains
         procedure :: rate => orbital_rate   !! dX/dt: that of the orbit, 0 of the attitude, which follows from it
+        procedure :: rate_under => orbital_rate_under
         procedure :: hold                   !! Puts attitude and angular velocity to where they are held
     end type nadir_pointing_t
 
@@ -38,6 +40,18 @@ contains
         dydt(POSITION) = y(VELOCITY)
         dydt(VELOCITY) = acting%total
     end subroutine orbital_rate
+
+    !> The same under loads that are known.
+    pure subroutine orbital_rate_under(self, y, acting, dydt)
+        class(nadir_pointing_t), intent(in) :: self
+        real(dp), intent(in) :: y(:)            !! State, 13 components
+        type(loads_t), intent(in) :: acting     !! At this state
+        real(dp), intent(out) :: dydt(:)        !! Its derivative by time, per s
+
+        call self%satellite_dynamics_t%rate_under(y, acting, dydt)
+        dydt(OMEGA) = 0
+        dydt(ATTITUDE) = 0
+    end subroutine orbital_rate_under
 
     !> Attitude and angular velocity of position and velocity. The axes turn about the orbit's normal h as the
     !> position does, by h/r^2, and about the position as the orbit's plane is turned by the acceleration a across

@@ -91,7 +91,8 @@ contains
             call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
                                case%tolerance)
         else
-            call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error)
+            call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
+                               runge_kutta=case%integrator == 'rkf78')
         end if
         call add_context(error, 'case '//trim(case%name))
     end subroutine propagate_case

@@ -11,7 +11,7 @@ module gracecg_spacecraft_torque_rods
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
     public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods
-    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period
+    public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
     !> The rules of section 4.2 by name: the y and z rods as in the report, or the general one
@@ -220,6 +220,57 @@ contains
         end do
     end function dipole_moment
 
+    !> The same at k step for k = 0..n, quickly: a sine turns by the same angle from one time to the next, and is
+    !> computed anew every RENEWED times, before rounding adds up.
+    pure subroutine dipole_moments(self, step, moment)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: step            !! s
+        real(dp), intent(out) :: moment(:, 0:)  !! (3, 0:n), body axes, A m^2
+
+        integer, parameter :: RENEWED = 32
+        real(dp) :: direction(3), turn(2), t, since, angle, c, s, before, value
+        integer :: i, k
+
+        moment = 0
+        if (has_moments(self%measured)) then
+            do k = 0, ubound(moment, 2)
+                moment(:, k) = dipole_moment(self, k*step)
+            end do
+            return
+        end if
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                direction = rod_direction(self, a%axis)*(self%gain(a%axis)*a%amplitude)
+                turn = [cos(TWO_PI*a%frequency*step), sin(TWO_PI*a%frequency*step)]
+                c = 1
+                s = 0
+                do k = 0, ubound(moment, 2)
+                    t = k*step - self%delay(a%axis)
+                    since = t - a%start
+                    if (modulo(k, RENEWED) == 0) then
+                        angle = TWO_PI*a%frequency*since + a%phase
+                        c = cos(angle)
+                        s = sin(angle)
+                    else
+                        before = c
+                        c = c*turn(1) - s*turn(2)
+                        s = s*turn(1) + before*turn(2)
+                    end if
+                    if (.not. (t >= a%start .and. t <= a%stop)) cycle
+                    select case (a%waveform)
+                    case (SQUARE)
+                        value = waveform_value(a, t)
+                    case (COSINE)
+                        value = c*envelope(a, t)
+                    case default
+                        value = s*envelope(a, t)
+                    end select
+                    moment(:, k) = moment(:, k) + direction*value
+                end do
+            end associate
+        end do
+    end subroutine dipole_moments
+
     !> The moments of the rods along themselves at a time, x, y, z, A m^2: measured, or else commanded, times the
     !> gain, after the delay.
     pure function rod_moments(self, time) result(along)
@@ -324,8 +375,17 @@ contains
         case default
             value = sin(TWO_PI*a%frequency*since + a%phase)
         end select
-        if (a%taper > 0) value = value*smooth_step(min(since, a%stop - time)/a%taper)
+        value = value*envelope(a, time)
     end function waveform_value
+
+    !> The smooth start and stop of a moment, from 0 to 1.
+    pure real(dp) function envelope(a, time)
+        type(rod_activation_t), intent(in) :: a
+        real(dp), intent(in) :: time        !! s, from start to stop
+
+        envelope = 1
+        if (a%taper > 0) envelope = smooth_step(min(time - a%start, a%stop - time)/a%taper)
+    end function envelope
 
     !> A square wave with smooth edges about the whole numbers.
     pure real(dp) function square_value(halves, edge) result(value)
@@ -438,6 +498,21 @@ contains
             end associate
         end do
     end function shortest_rod_period
+
+    !> Does no rod act in an interval of time? (What was measured counts as acting.)
+    pure logical function rods_rest(self, from, to)
+        type(torque_rods_t), intent(in) :: self
+        real(dp), intent(in) :: from, to    !! s
+
+        integer :: i
+
+        rods_rest = .not. has_moments(self%measured)
+        do i = 1, self%count
+            associate (a => self%activations(i))
+                if (a%start + self%delay(a%axis) < to .and. a%stop + self%delay(a%axis) > from) rods_rest = .false.
+            end associate
+        end do
+    end function rods_rest
 
     !> Which rods to drive, and with what signs, by a rule.
     pure function rod_pattern(rule, field) result(pattern)

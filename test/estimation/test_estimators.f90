@@ -134,7 +134,7 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         fit = new_attitude_fit(observations%knowledge%inertia, data%interval, data%torque)
-        call fit%fit_attitude(.false., quaternion, OMEGA_0, attitude, rotation)
+        call fit%fit_attitude(quaternion, OMEGA_0, attitude, rotation)
         do i = 1, size(observations%accelerometer_time)
             t = observations%accelerometer_time(i)
             observations%acceleration(:, i) = &

@@ -37,6 +37,8 @@ contains
                     new_unittest('zero-and-undefined-field', test_zero_field), &
                     new_unittest('harmonic-moment', test_harmonic), &
                     new_unittest('several-activations', test_several), &
+                    new_unittest('all-times-at-once', test_all_times), &
+                    new_unittest('rest', test_rest), &
                     new_unittest('refuses-impossible', test_refuses), &
                     new_unittest('limit-counts-what-is-active', test_limit), &
                     new_unittest('waveforms', test_waveforms), &
@@ -123,6 +125,57 @@ contains
                                     60.0_dp, failure)
         call check_fails(error, message_of(failure), ['pattern'])
     end subroutine test_zero_field
+
+    !> The moments at equal times are those at each time: every waveform, rods that begin and end between the times,
+    !> late, strong and misaligned.
+    subroutine test_all_times(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 12000
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+        real(dp) :: moment(3, 0:N), largest
+        integer :: k
+
+        call new_torque_rods(rods, [ &
+            rod_activation_t(axis=1, amplitude=12.0_dp, frequency=0.13_dp, phase=0.4_dp, start=0.0_dp, stop=600.0_dp), &
+            rod_activation_t(axis=1, amplitude=10.0_dp, frequency=0.07_dp, start=3.33_dp, stop=500.0_dp, waveform=COSINE), &
+            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.2_dp, start=10.01_dp, stop=590.0_dp, &
+                             waveform=TAPERED, taper=5.0_dp), &
+            rod_activation_t(axis=3, amplitude=25.0_dp, frequency=0.05_dp, start=0.0_dp, stop=600.0_dp, &
+                             waveform=SQUARE, rise_time=1.0_dp)], failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        rods%gain = [1.02_dp, 0.97_dp, 1.0_dp]
+        rods%misalignment(3:4) = [1e-3_dp, -2e-3_dp]
+        rods%delay = [0.0_dp, 0.03_dp, 0.01_dp]
+        call dipole_moments(rods, 0.05_dp, moment)
+        largest = 0
+        do k = 0, N
+            largest = max(largest, maxval(abs(moment(:, k) - dipole_moment(rods, k*0.05_dp))))
+        end do
+        call check(error, largest, 0.0_dp, thr=1e-11_dp)
+    end subroutine test_all_times
+
+    !> Rods rest before, between and after their activations, which their delay moves.
+    subroutine test_rest(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(torque_rods_t) :: rods
+        type(error_t), allocatable :: failure
+
+        call new_torque_rods(rods, [ &
+            rod_activation_t(axis=2, amplitude=30.0_dp, frequency=0.1_dp, start=10.0_dp, stop=20.0_dp), &
+            rod_activation_t(axis=3, amplitude=30.0_dp, frequency=0.1_dp, start=40.0_dp, stop=50.0_dp)], failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, rods_rest(rods, 0.0_dp, 10.0_dp) .and. rods_rest(rods, 20.0_dp, 40.0_dp) .and. &
+                   rods_rest(rods, 50.0_dp, 90.0_dp))
+        if (allocated(error)) return
+        call check(error, .not. (rods_rest(rods, 0.0_dp, 10.1_dp) .or. rods_rest(rods, 12.0_dp, 13.0_dp) .or. &
+                                 rods_rest(rods, 19.9_dp, 40.0_dp) .or. rods_rest(rods, 0.0_dp, 90.0_dp)))
+        if (allocated(error)) return
+        rods%delay(2) = 1
+        call check(error, rods_rest(rods, 10.0_dp, 11.0_dp) .and. .not. rods_rest(rods, 20.5_dp, 40.0_dp))
+    end subroutine test_rest
 
     !> m = [0 1 -1] 30 sin(2 pi 0.1 t) for 60 s.
     subroutine test_harmonic(error)

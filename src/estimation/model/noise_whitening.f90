@@ -24,8 +24,9 @@ module gracecg_estimation_noise_whitening
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
-    public :: whiten_by_process
+    public :: whiten_by_process, nonzero_rows
 
+    integer, parameter :: LANES = 8     ! series that are whitened side by side
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
     type :: whitener_t
@@ -194,16 +195,11 @@ contains
         class(whitener_t), intent(in) :: self
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
-        type(whitening_state_t) :: state(size(series, 1))
-        real(dp) :: whitened
-        integer :: i, k
+        real(dp), parameter :: OUTPUT(N_POLES) = 1
+        logical, parameter :: COUPLED(N_POLES) = .false.
 
-        do i = 1, self%samples
-            do k = 1, size(series, 1)
-                call self%step(i, state(k), series(k, i), whitened)
-                series(k, i) = whitened
-            end do
-        end do
+        call whiten_all(N_POLES, self%used, OUTPUT, self%gain, self%inverse_deviation, self%decay, self%decay, self%decay, &
+                        COUPLED, series)
     end subroutine whiten
 
     !> Whitens one series in place.
@@ -270,67 +266,175 @@ contains
 
     !> Whitens rows of observations with unit white noise. Rows that are not kept become zero.
     pure subroutine whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
-        type(gauss_markov_t), intent(in) :: process     !! Its transition matrix tridiagonal
+        type(gauss_markov_t), intent(in) :: process
+        !! Its transition matrix of blocks of one and two on the diagonal
         integer, intent(in) :: epoch(:)                 !! Of each row, in intervals, increasing
         logical, intent(in) :: kept(:)    !! (samples)
         real(dp), intent(in) :: rows(:, :)              !! (values, samples)
         real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
         real(dp), intent(out) :: log_variance           !! Sum of the logarithms of the innovations' variances
 
-        log_variance = 0
-        call whiten_sized(process%n, size(rows, 1), size(epoch), process, epoch, kept, rows, whitened, log_variance)
+        real(dp), dimension(process%n, size(epoch)) :: gain, below, on, above
+        real(dp) :: inverse_deviation(size(epoch))
+        logical :: coupled(process%n)
+
+        call find_gains(process%n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
+        whitened = rows
+        call whiten_all(process%n, kept, process%output, gain, inverse_deviation, below, on, above, coupled, whitened)
     end subroutine whiten_by_process
 
-    !> The work of whiten_by_process, with sizes that the compiler sees.
-    pure subroutine whiten_sized(n, values, samples, process, epoch, kept, rows, whitened, log_variance)
-        integer, intent(in) :: n, values, samples
+    !> The filter for a process, with the three diagonals of the transition from every epoch to the next.
+    pure subroutine find_gains(n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
+        integer, intent(in) :: n
         type(gauss_markov_t), intent(in) :: process
-        integer, intent(in) :: epoch(samples)
-        logical, intent(in) :: kept(samples)
-        real(dp), intent(in) :: rows(values, samples)
-        real(dp), intent(out) :: whitened(values, samples)
-        real(dp), intent(inout) :: log_variance
+        integer, intent(in) :: epoch(:)
+        logical, intent(in) :: kept(:)
+        real(dp), intent(out) :: gain(n, size(epoch)), inverse_deviation(:)
+        real(dp), intent(out), dimension(n, size(epoch)) :: below, on, above    ! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
+        logical, intent(out) :: coupled(n)              ! of states: to a neighbour
+        real(dp), intent(out) :: log_variance
 
-        real(dp) :: state(values, n), covariance(n, n), noise(n, n), gain(n), variance
-        real(dp) :: below(n), on(n), above(n)           ! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
+        real(dp) :: covariance(n, n), noise(n, n), both(n, n), across(n), variance
+        real(dp) :: phi_below(n), phi_on(n), phi_above(n), under(n), over(n)
         integer :: i, j, k
 
-        call diagonals(n, process%transition, below, on, above)
-        state = 0
-        covariance = process%covariance
+        call diagonals(n, process%transition, phi_below, phi_on, phi_above)
+        coupled = abs(phi_below) > 0 .or. abs(phi_above) > 0
+        coupled = coupled .or. eoshift(abs(phi_below) > 0, 1) .or. eoshift(abs(phi_above) > 0, -1)
+        do j = 1, n
+            both(:, j) = phi_on*phi_on(j)
+        end do
         noise = matmul(process%noise_root, transpose(process%noise_root))
-        do i = 1, samples
-            if (i > 1) then
-                do k = epoch(i - 1) + 1, epoch(i)
-                    call times_transition(values, n, below, on, above, state)
-                    call times_transition(n, n, below, on, above, covariance)       ! P Phi^T
-                    covariance = transpose(covariance)                              ! Phi P
-                    call times_transition(n, n, below, on, above, covariance)
-                    covariance = covariance + noise
+        covariance = process%covariance
+        log_variance = 0
+        do i = 1, size(epoch)
+            inverse_deviation(i) = 0
+            gain(:, i) = 0
+            if (kept(i)) then
+                across = 0
+                do j = 1, n
+                    if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
+                end do
+                variance = 1 + dot_product(process%output, across)
+                inverse_deviation(i) = 1/sqrt(variance)
+                log_variance = log_variance + log(variance)
+                gain(:, i) = across/variance
+                do j = 1, n
+                    covariance(:, j) = covariance(:, j) - gain(j, i)*across
                 end do
             end if
-            if (.not. kept(i)) then
-                whitened(:, i) = 0
-                cycle
-            end if
-            gain = 0
-            do j = 1, n
-                if (abs(process%output(j)) > 0) gain = gain + process%output(j)*covariance(:, j)
+            if (i == size(epoch)) exit
+            below(:, i) = phi_below
+            on(:, i) = phi_on
+            above(:, i) = phi_above
+            do k = epoch(i) + 1, epoch(i + 1)
+                call carry_covariance(n, phi_below, phi_on, phi_above, both, noise, coupled, covariance)
+                if (k == epoch(i) + 1) cycle
+                ! of two coupled states j, j + 1: a product of two matrices of two rows
+                under = below(:, i)
+                over = above(:, i)
+                below(:, i) = phi_on*under + phi_below*eoshift(on(:, i), -1)
+                above(:, i) = phi_on*over + phi_above*eoshift(on(:, i), 1)
+                on(:, i) = phi_on*on(:, i) + phi_below*eoshift(over, -1) + phi_above*eoshift(under, 1)
             end do
-            variance = 1 + dot_product(process%output, gain)
-            gain = gain/variance
-            whitened(:, i) = rows(:, i)
-            do j = 1, n
-                if (abs(process%output(j)) > 0) whitened(:, i) = whitened(:, i) - process%output(j)*state(:, j)
-            end do
-            do j = 1, n
-                state(:, j) = state(:, j) + gain(j)*whitened(:, i)
-                covariance(:, j) = covariance(:, j) - (variance*gain(j))*gain
-            end do
-            whitened(:, i) = whitened(:, i)/sqrt(variance)
-            log_variance = log_variance + log(variance)
         end do
-    end subroutine whiten_sized
+    end subroutine find_gains
+
+    !> Phi P Phi^T + Q in place of P. What is not coupled takes one product an element.
+    pure subroutine carry_covariance(n, below, on, above, both, noise, coupled, p)
+        integer, intent(in) :: n
+        real(dp), intent(in) :: below(n), on(n), above(n)
+        real(dp), intent(in) :: both(n, n)              ! on(i) on(j)
+        real(dp), intent(in) :: noise(n, n)
+        logical, intent(in) :: coupled(n)
+        real(dp), intent(inout) :: p(n, n)
+
+        real(dp) :: carried(n, n), column(n)            ! of the coupled columns: Phi P
+        integer :: i, j
+
+        do j = 1, n
+            if (.not. coupled(j)) cycle
+            carried(:, j) = on*p(:, j)
+            do i = 1, n
+                if (abs(below(i)) > 0) carried(i, j) = carried(i, j) + below(i)*p(i - 1, j)
+                if (abs(above(i)) > 0) carried(i, j) = carried(i, j) + above(i)*p(i + 1, j)
+            end do
+        end do
+        p = both*p + noise
+        do j = 1, n
+            if (.not. coupled(j)) cycle
+            column = on(j)*carried(:, j) + noise(:, j)
+            if (abs(below(j)) > 0) column = column + below(j)*carried(:, j - 1)
+            if (abs(above(j)) > 0) column = column + above(j)*carried(:, j + 1)
+            p(:, j) = column
+            p(j, :) = column
+        end do
+    end subroutine carry_covariance
+
+    !> Whitens series in place, LANES at a time. Series that are zero throughout stay so.
+    pure subroutine whiten_all(n, used, output, gain, inverse_deviation, below, on, above, coupled, series)
+        integer, intent(in) :: n
+        logical, intent(in) :: used(:)
+        real(dp), intent(in) :: output(n), gain(n, size(used)), inverse_deviation(:)
+        real(dp), intent(in), dimension(n, size(used)) :: below, on, above  ! the outer two only of coupled states
+        logical, intent(in) :: coupled(n)
+        real(dp), intent(inout) :: series(:, :)         ! (series, samples)
+
+        integer, allocatable :: places(:)
+        integer :: first
+
+        places = nonzero_rows(series)
+        do first = 1, size(places), LANES
+            call whiten_lanes(n, size(used), used, output, gain, inverse_deviation, below, on, above, coupled, &
+                              places(first:min(first + LANES - 1, size(places))), series)
+        end do
+    end subroutine whiten_all
+
+    !> The filter of a few series side by side: the states of LANES series stay in the first cache, and the loops over
+    !> them run on vector instructions.
+    pure subroutine whiten_lanes(n, samples, used, output, gain, inverse_deviation, below, on, above, coupled, places, series)
+        integer, intent(in) :: n, samples
+        logical, intent(in) :: used(samples)
+        real(dp), intent(in) :: output(n), gain(n, samples), inverse_deviation(samples)
+        real(dp), intent(in), dimension(n, samples) :: below, on, above
+        logical, intent(in) :: coupled(n)
+        integer, intent(in) :: places(:)                ! of the series, at most LANES
+        real(dp), intent(inout) :: series(:, :)         ! (series, samples)
+
+        real(dp) :: state(LANES, n)
+        real(dp), dimension(LANES) :: innovation, before, now, next
+        integer :: i, j, lane
+
+        state = 0
+        innovation = 0
+        before = 0
+        do i = 1, samples
+            if (used(i)) then
+                do lane = 1, size(places)
+                    innovation(lane) = series(places(lane), i)
+                end do
+                do j = 1, n
+                    innovation = innovation - output(j)*state(:, j)
+                end do
+            else
+                innovation = 0
+            end if
+            do lane = 1, size(places)
+                series(places(lane), i) = innovation(lane)*inverse_deviation(i)
+            end do
+            if (i == samples) exit
+            do j = 1, n
+                now = state(:, j) + gain(j, i)*innovation
+                next = on(j, i)*now
+                if (coupled(j)) then
+                    if (abs(below(j, i)) > 0) next = next + below(j, i)*before
+                    if (abs(above(j, i)) > 0) next = next + above(j, i)*(state(:, j + 1) + gain(j + 1, i)*innovation)
+                    before = now
+                end if
+                state(:, j) = next
+            end do
+        end do
+    end subroutine whiten_lanes
 
     !> The three diagonals of a transition matrix.
     pure subroutine diagonals(n, phi, below, on, above)
@@ -349,26 +453,18 @@ contains
         end do
     end subroutine diagonals
 
-    !> a Phi^T in place of a.
-    pure subroutine times_transition(rows, n, below, on, above, a)
-        integer, intent(in) :: rows, n
-        real(dp), intent(in) :: below(n), on(n), above(n)   !! Diagonals of Phi
-        real(dp), intent(inout) :: a(rows, n)
+    !> The numbers of those rows that are not zero throughout.
+    pure function nonzero_rows(a) result(places)
+        real(dp), intent(in) :: a(:, :)         !! Of any unit
+        integer, allocatable :: places(:)       !! Increasing
 
-        real(dp) :: before(rows), now(rows)
-        integer :: j
+        logical :: nonzero(size(a, 1))
+        integer :: i
 
-        do j = 1, n
-            now = a(:, j)
-            if (abs(below(j)) > 0) then
-                a(:, j) = on(j)*now + below(j)*before
-            else if (abs(above(j)) > 0) then
-                a(:, j) = on(j)*now + above(j)*a(:, j + 1)
-            else
-                a(:, j) = on(j)*now
-            end if
-            if (abs(below(j)) > 0 .and. abs(above(j)) > 0) a(:, j) = a(:, j) + above(j)*a(:, j + 1)
-            before = now
+        nonzero = .false.
+        do i = 1, size(a, 2)
+            nonzero = nonzero .or. .not. abs(a(:, i)) <= 0      ! NaN, too
         end do
-    end subroutine times_transition
+        places = pack([(i, i=1, size(a, 1))], nonzero)
+    end function nonzero_rows
 end module gracecg_estimation_noise_whitening

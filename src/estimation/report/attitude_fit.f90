@@ -1,13 +1,20 @@
 !> The dynamics that the report's estimators fit, CSR-TM-00-01 section 4.3: rigid-body rotation under the
 !> magnetic torque alone, with its state transition matrix.
 !>
-!> The magnetic flux density is measured in body axes, so the torque m x B is a known function of
-!> time; it is tabulated at every half step of the integration (gracecg_estimation_rigid_body).
+!> The magnetic flux density is measured in body axes, so the torque m x B is a known function of time; it is
+!> tabulated at every half step of the integration, by the classical Runge-Kutta method of order 4.
+!>
+!> Three things make the equations short. Lambda of (4-11), (4-14) is linear in omega, and what omega does to itself
+!> in Euler's equations (4-7) is quadratic: it is Lambda omega/2, so that omega is one more column beside Phi_22. The
+!> quaternion's equation (4-8) is linear: q(t) is a quaternion p(t) times q(t0), which holds for every Runge-Kutta
+!> step as well, and dq(t)/dq(t0) is the matrix of p. And dq = Gamma(q) zeta: the partials by omega(t0) are those
+!> of the small angles.
 module gracecg_estimation_attitude_fit
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross_matrix, identity
-    use gracecg_base_quaternion, only: quaternion_rate, rate_matrix
-    use gracecg_estimation_rigid_body, only: rigid_body_t, rotation_t, new_rigid_body
+    use gracecg_base_vectors, only: identity
+    use gracecg_base_quaternion, only: quaternion_rate, quaternion_product, conjugate_quaternion, rate_matrix, &
+        rotation_matrix, normalised
+    use gracecg_estimation_rigid_body, only: rigid_body_t, new_rigid_body
     implicit none
     private
     public :: attitude_fit_t, fitted_rotation_t, fitted_attitude_t
@@ -18,7 +25,8 @@ module gracecg_estimation_attitude_fit
         integer :: steps = 0                        !! Number of integration steps n
         real(dp) :: interval = 0                    !! Step h, s
         type(rigid_body_t) :: body                  !! With J_p about the proof-mass centre
-        real(dp), allocatable :: torque(:, :)       !! m x B in body axes at j h/2, (3, 0:2n), N m
+        real(dp), allocatable :: driven(:, :)       !! J^-1 (m x B) in body axes at j h/2, (3, 0:2n), rad/s^2
+        real(dp), private :: lambda_by_rate(3, 3, 3) = 0    ! d Lambda/d omega_i, no unit
     contains
         procedure :: angular_acceleration   !! d omega/dt of (4-7) under the rods' torque
         procedure :: fit_rotation           !! Integrates the rate with its partials
@@ -32,28 +40,24 @@ module gracecg_estimation_attitude_fit
         real(dp), allocatable :: phi_22(:, :, :)    !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55)
     end type fitted_rotation_t
 
-    !> Attitude along the arc with its partials: of the quaternion (c = 4), or of small angles zeta that
-    !> turn the nominal into the true attitude (c = 3).
+    !> Attitude along the arc with its partials.
     type :: fitted_attitude_t
         real(dp), allocatable :: q(:, :)            !! (4, 0:n)
-        real(dp), allocatable :: phi_11(:, :, :)
-        !! dq(t)/dq(t0), eq. (4-53), or d zeta(t)/d zeta(t0), eq. (4-65): (c, c, 0:n)
-        real(dp), allocatable :: phi_12(:, :, :)
-        !! dq(t)/d omega(t0), eq. (4-54), or d zeta(t)/d omega(t0), eq. (4-66): (c, 3, 0:n), s
+        real(dp), allocatable :: angles(:, :, :)
+        !! d zeta(t)/d omega(t0), eq. (4-66), of small angles zeta that turn the nominal into the true attitude:
+        !! (3, 3, 0:n), s
+    contains
+        procedure :: quaternion_transition  !! Phi_11 and Phi_12 of the quaternion
+        procedure :: angle_transition       !! Phi_11 and Phi_12 of small angles
     end type fitted_attitude_t
 
-    integer, parameter :: Q_PLACE = 13, PHI_PLACE = 17  !! Where q and Phi_11, Phi_12 begin in the state
-
-    !> The equations of one fit. State: omega, Phi_22, then q, Phi_11, Phi_12 if the attitude is wanted.
-    type, extends(rotation_t) :: fitted_arc_t
-        class(attitude_fit_t), pointer :: fit => null()
-        integer :: components = 0                   !! c of the attitude: 4, 3 or, if it is not wanted, 0
-        type(fitted_rotation_t), pointer :: rotation => null()
-        type(fitted_attitude_t), pointer :: attitude => null()
-    contains
-        procedure :: rate => rate_of_fit
-        procedure :: keep => keep_fit
-    end type fitted_arc_t
+    !> Columns of the state. Its rows are four lanes, which the processor's vector instructions take two or four at a
+    !> time: the first belongs to omega, the others to the columns of the partials.
+    integer, parameter :: LANES = 4
+    integer, parameter :: RATE(3) = [1, 2, 3]       ! omega and the rows of Phi_22
+    integer, parameter :: QUATERNION = 4
+    integer, parameter :: ANGLE(3) = [5, 6, 7]      ! rows of d zeta/d omega(t0); the first lane has no meaning
+    integer, parameter :: COLUMNS = 7
 
 contains
 
@@ -64,10 +68,18 @@ contains
         real(dp), intent(in) :: torque(:, :)    !! m x B at 0, h/2, h, ... n h: (3, 2n + 1), N m
         type(attitude_fit_t) :: fit
 
+        real(dp) :: unit(3, 3)
+        integer :: i
+
         fit%steps = (size(torque, 2) - 1)/2
         fit%interval = interval
         fit%body = new_rigid_body(inertia)
-        allocate (fit%torque(3, 0:2*fit%steps), source=torque)
+        allocate (fit%driven(3, 0:2*fit%steps))
+        fit%driven = matmul(fit%body%inverse_inertia, torque)
+        unit = identity(3)
+        do i = 1, 3
+            fit%lambda_by_rate(:, :, i) = fit%body%rate_partials(unit(:, i))
+        end do
     end function new_attitude_fit
 
     !> d omega/dt under m x B, eq. (4-7), at the half step `half`.
@@ -77,7 +89,7 @@ contains
         real(dp), intent(in) :: omega(3)    !! rad/s
         real(dp) :: omega_dot(3)            !! rad/s^2
 
-        omega_dot = self%body%angular_acceleration(self%torque(:, half), omega)
+        omega_dot = self%driven(:, half) + self%body%angular_acceleration([0.0_dp, 0.0_dp, 0.0_dp], omega)
     end function angular_acceleration
 
     !> Gamma = d(dq/dt)/d omega, eqs. (4-13), (4-15).
@@ -90,130 +102,123 @@ contains
         gamma(:, 3) = 0.5_dp*[q(2), -q(1), q(4), -q(3)]
     end function kinematic_partials
 
+    !> dq(t)/dq(t0) (4-53) and dq(t)/d omega(t0) (4-54) at epoch k, which (4-12) and (4-13) would carry on.
+    pure function quaternion_transition(self, k) result(phi)
+        class(fitted_attitude_t), intent(in) :: self
+        integer, intent(in) :: k
+        real(dp) :: phi(4, 7)           !! Phi_11, and Phi_12 in s
+
+        real(dp) :: p(4)
+        integer :: i
+
+        associate (q_0 => self%q(:, 0), q => self%q(:, k))
+            p = quaternion_product(q, conjugate_quaternion(q_0))/dot_product(q_0, q_0)
+            phi(:, :4) = rate_matrix(p(1:3))
+            do i = 1, 4
+                phi(i, i) = p(4)
+            end do
+            phi(:, 5:) = matmul(kinematic_partials(q), self%angles(:, :, k))
+        end associate
+    end function quaternion_transition
+
+    !> d zeta(t)/d zeta(t0) (4-65), which turns with the body, and d zeta(t)/d omega(t0) (4-66) at epoch k.
+    pure function angle_transition(self, k) result(phi)
+        class(fitted_attitude_t), intent(in) :: self
+        integer, intent(in) :: k
+        real(dp) :: phi(3, 6)           !! Phi_11, and Phi_12 in s
+
+        real(dp) :: now(3, 3), then(3, 3)
+
+        now = rotation_matrix(normalised(self%q(:, k)))
+        then = rotation_matrix(normalised(self%q(:, 0)))
+        phi(:, :3) = matmul(now, transpose(then))
+        phi(:, 4:) = self%angles(:, :, k)
+    end function angle_transition
+
     !> Integrates the angular velocity, (4-80), and its state transition matrix.
     subroutine fit_rotation(self, omega_0, rotation)
-        class(attitude_fit_t), intent(in), target :: self
+        class(attitude_fit_t), intent(in) :: self
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_rotation_t), intent(out), target :: rotation
+        type(fitted_rotation_t), intent(out) :: rotation
 
-        type(fitted_arc_t) :: arc
-
-        call prepare_arc(self, rotation, arc)
-        call arc%integrate([omega_0, identity(3)])
+        call integrate(self, [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], omega_0, rotation)
     end subroutine fit_rotation
 
     !> Integrates attitude and angular velocity with the whole state transition matrix, (4-50)-(4-56), (4-83),
-    !> (4-84), (4-87)-(4-89), or, reduced, with that of small angles, (4-58), (4-59), (4-64)-(4-67), (4-92),
-    !> (4-93), (4-96)-(4-99), whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
-    subroutine fit_attitude(self, reduced, q_0, omega_0, attitude, rotation)
-        class(attitude_fit_t), intent(in), target :: self
-        logical, intent(in) :: reduced              !! Small angles in place of the quaternion's components
+    !> (4-84), (4-87)-(4-89), that of small angles, (4-58), (4-59), (4-64)-(4-67), (4-92), (4-93), (4-96)-(4-99),
+    !> among it, whose sign of Pi is corrected: d zeta/dt = -Pi(omega*) zeta + d omega.
+    subroutine fit_attitude(self, q_0, omega_0, attitude, rotation)
+        class(attitude_fit_t), intent(in) :: self
         real(dp), intent(in) :: q_0(4)              !! At t = 0, inertial to body
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
-        type(fitted_attitude_t), intent(out), target :: attitude
-        type(fitted_rotation_t), intent(out), target :: rotation
+        type(fitted_attitude_t), intent(out) :: attitude
+        type(fitted_rotation_t), intent(out) :: rotation
 
-        type(fitted_arc_t) :: arc
-        integer :: i
-
-        call prepare_arc(self, rotation, arc)
-        arc%components = merge(3, 4, reduced)
-        arc%attitude => attitude
-        associate (n => self%steps, c => arc%components)
-            allocate (attitude%q(4, 0:n), attitude%phi_11(c, c, 0:n), attitude%phi_12(c, 3, 0:n))
-            call arc%integrate([omega_0, identity(3), q_0, identity(c), (0.0_dp, i=1, 3*c)])
-        end associate
+        call integrate(self, q_0, omega_0, rotation, attitude)
     end subroutine fit_attitude
 
-    subroutine prepare_arc(fit, rotation, arc)
-        class(attitude_fit_t), intent(in), target :: fit
-        type(fitted_rotation_t), intent(inout), target :: rotation
-        type(fitted_arc_t), intent(inout) :: arc
+    !> The classical Runge-Kutta method of order 4, (4-51), (4-59): one step an interval.
+    subroutine integrate(self, q_0, omega_0, rotation, attitude)
+        class(attitude_fit_t), intent(in) :: self
+        real(dp), intent(in) :: q_0(4)
+        real(dp), intent(in) :: omega_0(3)
+        type(fitted_rotation_t), intent(inout) :: rotation
+        type(fitted_attitude_t), intent(inout), optional :: attitude
 
-        arc%steps = fit%steps
-        arc%interval = fit%interval
-        arc%fit => fit
-        arc%rotation => rotation
-        associate (n => fit%steps)
+        real(dp), dimension(LANES, COLUMNS) :: y, slope_1, slope_2, slope_3, slope_4
+        real(dp) :: h
+        integer :: k, i
+
+        associate (n => self%steps)
             allocate (rotation%omega(3, 0:n), rotation%omega_dot(3, 0:n), rotation%phi_22(3, 3, 0:n))
+            if (present(attitude)) allocate (attitude%q(4, 0:n), attitude%angles(3, 3, 0:n))
         end associate
-    end subroutine prepare_arc
+        h = self%interval
+        y = 0
+        y(1, RATE) = omega_0
+        y(2:4, RATE) = identity(3)
+        y(:, QUATERNION) = q_0
+        do k = 0, self%steps
+            call rates(self%lambda_by_rate, self%driven(:, 2*k), y, slope_1)
+            rotation%omega(:, k) = y(1, RATE)
+            rotation%omega_dot(:, k) = slope_1(1, RATE)
+            do i = 1, 3
+                rotation%phi_22(:, i, k) = y(1 + i, RATE)
+            end do
+            if (present(attitude)) then
+                attitude%q(:, k) = y(:, QUATERNION)
+                do i = 1, 3
+                    attitude%angles(:, i, k) = y(1 + i, ANGLE)
+                end do
+            end if
+            if (k == self%steps) exit
+            call rates(self%lambda_by_rate, self%driven(:, 2*k + 1), y + h/2*slope_1, slope_2)
+            call rates(self%lambda_by_rate, self%driven(:, 2*k + 1), y + h/2*slope_2, slope_3)
+            call rates(self%lambda_by_rate, self%driven(:, 2*k + 2), y + h*slope_3, slope_4)
+            y = y + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
+        end do
+    end subroutine integrate
 
-    !> The right-hand sides of (4-50), (4-51), (4-53)-(4-55) and (4-65)-(4-67): F of (4-45), and
-    !> A Phi of (4-47) with the blocks of A (4-48) apart.
-    pure subroutine rate_of_fit(self, half, n, y, dydt)
-        class(fitted_arc_t), intent(in) :: self
-        integer, intent(in) :: half, n
-        real(dp), intent(in) :: y(n)
-        real(dp), intent(out) :: dydt(n)
+    !> The right-hand sides of (4-50), (4-51), (4-55) and (4-66), (4-67): F of (4-45), and A Phi of (4-47) with the
+    !> blocks of A (4-48) apart, of which (4-10) is zero. Some 110 operations on four lanes, 28 reals in and out: what is
+    !> read stays in the nearest cache, so the multiplier sets the pace.
+    pure subroutine rates(lambda_by_rate, driven, y, dydt)
+        real(dp), intent(in) :: lambda_by_rate(3, 3, 3), driven(3)
+        real(dp), intent(in) :: y(LANES, COLUMNS)
+        real(dp), intent(out) :: dydt(LANES, COLUMNS)
 
-        call rotation_rates(self%fit%body, self%fit%torque(:, half), y(1), y(4), dydt(1), dydt(4))
-        if (self%components == 0) return
-        dydt(Q_PLACE:Q_PLACE + 3) = quaternion_rate(y(Q_PLACE:Q_PLACE + 3), y(1:3))
-        if (self%components == 4) then
-            call full_rates(y(1), y(Q_PLACE), y(4), y(PHI_PLACE), y(PHI_PLACE + 16), dydt(PHI_PLACE), &
-                            dydt(PHI_PLACE + 16))
-        else
-            call small_angle_rates(y(1), y(4), y(PHI_PLACE), y(PHI_PLACE + 9), dydt(PHI_PLACE), &
-                                   dydt(PHI_PLACE + 9))
-        end if
-    end subroutine rate_of_fit
+        real(dp) :: lambda(3, 3), omega(3)
+        integer :: i
 
-    !> (4-7), (4-51), (4-59) and (4-55), (4-67), into which q does not enter, (4-10).
-    pure subroutine rotation_rates(body, torque, omega, phi_22, omega_rate, phi_22_rate)
-        type(rigid_body_t), intent(in) :: body
-        real(dp), intent(in) :: torque(3), omega(3), phi_22(3, 3)
-        real(dp), intent(out) :: omega_rate(3), phi_22_rate(3, 3)
-
-        omega_rate = body%angular_acceleration(torque, omega)
-        phi_22_rate = matmul(body%rate_partials(omega), phi_22)
-    end subroutine rotation_rates
-
-    !> (4-53), (4-54), with the partials (4-12), (4-13) of dq/dt, (4-8).
-    pure subroutine full_rates(omega, q, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
-        real(dp), intent(in) :: omega(3), q(4), phi_22(3, 3), phi_11(4, 4), phi_12(4, 3)
-        real(dp), intent(out) :: phi_11_rate(4, 4), phi_12_rate(4, 3)
-
-        real(dp) :: half_omega_matrix(4, 4)
-
-        half_omega_matrix = rate_matrix(omega)/2
-        phi_11_rate = matmul(half_omega_matrix, phi_11)
-        phi_12_rate = matmul(half_omega_matrix, phi_12) + matmul(kinematic_partials(q), phi_22)
-    end subroutine full_rates
-
-    !> (4-65), (4-66), which follow from (4-64), with minus Pi.
-    pure subroutine small_angle_rates(omega, phi_22, phi_11, phi_12, phi_11_rate, phi_12_rate)
-        real(dp), intent(in) :: omega(3), phi_22(3, 3), phi_11(3, 3), phi_12(3, 3)
-        real(dp), intent(out) :: phi_11_rate(3, 3), phi_12_rate(3, 3)
-
-        real(dp) :: minus_pi(3, 3)
-
-        minus_pi = -cross_matrix(omega)
-        phi_11_rate = matmul(minus_pi, phi_11)
-        phi_12_rate = matmul(minus_pi, phi_12) + phi_22
-    end subroutine small_angle_rates
-
-    subroutine keep_fit(self, k, n, y, dydt)
-        class(fitted_arc_t), intent(inout) :: self
-        integer, intent(in) :: k, n
-        real(dp), intent(in) :: y(n), dydt(n)
-
-        self%rotation%omega(:, k) = y(1:3)
-        self%rotation%omega_dot(:, k) = dydt(1:3)
-        call keep_matrix(3, 3, y(4), self%rotation%phi_22(:, :, k))
-        associate (c => self%components)
-            if (c == 0) return
-            self%attitude%q(:, k) = y(Q_PLACE:Q_PLACE + 3)
-            call keep_matrix(c, c, y(PHI_PLACE), self%attitude%phi_11(:, :, k))
-            call keep_matrix(c, 3, y(PHI_PLACE + c*c), self%attitude%phi_12(:, :, k))
-        end associate
-    end subroutine keep_fit
-
-    pure subroutine keep_matrix(rows, columns, values, matrix)
-        integer, intent(in) :: rows, columns
-        real(dp), intent(in) :: values(rows, columns)
-        real(dp), intent(out) :: matrix(rows, columns)
-
-        matrix = values
-    end subroutine keep_matrix
+        omega = y(1, RATE)
+        lambda = lambda_by_rate(:, :, 1)*omega(1) + lambda_by_rate(:, :, 2)*omega(2) + lambda_by_rate(:, :, 3)*omega(3)
+        do i = 1, 3
+            dydt(:, i) = lambda(i, 1)*y(:, 1) + lambda(i, 2)*y(:, 2) + lambda(i, 3)*y(:, 3)
+            dydt(1, i) = dydt(1, i)/2 + driven(i)
+        end do
+        dydt(:, QUATERNION) = quaternion_rate(y(:, QUATERNION), omega)
+        dydt(:, 5) = y(:, 1) + omega(3)*y(:, 6) - omega(2)*y(:, 7)
+        dydt(:, 6) = y(:, 2) + omega(1)*y(:, 7) - omega(3)*y(:, 5)
+        dydt(:, 7) = y(:, 3) + omega(2)*y(:, 5) - omega(1)*y(:, 6)
+    end subroutine rates
 end module gracecg_estimation_attitude_fit

@@ -109,19 +109,17 @@ contains
         integer :: i, k, first, n
 
         n = self%attitude_components()
-        call self%fit%fit_attitude(self%reduced, self%quaternion, self%angular_velocity, attitude, self%rotation)
+        call self%fit%fit_attitude(self%quaternion, self%angular_velocity, attitude, self%rotation)
         do i = 1, size(self%data%attitude_epoch)
             k = self%data%attitude_epoch(i)
             first = n*(i - 1)
-            associate (block => partials(:n, first + 1:first + n), &
-                       rate_block => partials(n + 1:n + 3, first + 1:first + n), &
-                       residual => residuals(first + 1:first + n), observed => self%data%quaternion(:, i))
-                block = transpose(attitude%phi_11(:, :, k))     ! H~ = [I 0], (4-57), (4-74)
-                rate_block = transpose(attitude%phi_12(:, :, k))
-                if (self%reduced) then
+            associate (residual => residuals(first + 1:first + n), observed => self%data%quaternion(:, i))
+                if (self%reduced) then      ! H~ = [I 0], (4-57), (4-74)
+                    partials(:6, first + 1:first + 3) = transpose(attitude%angle_transition(k))
                     residual = small_angles(matmul(rotation_matrix(observed), &
                                                    transpose(rotation_matrix(normalised(attitude%q(:, k))))))
                 else
+                    partials(:7, first + 1:first + 4) = transpose(attitude%quaternion_transition(k))
                     residual = observed - attitude%q(:, k)
                 end if
             end associate

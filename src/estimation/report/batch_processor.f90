@@ -79,7 +79,7 @@ contains
         type(batch_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: partials(:, :), weighted(:, :), residuals(:), weights(:), root(:)
+        real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
         real(dp), allocatable :: normal(:, :), rhs(:), correction(:)
         type(iteration_t) :: note
         integer :: n, m, iteration, i
@@ -91,16 +91,12 @@ contains
                       number_text(real(n, dp))//' parameters')
             return
         end if
-        allocate (partials(n, m), weighted(n, m), residuals(m), weights(m), root(m))
+        allocate (partials(n, m), residuals(m), weights(m))
         allocate (normal(n, n), rhs(n), correction(n), solution%inverse(n, n))
         do iteration = 1, settings%most_iterations
             call problem%linearise(partials, residuals, weights, error)
             if (allocated(error)) return
-            root = sqrt(weights)
-            do i = 1, m
-                weighted(:, i) = partials(:, i)*root(i)
-            end do
-            call normal_equations(weighted, residuals*root, normal, rhs)
+            call normal_equations(partials, residuals, normal, rhs, weights)
             call solve_normal_equations(normal, rhs, correction, solution%inverse, &
                                         solution%condition, error, problem%names)
             if (allocated(error)) then

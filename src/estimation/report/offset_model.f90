@@ -2,7 +2,7 @@
 !> A_out = A~(omega, d omega/dt) d + alpha t + beta.
 module gracecg_estimation_offset_model
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross_matrix, identity
+    use gracecg_base_vectors, only: cross_matrix
     implicit none
     private
     public :: offset_matrix, offset_rate_partials
@@ -16,10 +16,10 @@ contains
         real(dp), intent(in) :: omega_dot(3)    !! rad/s^2
         real(dp) :: a(3, 3)                     !! 1/s^2
 
-        real(dp) :: w(3, 3)
-
-        w = cross_matrix(omega)
-        a = cross_matrix(omega_dot) + matmul(w, w)
+        ! row by row: cross_matrix(omega_dot) + omega omega^T - omega^2 I
+        a(1, :) = [-omega(3)**2 - omega(2)**2, omega(2)*omega(1) - omega_dot(3), omega(3)*omega(1) + omega_dot(2)]
+        a(2, :) = [omega(1)*omega(2) + omega_dot(3), -omega(3)**2 - omega(1)**2, omega(3)*omega(2) - omega_dot(1)]
+        a(3, :) = [omega(1)*omega(3) - omega_dot(2), omega(2)*omega(3) + omega_dot(1), -omega(2)**2 - omega(1)**2]
     end function offset_matrix
 
     !> d(A~ d)/d omega of (4-21), (4-27)-(4-32), where d omega/dt depends on omega through Lambda.
@@ -31,7 +31,15 @@ contains
         real(dp), intent(in) :: d(3)            !! m
         real(dp) :: h(3, 3)                     !! (m/s^2)/(rad/s)
 
-        h = spread(omega, 2, 3)*spread(d, 1, 3) - 2*spread(d, 2, 3)*spread(omega, 1, 3) + &
-            dot_product(omega, d)*identity(3) - matmul(cross_matrix(d), lambda)
+        real(dp) :: along
+        integer :: i, j
+
+        h = matmul(cross_matrix(d), lambda)
+        along = dot_product(omega, d)
+        do j = 1, 3
+            do i = 1, 3
+                h(i, j) = omega(i)*d(j) - 2*d(i)*omega(j) + merge(along, 0.0_dp, i == j) - h(i, j)
+            end do
+        end do
     end function offset_rate_partials
 end module gracecg_estimation_offset_model

@@ -18,8 +18,7 @@ module gracecg_estimation_disturbance_search
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
     use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
     use gracecg_estimation_noise_whitening, only: whiten_by_process
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, filter_axis, gather, gather_axis, &
-        smooth_axis
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, filter_axis, gather, smooth_axis
     implicit none
     private
     public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance
@@ -186,7 +185,7 @@ contains
         call whiten_by_process(process, problem%epoch, problem%kept(:, axis), problem%acceleration(:, :, axis), &
                                remainder, log_variance)
         constants = others
-        call gather_axis(problem, axis, remainder, constants)
+        call constants%fold_in_all(remainder)
         value = log_variance + constants%squares + constants%log_determinant()
     end subroutine minus_two_log_likelihood
 
@@ -206,7 +205,7 @@ contains
 
         m = problem%m
         constants = others
-        call gather_axis(problem, axis, remainder, constants)
+        call constants%fold_in_all(remainder)
         y = constants%solution()
         do i = 1, size(residual)
             residual(i) = remainder(m + 1, i) - dot_product(remainder(:m, i), y)

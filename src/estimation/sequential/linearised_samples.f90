@@ -9,6 +9,7 @@
 module gracecg_estimation_linearised_samples
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_estimation_noise_whitening, only: nonzero_rows
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
     use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t, process_smoother_t, &
@@ -17,7 +18,7 @@ module gracecg_estimation_linearised_samples
     implicit none
     private
     public :: filter_problem_t, SHARED
-    public :: flicker_process, filter_axis, gather, gather_axis, run_through_time, smooth_axis, smooth_star_camera
+    public :: flicker_process, filter_axis, gather, run_through_time, smooth_axis, smooth_star_camera
 
     integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
 
@@ -72,22 +73,38 @@ contains
         real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
         type(error_t), allocatable, intent(out) :: error
 
+        integer, allocatable :: seen(:)
+        real(dp), allocatable :: row(:), left(:)
         integer :: i, k, first, n
 
         n = size(problem%epoch)
         first = problem%epoch(1)
-        call new_process_filter(process, problem%m, merge(problem%epoch(n) - first, 0, for_smoother), filter, &
-                                error)
+        seen = seen_constants(problem, axis)
+        call new_process_filter(process, size(seen), merge(problem%epoch(n) - first, 0, for_smoother), filter, error)
         if (allocated(error)) return
+        allocate (row(size(seen) + 1), left(size(seen) + 1))
         remainder = 0
         do i = 1, n
             do k = first + filter%step + 1, problem%epoch(i)
                 call filter%advance()
             end do
-            if (problem%kept(i, axis)) &
-                call filter%observe(process%output, problem%acceleration(:, i, axis), remainder(:, i))
+            if (.not. problem%kept(i, axis)) cycle
+            row(:filter%m) = problem%acceleration(seen, i, axis)
+            row(filter%m + 1) = problem%acceleration(problem%m + 1, i, axis)
+            call filter%observe(process%output, row, left)
+            remainder(seen, i) = left(:filter%m)
+            remainder(problem%m + 1, i) = left(filter%m + 1)
         end do
     end subroutine filter_axis
+
+    !> The constants that the samples of an axis depend on: its filter knows no others.
+    pure function seen_constants(problem, axis) result(seen)
+        type(filter_problem_t), intent(in) :: problem
+        integer, intent(in) :: axis
+        integer, allocatable :: seen(:)
+
+        seen = nonzero_rows(problem%acceleration(:problem%m, :, axis))
+    end function seen_constants
 
     !> The constants from what is known a priori, the star camera and, if given, the axes' remainders, but for
     !> one axis if `without` names it.
@@ -97,34 +114,25 @@ contains
         real(dp), intent(in), optional :: remainder(:, :, :)    !! (m + 1, samples, axis)
         integer, intent(in), optional :: without    !! The axis to leave out, 1, 2 or 3
 
-        integer :: i, axis
+        real(dp) :: stars(problem%m + 1, 3*size(problem%star_time))
+        integer :: i, n, axis
 
         call gather_prior(problem, constants)
+        n = 0
         do i = 1, size(problem%star_time)
-            call gather_star(problem, i, constants)
+            if (.not. problem%star_kept(i)) cycle
+            stars(:, n + 1:n + 3) = problem%star(:, :, i)
+            n = n + 3
         end do
+        call constants%fold_in_all(stars(:, :n))
         if (.not. present(remainder)) return
         do axis = 1, 3
             if (present(without)) then
                 if (axis == without) cycle
             end if
-            call gather_axis(problem, axis, remainder(:, :, axis), constants)
+            call constants%fold_in_all(remainder(:, :, axis))
         end do
     end subroutine gather
-
-    !> Adds to the constants what one axis says of them.
-    pure subroutine gather_axis(problem, axis, remainder, constants)
-        type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis    !! 1, 2, 3
-        real(dp), intent(in) :: remainder(:, :)         !! (m + 1, samples)
-        type(constants_t), intent(inout) :: constants
-
-        integer :: i
-
-        do i = 1, size(problem%epoch)
-            if (problem%kept(i, axis)) call constants%fold_in(remainder(:, i))
-        end do
-    end subroutine gather_axis
 
     pure subroutine gather_prior(problem, constants)
         type(filter_problem_t), intent(in) :: problem
@@ -212,24 +220,28 @@ contains
         real(dp), intent(out) :: chi_square(:)          !! (samples)
 
         type(process_smoother_t) :: smoother
-        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), p(filter%n), v, spread_g
+        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), p(filter%n), y_seen(filter%m), v, spread_g
+        integer :: seen(filter%m)
         integer :: i, k, j
 
         y = constants%solution()
         root = constants%inverse_root()
+        seen = seen_constants(problem, axis)
+        y_seen = y(seen)
         call start_smoother(filter, smoother)
         do i = size(problem%epoch), 1, -1
             do k = smoother%step + problem%epoch(1), problem%epoch(i) + 1, -1
                 call smoother%step_back(filter)
             end do
             associate (h => filter%process%output, row => problem%acceleration(:, i, axis))
-                g = row(:problem%m) + matmul(smoother%gain, h)
+                g = row(:problem%m)
+                g(seen) = g(seen) + matmul(smoother%gain, h)
                 v = dot_product(h, matmul(smoother%covariance, h))
                 do j = 1, problem%m
                     spread_g = dot_product(g(:j), root(:j, j))
                     v = v + spread_g**2
                 end do
-                p = smoother%mean + matmul(y, smoother%gain)
+                p = smoother%mean + matmul(y_seen, smoother%gain)
                 disturbance(i) = dot_product(signal, p)
                 residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
                 if (problem%kept(i, axis)) then

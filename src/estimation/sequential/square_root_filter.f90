@@ -21,6 +21,7 @@
 module gracecg_estimation_square_root_filter
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
+    use gracecg_estimation_noise_whitening, only: nonzero_rows
     use gracecg_base_gauss_markov, only: gauss_markov_t
     implicit none
     private
@@ -36,6 +37,8 @@ module gracecg_estimation_square_root_filter
     contains
         procedure :: fold_in
         !! Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise
+        procedure :: fold_in_all
+        !! The same with many observations that see the same constants
         procedure :: is_determined    !! True when every constant has been observed
         procedure :: solution    !! The estimate R_y^-1 z_y
         procedure :: last_covariance
@@ -111,12 +114,48 @@ contains
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: row(:)          !! (n + 1)
 
+        self%row = row
+        call fold_workspace(self)
+    end subroutine fold_in
+
+    pure subroutine fold_workspace(self)
+        type(constants_t), intent(inout) :: self
+
         real(dp) :: contraction
 
-        self%row = row
         call fold_row(self%n, self%n + 1, self%array, self%row, contraction)
         self%squares = self%squares + self%row(self%n + 1)**2
-    end subroutine fold_in
+    end subroutine fold_workspace
+
+    !> The same with many observations: what they see of the constants (the columns that are not zero) is brought
+    !> into a triangle of its own first, whose few rows then are folded in. Where they see half of the constants, a row
+    !> costs a quarter.
+    pure subroutine fold_in_all(self, rows)
+        class(constants_t), intent(inout) :: self
+        real(dp), intent(in) :: rows(:, :)      !! (n + 1, observations)
+
+        type(constants_t) :: own
+        real(dp) :: row(self%n + 1)
+        integer, allocatable :: seen(:)
+        integer :: i
+
+        associate (n => self%n)
+            seen = nonzero_rows(rows(:n, :))
+            own = new_constants(size(seen))
+            do i = 1, size(rows, 2)
+                own%row(:own%n) = rows(seen, i)
+                own%row(own%n + 1) = rows(n + 1, i)
+                call fold_workspace(own)
+            end do
+            do i = 1, own%n
+                row = 0
+                row(seen(i:)) = own%array(i:own%n, i)
+                row(n + 1) = own%array(own%n + 1, i)
+                call self%fold_in(row)
+            end do
+            self%squares = self%squares + own%squares
+        end associate
+    end subroutine fold_in_all
 
     !> True when every constant has been observed.
     pure logical function is_determined(self)
