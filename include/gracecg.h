@@ -110,9 +110,10 @@ gracecg_status gracecg_earth_parameters(const char *path, const gracecg_utc *utc
                                         double pole[2], gracecg_error *error);
 
 /* The rotation from inertial (GCRS) to Earth-fixed axes, fixed = rotation * inertial, `seconds` after a time at which
-   its constants are computed, at most ten days: precession IAU 2006, nutation IAU 2000B. pole or NULL: x and y, rad. */
+   its constants are computed, at most ten days; rotation [3][3]: precession IAU 2006, nutation IAU 2000B. pole or NULL:
+   x and y, rad. */
 gracecg_status gracecg_earth_orientation(const gracecg_utc *utc, double ut1_minus_utc, const double pole[2],
-                                         double seconds, double rotation[3][3], gracecg_error *error);
+                                         double seconds, double *rotation, gracecg_error *error);
 
 /* ------------------------------------------------------------------ gravity */
 
@@ -319,10 +320,10 @@ gracecg_status gracecg_force_model_free(gracecg_force_model **model, gracecg_err
 gracecg_status gracecg_force_model_epoch(const gracecg_force_model *model, gracecg_utc *epoch,
                                          double *sidereal_angle, gracecg_error *error);
 
-/* The rotation from inertial to Earth-fixed axes, fixed = rotation * inertial, that a force model has `seconds` from
-   its epoch. */
+/* The rotation [3][3] from inertial to Earth-fixed axes, fixed = rotation * inertial, that a force model has `seconds`
+   from its epoch. */
 gracecg_status gracecg_force_model_orientation(const gracecg_force_model *model, double seconds,
-                                               double rotation[3][3], gracecg_error *error);
+                                               double *rotation, gracecg_error *error);
 
 /* Accelerations [n][3] (m/s^2, inertial axes) at `seconds`[n] from the epoch, position and velocity
    [n][3] (inertial) and attitude [n][4]; each or NULL. `total` is the sum of the four. Fields,

@@ -235,7 +235,8 @@ contains
         character(1), parameter :: NEW_LINE_ = achar(10)
 
         call case_from_text("&calibration name = 'x', epoch = '"//date//"T00:00:00', duration = 60 /"//NEW_LINE_// &
-                            '&mass_properties mass = 420, moments_of_inertia = 80, 400, 430, products_of_inertia = 0, 0, 0 /'//NEW_LINE_// &
+                            '&mass_properties mass = 420, moments_of_inertia = 80, 400, 430, '// &
+                            'products_of_inertia = 0, 0, 0 /'//NEW_LINE_// &
                             '&truth position = 6.9e6, 0, 0, velocity = 0, 0, 7600, quaternion = 0, 0, 0, 1, '// &
                             'angular_velocity = 0, 0.0011, 0 /'//NEW_LINE_//'&earth '//earth//' /'//NEW_LINE_, 'text', &
                             case, failure)
