@@ -10,7 +10,7 @@ module gracecg_spacecraft_torque_rods
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
-    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods
+    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods, gain_unit
     public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
@@ -308,6 +308,14 @@ contains
         rods%gain = 1
         rods%delay = 0
     end subroutine take_measured_moments
+
+    !> What changes of a gain are counted in: the gain itself; of a rod that is thought dead, 1.
+    elemental real(dp) function gain_unit(gain) result(unit)
+        real(dp), intent(in) :: gain    !! Of one rod
+
+        unit = gain
+        if (.not. abs(gain) > 0) unit = 1
+    end function gain_unit
 
     !> Gives what one rod does to another, and the other way round: commands and measured moments.
     pure subroutine interchange_rods(rods, first, second)

@@ -280,7 +280,7 @@ contains
     !> What a wrong belief is of: 'gain of rod x', 'noise of accelerometer y'.
     function subject_of(wrong) result(text)
         type(wrong_belief_t), intent(in) :: wrong
-        character(44) :: text               !! Blanks behind it
+        character(52) :: text               !! Blanks behind it
 
         select case (wrong%kind)
         case (OF_VALUE)

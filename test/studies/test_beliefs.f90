@@ -222,7 +222,8 @@ contains
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations, wrong
 
-        call simulator_of('front-3', simulator, options, error)
+        call check(error, all(len_trim(ALTERATIONS) < len(ALTERATIONS)), 'words are cut')
+        if (.not. allocated(error)) call simulator_of('front-3', simulator, options, error)
         if (.not. allocated(error)) call sound(7)
         if (allocated(error)) return
         wrong%knowledge%rods%activations%frequency = 0.11_dp
@@ -230,7 +231,7 @@ contains
         if (allocated(error)) return
         wrong = observations
         wrong%knowledge%rods%gain(3) = 2
-        call named(OF_VALUE, 'gain of rod z', -1.0_dp)
+        call named(OF_VALUE, 'gain of rod z', -0.5_dp)
         if (allocated(error)) return
         wrong = observations
         call apply_alteration(find_alteration('accelerometer y and z'), wrong)
@@ -265,7 +266,7 @@ contains
 
             type(solution_t) :: solution
             type(error_t), allocatable :: failure
-            character(44) :: found
+            character(52) :: found
 
             call estimate_offset('optimal', wrong, options, solution, failure)  ! may be refused
             call check(error, allocated(solution%beliefs), subject//': no tests')
@@ -295,7 +296,7 @@ contains
     subroutine test_trials(error)
         type(error_type), allocatable, intent(out) :: error
 
-        integer, parameter :: RUNS = 2
+        integer, parameter :: RUNS = 1
         type(calibration_t) :: calibration
         type(wrong_belief_t), allocatable :: list(:)
         type(tally_t), allocatable :: tallies(:)
@@ -304,7 +305,7 @@ contains
 
         call find_calibration('front-3', calibration, failure)
         list = all_wrong_beliefs()
-        list = pack(list, [(any([character(44) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
+        list = pack(list, [(any([character(52) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
                                 subject_of(list(i))), i=1, size(list))])
         if (.not. allocated(failure)) &
             call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)

@@ -8,7 +8,7 @@ module gracecg_estimation_belief
     use gracecg_base_constants, only: DEGREE, NANOTESLA
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
-    use gracecg_spacecraft_torque_rods, only: interchange_rods
+    use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_estimation_parameters
@@ -98,7 +98,7 @@ module gracecg_estimation_belief
         belief_t(ACCELEROMETER_SWAPS(3), 'interchange of accelerometer z and x', NONE, 1.0_dp, 1.0_dp)]
 
     !> All beliefs without a value: what would have to hold instead. apply_alteration knows them by their place
-    character(44), parameter :: ALTERATIONS(23) = [character(44) :: &
+    character(52), parameter :: ALTERATIONS(23) = [character(52) :: &
         'rod x has the opposite sign', 'rod y has the opposite sign', 'rod z has the opposite sign', &
         'all rods have the opposite sign', &
         'rods x and y are interchanged', 'rods y and z are interchanged', 'rods z and x are interchanged', &
@@ -160,7 +160,7 @@ contains
                 k%rods%gain = k%rods%gain*(1 + value)
             case (ROD_GAINS(1):ROD_GAINS(3))
                 i = parameter - ROD_GAINS(1) + 1
-                k%rods%gain(i) = k%rods%gain(i) + value
+                k%rods%gain(i) = k%rods%gain(i) + value*gain_unit(k%rods%gain(i))
             case (ROD_TURNS(1):ROD_TURNS(6))
                 i = parameter - ROD_TURNS(1) + 1
                 k%rods%misalignment(i) = k%rods%misalignment(i) + value

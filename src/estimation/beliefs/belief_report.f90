@@ -70,6 +70,7 @@ module gracecg_estimation_belief_report
         !! What the estimate differs from that of `optimal` by, m: what its sigmas leave out
         logical :: signs_known = .false.    !! Of the accelerometer's axes together: no calibration alone tells
         real(dp) :: critical = 0            !! Of a score
+        real(dp) :: wave_frequency = 0      !! Of the density wave that the fit found, Hz; 0: none
         type(value_test_t), allocatable :: values(:)    !! In the order of BELIEFS
         type(noise_test_t), allocatable :: noises(:)    !! In the order of NOISE_SUBJECTS
         type(explanation_t), allocatable :: explanations(:)

@@ -5,11 +5,16 @@
 !> which, a sign, a convention), only a fit under the other belief tells: its gain of log-likelihood is half of what
 !> the weighted squares of the residuals fall. A wrong noise level gains chi^2/2 - nu/2 (1 + ln(chi^2/nu)). Hypotheses
 !> whose gains differ by less than SAME cannot be told apart by the data and are named together.
+!>
+!> Alterations, and frequencies of rods from a grid if nothing else explains all, are fitted coarsely first, and the most
+!> likely of them fully. In a long arc this is done in its beginning, in which the rods have turned a few times; the most
+!> likely of what is found are then fitted to the whole.
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, beginning_of
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_optimal_options, only: WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
@@ -26,6 +31,10 @@ module gracecg_estimation_explanation
     integer, parameter :: MOST_STEPS = 6        !! Of such a fit
     real(dp), parameter :: SETTLED = 0.05_dp    !! Of a step, in standard deviations, that ends it
     real(dp), parameter :: FREQUENCY_RANGE = 0.25_dp    !! Of the rods', relative, that is searched
+    real(dp), parameter :: SEARCHED = 60        !! From when the first rod acts: the part of an arc that is searched, s
+    integer, parameter :: SHORTLIST = 6         !! Alterations tried; hypotheses found in this part that are fitted to the whole
+    real(dp), parameter :: HOPELESS = 10        !! Times what the best alteration leaves, by coarse fits
+    real(dp), parameter :: WORST = 1e12_dp      !! Weighted squares that stand for a fit that failed
     real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
 
 contains
@@ -43,19 +52,29 @@ contains
         type(explanation_t), allocatable :: found(:)
         type(noise_test_t), allocatable :: noises(:)
         integer, allocatable :: order(:)
+        type(estimation_options_t) :: coarse
+        real(dp) :: part
         integer :: i
 
         allocate (found(0))
-        call try_values(observations, options, fitted, misfit, found)
-        do i = 1, size(ALTERATIONS)
-            call try_alteration(observations, options, i, misfit, found)
-        end do
-        call examine_alterations(observations, options, found)
+        associate (rods => observations%knowledge%rods)
+            part = SEARCHED
+            if (rods%count > 0) part = part + max(0.0_dp, minval(rods%activations(:rods%count)%start))
+        end associate
         noises = pack(fitted%noises, fitted%noises%state == CONTRADICTED .and. fitted%noises%gain > 0)
         if (size(noises) > 0) then      ! all levels that are off together, named by the worst
             i = maxloc(noises%gain, 1)
             found = [found, explanation_t(kind=OF_NOISE, place=noises(i)%subject, gain=sum(noises%gain), &
                                           value=noises(i)%factor, offset=fitted%offset)]
+        end if
+        coarse = coarse_options(options, fitted)
+        call try_values(observations, options, fitted, misfit, found)
+        if (observations%knowledge%duration > 2*part) then
+            call search_part(observations, options, part, misfit, found)
+        else
+            call try_alterations(observations, options, coarse, misfit, found)
+            call examine_alterations(observations, options, found)
+            if (.not. any(found%complete)) call try_frequencies(observations, options, coarse, misfit, found)
         end if
         order = by_gain(found%gain)
         explanations = found(order)
@@ -78,8 +97,50 @@ contains
         end do
     end function by_gain
 
-    !> The beliefs with a value whose scores are largest, and frequencies of the rods from all over their range: no step
-    !> leads from a frequency that is off by a cycle of the arc.
+    !> Hypotheses that are the most likely in the beginning of an arc, fitted to the whole. Those that are tried
+    !> already are left out.
+    subroutine search_part(observations, options, length, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: length      !! Of the beginning, s
+        real(dp), intent(in) :: misfit      !! Of the whole
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        type(observation_set_t) :: part
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        type(explanation_t), allocatable :: likely(:)
+        type(estimation_options_t) :: coarse
+        integer, allocatable :: order(:)
+        real(dp) :: part_misfit
+        integer :: i
+
+        call beginning_of(observations, length, part)
+        call refit(part, options, solution, part_misfit, error)
+        part_misfit = min(part_misfit, WORST)
+        allocate (likely(0))
+        coarse = coarse_options(options, belief_report_t())
+        if (allocated(solution%beliefs)) then
+            coarse = coarse_options(options, solution%beliefs)
+            call try_values(part, options, solution%beliefs, part_misfit, likely)
+        end if
+        call try_frequencies(part, options, coarse, part_misfit, likely)
+        call try_alterations(part, options, coarse, part_misfit, likely)
+        order = by_gain(likely%gain)
+        do i = 1, min(SHORTLIST, size(order))
+            associate (one => likely(order(i)))
+                if (any(found%kind == one%kind .and. found%place == one%place)) cycle
+                if (one%kind == OF_ALTERATION) then
+                    call try_alteration(observations, options, one%place, misfit, found)
+                else
+                    call try_value(observations, options, one%place, one%value, misfit, found)
+                end if
+            end associate
+        end do
+        call examine_alterations(observations, options, found)
+    end subroutine search_part
+
+    !> The beliefs with a value whose scores are largest.
     subroutine try_values(observations, options, fitted, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -94,10 +155,21 @@ contains
         do i = 1, min(MOST_CANDIDATES, size(order))
             if (fitted%values(order(i))%state /= CONTRADICTED) exit
             parameter = BELIEFS(fitted%values(order(i))%belief)%parameter
-            if (any([ROD_FREQUENCIES, ALL_RODS_FREQUENCY] == parameter)) cycle
             if (is_interchange(parameter)) cycle    ! among the alterations
             call try_value(observations, options, fitted%values(order(i))%belief, 0.0_dp, misfit, found)
         end do
+    end subroutine try_values
+
+    !> Frequencies of the rods from all over their range: no step leads from a frequency that is off by a cycle of the
+    !> arc.
+    subroutine try_frequencies(observations, options, coarse, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options, coarse
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        integer :: i
+
         call try_frequency(ALL_RODS_FREQUENCY)
         associate (rods => observations%knowledge%rods)
             associate (axes => rods%activations(:rods%count)%axis)
@@ -113,9 +185,9 @@ contains
             integer, intent(in) :: parameter
 
             call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
-                           best_frequency(observations, options, parameter), misfit, found)
+                           best_frequency(observations, coarse, parameter), misfit, found)
         end subroutine try_frequency
-    end subroutine try_values
+    end subroutine try_frequencies
 
     !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
     real(dp) function best_frequency(observations, options, parameter) result(best)
@@ -124,8 +196,6 @@ contains
         integer, intent(in) :: parameter    !! One of ROD_FREQUENCIES, or ALL_RODS_FREQUENCY
 
         type(observation_set_t) :: other
-        type(solution_t) :: solution
-        type(error_t), allocatable :: error
         real(dp) :: step, misfit, smallest, highest
         integer :: i, n
 
@@ -139,7 +209,7 @@ contains
         do i = -n, n
             other = observations
             call apply_value(parameter, i*step, other)
-            call refit(other, without_tests(options), solution, misfit, error)
+            misfit = coarse_misfit(other, options)
             if (misfit >= smallest) cycle
             smallest = misfit
             best = i*step
@@ -192,6 +262,42 @@ contains
         if (tried%gain > 0) found = [found, tried]
     end subroutine try_value
 
+    !> The alterations that leave least, by a coarse fit of each.
+    subroutine try_alterations(observations, options, coarse, misfit, found)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options, coarse
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
+
+        type(observation_set_t) :: other
+        real(dp) :: left(size(ALTERATIONS))
+        integer :: order(size(ALTERATIONS)), i
+
+        do i = 1, size(ALTERATIONS)
+            other = observations
+            call apply_alteration(i, other)
+            left(i) = coarse_misfit(other, coarse)
+        end do
+        order = by_gain(-left)
+        do i = 1, SHORTLIST
+            if (left(order(i)) > HOPELESS*left(order(1))) exit
+            call try_alteration(observations, options, order(i), misfit, found)
+        end do
+    end subroutine try_alterations
+
+    !> What a coarse fit leaves: huge(1.0) when it fails.
+    real(dp) function coarse_misfit(observations, options) result(misfit)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+
+        call estimate_optimal(observations, options, solution, error, once=.true.)
+        misfit = huge(1.0)
+        if (solution%misfit > 0) misfit = min(misfit, solution%misfit)
+    end function coarse_misfit
+
     subroutine try_alteration(observations, options, alteration, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -231,6 +337,18 @@ contains
             if (allocated(solution%beliefs)) found(i)%complete = .not. solution%beliefs%has_contradiction()
         end do
     end subroutine examine_alterations
+
+    !> Options of coarse fits: the density wave, if the contradicted fit had found one, with its frequency.
+    pure function coarse_options(options, fitted) result(coarse)
+        type(estimation_options_t), intent(in) :: options
+        type(belief_report_t), intent(in) :: fitted
+        type(estimation_options_t) :: coarse
+
+        coarse = without_tests(options)
+        if (coarse%optimal%density_wave /= WAVE_SEARCHED .or. .not. fitted%wave_frequency > 0) return
+        coarse%optimal%density_wave = WAVE_GIVEN
+        coarse%optimal%density_wave_period = 1/fitted%wave_frequency
+    end function coarse_options
 
     !> Options of a fit whose beliefs are not tested.
     pure function without_tests(options) result(fewer)

@@ -144,7 +144,7 @@ contains
             call note(calibration, 'no THR1B or THR1A: firings of thrusters are not known, and no sample is vetoed')
             return
         end if
-        fields = [('on_time_'//integer_text(i), i=1, 14)]
+        fields = [character(10) :: ('on_time_'//integer_text(i), i=1, 14)]
         call read_product(path, clock, calibration, fields, records, error, windows)
         if (allocated(error)) return
         if (records%count == 0) return

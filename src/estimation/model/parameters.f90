@@ -42,7 +42,7 @@ module gracecg_estimation_parameters
     integer, parameter :: AIRFLOW_TURN(2) = [51, 52]        !! Of the airflow towards y and z, by the wind
     integer, parameter :: SIDE_FORCE(2) = [53, 54]          !! Of the drag along x by the airflow's angles towards y and z
     ! What follows is never estimated with the rest, but tested: partials at the value 0 are all there is of it
-    integer, parameter :: ROD_GAINS(3) = [55, 56, 57]       !! Of the rods along x, y, z: gain minus that believed
+    integer, parameter :: ROD_GAINS(3) = [55, 56, 57]       !! Of the rods along x, y, z: gain over that believed, minus 1
     integer, parameter :: ROD_TURNS(6) = [58, 59, 60, 61, 62, 63]   !! As torque_rods_t has its misalignment
     integer, parameter :: ROD_DELAYS(3) = [64, 65, 66]      !! From command to moment, of each rod
     integer, parameter :: ROD_FREQUENCIES(3) = [67, 68, 69] !! Of all activations of a rod

@@ -19,7 +19,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_vectors, only: cross, cross_matrix, unit
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods, gain_unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -144,8 +144,8 @@ contains
         do i = 1, 3
             up = rods
             down = rods
-            up%gain(i) = rods%gain(i) + 0.5_dp
-            down%gain(i) = rods%gain(i) - 0.5_dp
+            up%gain(i) = rods%gain(i) + gain_unit(rods%gain(i))/2
+            down%gain(i) = rods%gain(i) - gain_unit(rods%gain(i))/2
             call difference(1.0_dp, ROD_GAINS(i))
             up = rods
             down = rods

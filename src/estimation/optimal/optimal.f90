@@ -31,6 +31,7 @@ module gracecg_estimation_optimal
     public :: estimate_optimal
 
     integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
+    integer, parameter :: FEW = 8                   !! Steps of a fit that is done once
     real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
@@ -62,25 +63,30 @@ contains
     !> Fails when the observations are refused, the offset is not determined, more than a quarter of a
     !> series would have to be left out, and, with the checks, when the satellite did not turn as the
     !> torque rods should have made it.
-    subroutine estimate_optimal(observations, options, solution, error, record, problem)
+    subroutine estimate_optimal(observations, options, solution, error, record, problem, once)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
         type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
         type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
+        logical, intent(in), optional :: once
+        !! A few steps of one fit, no wave searched and no sample left out: enough to tell that a hypothesis is hopeless
 
         type(whitened_problem_t) :: start
         type(fitting_data_t) :: data
         type(fit_t) :: fit
+        logical :: coarse
 
+        coarse = .false.
+        if (present(once)) coarse = once
         solution%algorithm = 'optimal'
         call preprocess(observations, options, data, error)
         if (.not. allocated(error)) call refuse_stuck_axis(data, error)
         if (allocated(error)) return
         call prepare_calibration(observations%knowledge, options, data, estimated_parameters(options%optimal), start)
         solution%warnings = start%data%warnings
-        call fit_best(observations%knowledge, options, start, fit, solution, error)
+        call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
         if (allocated(error)) then
             call add_context(error, 'optimal')
             return
@@ -106,9 +112,10 @@ contains
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
     !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency.
-    subroutine fit_best(knowledge, options, start, fit, solution, error)
+    subroutine fit_best(knowledge, options, once, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
+        logical, intent(in) :: once
         type(whitened_problem_t), intent(in) :: start
         type(fit_t), intent(out) :: fit
         type(solution_t), intent(inout) :: solution
@@ -119,14 +126,14 @@ contains
         type(error_t), allocatable :: not_determined
 
         fit%problem = start
-        call settle(knowledge, options, fit, error)
+        call settle(knowledge, options, once, fit, error)
         if (allocated(error)) return
         solution%iterations = fit%iterations
         if (options%history) solution%history = fit%history
-        if (options%optimal%density_wave == WAVE_SEARCHED) wave = search_wave(fit%problem, fit%batch)
+        if (options%optimal%density_wave == WAVE_SEARCHED .and. .not. once) wave = search_wave(fit%problem, fit%batch)
         if (wave%found) then
             call widen(knowledge, options, fit, wave, wider)
-            call settle(knowledge, options, wider, not_determined)
+            call settle(knowledge, options, .false., wider, not_determined)
             solution%iterations = solution%iterations + wider%iterations
             if (options%history) solution%history = [solution%history, wider%history]
             wave%found = .not. allocated(not_determined) .and. wider%converged
@@ -139,9 +146,10 @@ contains
     end subroutine fit_best
 
     !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
-    subroutine settle(knowledge, options, fit, error)
+    subroutine settle(knowledge, options, once, fit, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
+        logical, intent(in) :: once     !! A few steps, and nothing changes
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
@@ -152,6 +160,7 @@ contains
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
         settings%tolerance = 1e-6_dp
+        if (once) settings%most_iterations = FEW
         if (options%history) settings%history = 'whitened, '//number_text(real(size(fit%problem%names), dp))//' parameters'
         do round = 1, MOST_ROUNDS
             call set_noise(fit%problem, error)
@@ -160,6 +169,7 @@ contains
             if (options%history) call keep_history(fit)
             fit%iterations = fit%iterations + fit%batch%iterations
             call refresh_residuals(fit%batch, fit%problem)
+            if (once) exit
             changed = .false.
             if (any(unknown_level)) call update_spectra(fit%problem, unknown_level, changed, error)
             if (allocated(error)) return

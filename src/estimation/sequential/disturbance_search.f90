@@ -56,6 +56,7 @@ module gracecg_estimation_disturbance_search
     !! Where the search begins: a pure tone, oscillations that wander more and more, a smooth wander
     real(dp), parameter :: COARSE = 2.5_dp, FINER = 1.5_dp  !! Steps of the search
     integer, parameter :: MOST_STEPS = 5
+    real(dp), parameter :: WORTH = 1e-3_dp      !! Fall of -2 ln L below which a step is none: rounding must not decide
     integer, parameter :: SIZE_OF = 1, DAMPING = 2
 
 contains
@@ -289,7 +290,7 @@ contains
                     changed%damping = min(1.0_dp, disturbance%damping*step)
                 end if
                 call evaluate(changed, result)
-                if (result < lowest) then
+                if (result < lowest - WORTH) then
                     lowest = result
                     disturbance = changed
                 else if (n == 1) then
