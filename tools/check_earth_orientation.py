@@ -30,8 +30,10 @@ def rows(path):
 
 def by_erfa(table, mjd):
     """GCRS to ITRS at a UTC day with fraction; UT1-TAI is linear between the days."""
-    tai = np.array([erfa.dat(*erfa.jd2cal(2400000.5, day)[:3], 0.0) for day in table[:, 0]])
     day = int(mjd)
+    near = np.searchsorted(table[:, 0], day)
+    table = table[near:near + 3]
+    tai = np.array([erfa.dat(*erfa.jd2cal(2400000.5, row)[:3], 0.0) for row in table[:, 0]])
     offset = erfa.dat(*erfa.jd2cal(2400000.5, day)[:3], 0.0)
     x, y = (np.interp(mjd, table[:, 0], table[:, k])*ARCSECOND for k in (1, 2))
     ut1 = np.interp(mjd, table[:, 0], table[:, 3] - tai) + offset
