@@ -7,6 +7,8 @@ module test_earth_orientation
     use gracecg_environment_time, only: utc_t, parse_utc, utc_plus
     use gracecg_environment_earth_orientation
     use gracecg_environment_iers_file, only: read_earth_parameters
+    use gracecg_interface_c_support, only: c_utc_t, STATUS_OK
+    use gracecg_interface_c_general, only: c_earth_parameters, c_earth_orientation
     use gracecg_simulation_case, only: case_t, case_from_text, case_text, earth_orientation_name
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -31,7 +33,8 @@ contains
                     new_unittest('files-of-the-iers', test_files), &
                     new_unittest('through-a-leap-second', test_leap_second), &
                     new_unittest('corrupted-files', test_corrupted), &
-                    new_unittest('setting-of-a-case', test_case)]
+                    new_unittest('setting-of-a-case', test_case), &
+                    new_unittest('through-c', test_c)]
     end subroutine collect_earth_orientation
 
     !> Check values of SOFA (t_sofa_c: NUT00B, PFW06, ERA00, GMST06), as ERFA publishes them.
@@ -225,6 +228,28 @@ contains
         call make_case('2026-03-01', "ut1_minus_utc = 0.1, earth_orientation_file = 'x'", case, failure)
         call check_fails(error, message_of(failure), [character(30) :: 'ut1_minus_utc', 'leave one'])
     end subroutine test_case
+
+    !> The C entries give the same, a row of the matrix after the other, and refuse what is no angle.
+    subroutine test_c(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(earth_orientation_t) :: earth
+        real(dp) :: rows(3, 3), ut1, pole(2)
+        type(c_utc_t) :: epoch
+
+        epoch = c_utc_t(61100, 0.0_dp)
+        call check(error, c_earth_parameters(FIXTURES//'eopc04_20.txt'//achar(0), epoch, ut1, pole) == STATUS_OK)
+        if (allocated(error)) return
+        call check(error, c_earth_orientation(epoch, ut1, pole, 600.0_dp, rows) == STATUS_OK)
+        if (allocated(error)) return
+        earth = iau_orientation(utc_t(61100, 0.0_dp), earth_parameters_t(ut1, 0.0_dp, pole))
+        call check(error, maxval(abs(transpose(rows) - earth%from_inertial(600.0_dp))) < 1e-15_dp)
+        if (allocated(error)) return
+        call check(error, c_earth_orientation(epoch, 3.0_dp, pole, 0.0_dp, rows) /= STATUS_OK .and. &
+                   c_earth_orientation(epoch, 0.0_dp, [1.0_dp, 0.0_dp], 0.0_dp, rows) /= STATUS_OK .and. &
+                   c_earth_orientation(epoch, 0.0_dp, pole, 0.0_dp) /= STATUS_OK .and. &
+                   c_earth_parameters(utc=epoch) /= STATUS_OK)
+    end subroutine test_c
 
     subroutine make_case(date, earth, case, failure)
         character(*), intent(in) :: date
