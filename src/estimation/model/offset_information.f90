@@ -2,7 +2,6 @@
 !> Fisher information, whose inverse is the bound of H. Cramer (1946) and C. R. Rao (1945).
 module gracecg_estimation_offset_information
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: identity
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, whitening_state_t
     implicit none
@@ -57,6 +56,11 @@ contains
         real(dp), intent(in) :: vertical(3)         !! c, unit vector upwards, body axes
         real(dp) :: g(3, 3)                         !! 1/s^2
 
-        g = rate_squared*(identity(3) - 3*spread(vertical, 2, 3)*spread(vertical, 1, 3))
+        integer :: i
+
+        do i = 1, 3
+            g(:, i) = -3*rate_squared*vertical(i)*vertical
+            g(i, i) = g(i, i) + rate_squared
+        end do
     end function gravity_gradient_matrix
 end module gracecg_estimation_offset_information

@@ -79,10 +79,11 @@ module gracecg_estimation_physical_model
         real(dp), allocatable :: accelerations(:, :, :) !! d(d omega/dt)/dp
     end type model_trajectory_t
 
-    !> The equations of the nominal rotation. State: q, omega, then [d zeta/dp, d omega/dp] of each of the
-    !> model's `rotational` parameters.
+    !> The equations of the nominal rotation. State: q, omega, then x, y, z of d zeta/dp of all of the model's
+    !> `rotational` parameters, and of d omega/dp: the parameters stand side by side for vector instructions.
     type, extends(rotation_t) :: nominal_rotation_t
         type(rigid_body_t) :: body                  !! With the state's inertia errors
+        integer, allocatable :: driving(:)          !! Places of the parameters that change the torque
         type(physical_model_t), pointer :: model => null()
         type(model_state_t), pointer :: state => null()
         type(model_trajectory_t), pointer :: trajectory => null()
@@ -371,11 +372,15 @@ contains
         rotation%model => model
         rotation%state => state
         rotation%trajectory => trajectory
+        rotation%driving = pack([(i, i=1, size(model%rotational))], &
+                                [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, size(model%rotational))])
         initial = 0
         initial(:7) = [state%quaternion, state%value(RATE)]
-        do i = 1, size(model%rotational)
-            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) initial(7 + 6*(i - 1) + model%rotational(i)) = 1
-        end do
+        associate (p => size(model%rotational))
+            do i = 1, p
+                where ([ATTITUDE_ANGLES, RATE] == model%rotational(i)) initial(7 + i::p) = 1
+            end do
+        end associate
         call rotation%integrate(initial)
     end subroutine integrate_trajectory
 
@@ -385,7 +390,8 @@ contains
         real(dp), intent(in) :: y(n)
         real(dp), intent(out) :: dydt(n)
 
-        call derivatives(self%model, self%state, self%body, half, y(1), y(5), y(8), dydt(1), dydt(5), dydt(8))
+        call derivatives(self%model, self%state, self%body, self%driving, half, size(self%model%rotational), y(1), y(5), y(8), &
+                         dydt(1), dydt(5), dydt(8))
     end subroutine nominal_rate
 
     subroutine keep_nominal(self, k, n, y, dydt)
@@ -393,17 +399,16 @@ contains
         integer, intent(in) :: k, n
         real(dp), intent(in) :: y(n), dydt(n)
 
-        integer :: i, first
+        integer :: i
 
-        associate (trajectory => self%trajectory)
+        associate (trajectory => self%trajectory, p => size(self%model%rotational))
             trajectory%q(:, k) = y(1:4)
             trajectory%omega(:, k) = y(5:7)
             trajectory%omega_dot(:, k) = dydt(5:7)
-            do i = 1, size(self%model%rotational)
-                first = 7 + 6*(i - 1)
-                trajectory%angles(:, i, k) = y(first + 1:first + 3)
-                trajectory%rates(:, i, k) = y(first + 4:first + 6)
-                trajectory%accelerations(:, i, k) = dydt(first + 4:first + 6)
+            do i = 1, 3
+                trajectory%angles(i, :, k) = y(8 + (i - 1)*p:7 + i*p)
+                trajectory%rates(i, :, k) = y(8 + (i + 2)*p:7 + (i + 3)*p)
+                trajectory%accelerations(i, :, k) = dydt(8 + (i + 2)*p:7 + (i + 3)*p)
             end do
         end associate
     end subroutine keep_nominal
@@ -421,22 +426,24 @@ contains
         allocate (trajectory%angles(3, p, 0:n), trajectory%rates(3, p, 0:n), trajectory%accelerations(3, p, 0:n))
     end subroutine shape_trajectory
 
-    !> Right-hand sides at a half step, of the rotation and of x = [d zeta/dp; d omega/dp].
-    pure subroutine derivatives(model, state, body, half, q, omega, x, q_rate, omega_rate, x_rate)
+    !> Right-hand sides at a half step, of the rotation and of x = [d zeta/dp; d omega/dp]. The loop over the parameters
+    !> runs on vector instructions.
+    pure subroutine derivatives(model, state, body, driving, half, parameters, q, omega, x, q_rate, omega_rate, x_rate)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(rigid_body_t), intent(in) :: body
-        integer, intent(in) :: half
-        real(dp), intent(in) :: q(4), omega(3), x(6, size(model%rotational))
-        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(6, size(model%rotational))
+        integer, intent(in) :: driving(:)
+        integer, intent(in) :: half, parameters
+        real(dp), intent(in) :: q(4), omega(3), x(parameters, 6)
+        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(parameters, 6)
 
-        real(dp) :: c(3), jc(3), gradient_torque(3), acting(3)
-        real(dp) :: by_angles(3, 3), by_rate(3, 3)
-        integer :: i
+        real(dp) :: c(3), jc(3), gradient_torque(3), acting(3), change(3)
+        real(dp) :: a(3, 3), b(3, 3)            ! d(d omega/dt) by the angles and by the rate
+        integer :: i, k
 
         associate (j => body%inertia, three_mu => 3*model%rate_squared(half))
-            c = matmul(rotation_matrix(q/norm2(q)), model%upwards(:, half))
-            jc = matmul(j, c)
+            c = times(rotation_matrix(q/norm2(q)), model%upwards(:, half))
+            jc = times(j, c)
             gradient_torque = three_mu*cross(c, jc)
             acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
                                                   cross(model%dipole(:, half), state%value(FIELD_BIAS))) + &
@@ -444,16 +451,29 @@ contains
                      (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
             q_rate = quaternion_rate(q, omega)
             omega_rate = body%angular_acceleration(acting, omega)
-            ! c' = c + c x zeta
-            by_angles = three_mu*matmul(body%inverse_inertia, &
-                                        matmul(matmul(cross_matrix(c), j) - cross_matrix(jc), cross_matrix(c)))
-            by_rate = body%rate_partials(omega)
+            do k = 1, 3         ! c' = c + c x zeta
+                change = 0
+                change(k) = 1
+                change = cross(c, change)
+                a(:, k) = three_mu*times(body%inverse_inertia, cross(c, times(j, change)) - cross(jc, change))
+            end do
+            b = body%rate_partials(omega)
         end associate
-        do i = 1, size(model%rotational)
-            x_rate(1:3, i) = x(4:6, i) - cross(omega, x(1:3, i))
-            x_rate(4:6, i) = times(by_angles, x(1:3, i)) + times(by_rate, x(4:6, i))
-            if (any([ATTITUDE_ANGLES, RATE] == model%rotational(i))) cycle
-            x_rate(4:6, i) = x_rate(4:6, i) + times(body%inverse_inertia, generalised_torque(model%rotational(i)))
+        do i = 1, parameters
+            x_rate(i, 1) = x(i, 4) - (omega(2)*x(i, 3) - omega(3)*x(i, 2))
+            x_rate(i, 2) = x(i, 5) - (omega(3)*x(i, 1) - omega(1)*x(i, 3))
+            x_rate(i, 3) = x(i, 6) - (omega(1)*x(i, 2) - omega(2)*x(i, 1))
+        end do
+        do k = 1, 3
+            do i = 1, parameters
+                x_rate(i, 3 + k) = a(k, 1)*x(i, 1) + a(k, 2)*x(i, 2) + a(k, 3)*x(i, 3) + &
+                                   (b(k, 1)*x(i, 4) + b(k, 2)*x(i, 5) + b(k, 3)*x(i, 6))
+            end do
+        end do
+        do k = 1, size(driving)
+            i = driving(k)
+            change = times(body%inverse_inertia, generalised_torque(model%rotational(i)))
+            x_rate(i, 4:6) = x_rate(i, 4:6) + change
         end do
 
     contains
@@ -510,37 +530,40 @@ contains
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
         real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), t
-        logical :: drag_changes, side_forces
-        integer :: i, k, axis
+        logical :: drag_changes, side_forces, bent
+        integer :: i, k, n
 
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
         side_forces = any(model%estimated == SIDE_FORCE(1))
+        bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. &
+               any(model%estimated >= FORCE_BENDS(1) .and. model%estimated <= FORCE_BENDS(12))
         changes = 0
         drag = 0
+        bends = 0
         do i = 1, size(epoch)
             k = epoch(i)
             t = k*model%interval
             matrix = acceleration_matrix(model, trajectory, k)
+            along = airflow_at(model, trajectory%q(:, k), k)
             if (drag_changes) then
-                changes = drag_partials(model, state, trajectory, k)
-                drag = matmul(changes(:, :3), state%value([DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE]))
-                along = airflow_at(model, trajectory%q(:, k), k)
+                changes = drag_partials(model, state, along, k)
+                drag = changes(:, 1)*state%value(DRAG_CURVATURE) + changes(:, 2)*state%value(WAVE_SINE) + &
+                       changes(:, 3)*state%value(WAVE_COSINE)
                 drag(2:) = drag(2:) + state%value(AIRFLOW_TURN)*dot_product(along, drag)
             end if
-            unscaled = matmul(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
-            bends = bends_at(model, k)
-            if (side_forces) then
-                along = airflow_at(model, trajectory%q(:, k), k)
-                unscaled(1) = unscaled(1) + dot_product(along(2:), state%value(SIDE_FORCE))
+            unscaled = times(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
+            if (side_forces) unscaled(1) = unscaled(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
+            if (bent) then
+                bends = bends_at(model, k)
+                do n = 1, size(FORCE_BENDS)
+                    unscaled(BEND_AXIS(n)) = unscaled(BEND_AXIS(n)) + bends(n)*state%value(FORCE_BENDS(n))
+                end do
             end if
-            do axis = 1, 3
-                unscaled(axis) = unscaled(axis) + sum(bends*state%value(FORCE_BENDS), mask=BEND_AXIS == axis)
-            end do
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
-                                           drag, changes, partials(:, :, i))
+                                           drag, changes, along, bends, partials(:, :, i))
         end do
     end subroutine predict_accelerations
 
@@ -562,21 +585,20 @@ contains
         integer, intent(in) :: k
         real(dp) :: c(3)            !! Upwards, body axes
 
-        c = matmul(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
+        c = times(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
     end function vertical_at
 
     !> The unscaled acceleration along the airflow that is no straight line by its parameters: curvature,
     !> sine, cosine, frequency. The curvature's is Legendre's polynomial of degree 2 over the arc.
-    pure function drag_partials(model, state, trajectory, k) result(partials)
+    pure function drag_partials(model, state, along, k) result(partials)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
-        type(model_trajectory_t), intent(in) :: trajectory
+        real(dp), intent(in) :: along(3)    !! The direction of the airflow
         integer, intent(in) :: k
         real(dp) :: partials(3, 4)          !! (axis, parameter); the last one in m/s^2/Hz
 
-        real(dp) :: along(3), angle, t, x
+        real(dp) :: angle, t, x
 
-        along = airflow_at(model, trajectory%q(:, k), k)
         t = k*model%interval
         x = 2*real(k, dp)/model%steps - 1
         angle = TWO_PI*(model%wave_frequency + state%value(WAVE_FREQUENCY))*t
@@ -614,11 +636,11 @@ contains
         real(dp) :: along(3)                    !! Unit vector, body axes
 
         along = [1.0_dp, 0.0_dp, 0.0_dp]
-        if (model%airflow_known) along = matmul(rotation_matrix(q), model%airflow(:, k))
+        if (model%airflow_known) along = times(rotation_matrix(q), model%airflow(:, k))
     end function airflow_at
 
     pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, drag, changes, &
-                                          partials)
+                                          along, bends, partials)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(model_trajectory_t), intent(in) :: trajectory
@@ -626,10 +648,12 @@ contains
         real(dp), intent(in) :: factor(3), matrix(3, 3), unscaled(3)
         real(dp), intent(in) :: drag(3)             !! That is no straight line
         real(dp), intent(in) :: changes(3, 4)       !! Of drag_partials
+        real(dp), intent(in) :: along(3)            !! The direction of the airflow
+        real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), c(3), cd(3, 3), slope(3), bends(size(FORCE_BENDS)), along(3)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), c(3), d_by_c(3), slope(3)
         integer :: i, axis, other
 
         ! Not by associate: a vector subscript as its selector stops flang 22
@@ -640,9 +664,11 @@ contains
             if (model%rate_squared(2*k) > 0) then
                 c = vertical_at(model, trajectory, k)
                 ! G d = mu/r^3 (d - 3 (c.d) c), and c changes by c x zeta
-                cd = dot_product(c, d)*cross_matrix(c) + &
-                     spread(c, 2, 3)*spread(matmul(d, cross_matrix(c)), 1, 3)
-                by_angles = -3*model%rate_squared(2*k)*cd
+                d_by_c = cross(d, c)
+                by_angles = dot_product(c, d)*cross_matrix(c)
+                do i = 1, 3
+                    by_angles(:, i) = -3*model%rate_squared(2*k)*(by_angles(:, i) + c*d_by_c(i))
+                end do
             end if
             if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
             partials = 0
@@ -668,15 +694,13 @@ contains
                     case (DRAG_CURVATURE:WAVE_FREQUENCY)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
                     case (FORCE_BENDS(1):FORCE_BENDS(12))
-                        bends = bends_at(model, k)
                         axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
                         partials(i, axis) = factor(axis)*bends(p - FORCE_BENDS(1) + 1)
                     case (SIDE_FORCE(1):SIDE_FORCE(2))
-                        along = airflow_at(model, trajectory%q(:, k), k)
                         partials(i, 1) = factor(1)*along(p - SIDE_FORCE(1) + 2)
                     case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))
                         axis = p - AIRFLOW_TURN(1) + 2
-                        partials(i, axis) = factor(axis)*dot_product(airflow_at(model, trajectory%q(:, k), k), drag)
+                        partials(i, axis) = factor(axis)*dot_product(along, drag)
                     case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
                         axis = p - ACCELEROMETER_DELAYS(1) + 1
                         partials(i, axis) = -factor(axis)*slope(axis)

@@ -114,47 +114,43 @@ contains
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: row(:)          !! (n + 1)
 
-        self%row = row
-        call fold_workspace(self)
-    end subroutine fold_in
-
-    pure subroutine fold_workspace(self)
-        type(constants_t), intent(inout) :: self
-
         real(dp) :: contraction
 
+        self%row = row
         call fold_row(self%n, self%n + 1, self%array, self%row, contraction)
         self%squares = self%squares + self%row(self%n + 1)**2
-    end subroutine fold_workspace
+    end subroutine fold_in
 
     !> The same with many observations: what they see of the constants (the columns that are not zero) is brought
-    !> into a triangle of its own first, whose few rows then are folded in. Where they see half of the constants, a row
-    !> costs a quarter.
+    !> into a triangle of its own first, by Householder's reflections of TOGETHER rows (one square root for all of them),
+    !> and its few rows then are folded in. Where they see half of the constants, a row costs a quarter.
     pure subroutine fold_in_all(self, rows)
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: rows(:, :)      !! (n + 1, observations)
 
-        type(constants_t) :: own
-        real(dp) :: row(self%n + 1)
-        integer, allocatable :: seen(:)
-        integer :: i
+        integer, parameter :: TOGETHER = 16
+        real(dp), allocatable :: own(:, :)      ! the triangle, then the rows to come; columns are rows
+        real(dp) :: row(self%n + 1), sum_of_rows(self%n + 1)
+        integer, allocatable :: seen(:), places(:)
+        integer :: i, first, last, m
 
-        associate (n => self%n)
-            seen = nonzero_rows(rows(:n, :))
-            own = new_constants(size(seen))
-            do i = 1, size(rows, 2)
-                own%row(:own%n) = rows(seen, i)
-                own%row(own%n + 1) = rows(n + 1, i)
-                call fold_workspace(own)
+        seen = nonzero_rows(rows(:self%n, :))
+        m = size(seen)
+        places = [seen, self%n + 1]
+        allocate (own(m + 1, m + TOGETHER), source=0.0_dp)
+        do first = 1, size(rows, 2), TOGETHER
+            last = m + min(TOGETHER, size(rows, 2) - first + 1)
+            own(:, m + 1:last) = rows(places, first:first + last - m - 1)
+            do i = 1, m
+                call reflect(own, i, i, m + 1, last, m + 1, sum_of_rows)
             end do
-            do i = 1, own%n
-                row = 0
-                row(seen(i:)) = own%array(i:own%n, i)
-                row(n + 1) = own%array(own%n + 1, i)
-                call self%fold_in(row)
-            end do
-            self%squares = self%squares + own%squares
-        end associate
+            self%squares = self%squares + sum(own(m + 1, m + 1:last)**2)
+        end do
+        do i = 1, m
+            row = 0
+            row(places(i:)) = own(i:, i)
+            call self%fold_in(row)
+        end do
     end subroutine fold_in_all
 
     !> True when every constant has been observed.
