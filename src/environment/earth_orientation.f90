@@ -52,7 +52,7 @@ module gracecg_environment_earth_orientation
     end type earth_orientation_t
 
     real(dp), parameter :: MJD_J2000 = 51544.5_dp       ! 2000-01-01 12 h
-    real(dp), parameter :: TURNS_A_DAY = 1.00273781191135448_dp     ! d theta/dUT1, IERS Conventions eq. (5.15)
+    real(dp), parameter :: EXTRA_TURNS = 0.00273781191135448_dp     ! d theta/dUT1 - 1 a day, IERS Conventions eq. (5.15)
     real(dp), parameter :: TENTH_MICROARCSECOND = ARCSECOND*1e-7_dp
 
 contains
@@ -90,7 +90,7 @@ contains
 
         orientation%turns_about_z = .false.
         orientation%angle = earth_rotation_angle(epoch, parameters%ut1_minus_utc)
-        orientation%rate = TWO_PI*TURNS_A_DAY/SECONDS_PER_DAY*(1 + parameters%ut1_rate)
+        orientation%rate = TWO_PI*(1 + EXTRA_TURNS)/SECONDS_PER_DAY*(1 + parameters%ut1_rate)
         orientation%equator = intermediate_equator(julian_centuries_tt(epoch))
         orientation%equator_rate = (intermediate_equator(julian_centuries_tt(epoch) + 1/DAYS_PER_CENTURY) - &
                                     orientation%equator)/SECONDS_PER_DAY
@@ -138,7 +138,7 @@ contains
 
         day_fraction = (utc%seconds + ut1_minus_utc)/SECONDS_PER_DAY
         angle = modulo(TWO_PI*(modulo(day_fraction, 1.0_dp) + modulo(utc%mjd - MJD_J2000, 1.0_dp) + AT_J2000 + &
-                               (TURNS_A_DAY - 1)*((utc%mjd - MJD_J2000) + day_fraction)), TWO_PI)
+                               EXTRA_TURNS*((utc%mjd - MJD_J2000) + day_fraction)), TWO_PI)
     end function earth_rotation_angle
 
     !> Greenwich sidereal time minus the Earth rotation angle: accumulated precession and the equation of the
