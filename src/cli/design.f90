@@ -18,7 +18,9 @@ module gracecg_cli_design
     use gracecg_planning_programme, only: candidate_t, programme_t, candidate_of_point, best_programme, MOST_MANOEUVRES
     use gracecg_cli_leakage, only: show_leakage, put_leakage
     use gracecg_cli_programme, only: show_programme, put_programme
+    use gracecg_cli_reliable_manoeuvre, only: show_reliable, put_reliable
     use gracecg_planning_design, only: design_settings_t, manoeuvre_design_t, judge_manoeuvre, pattern_567
+    use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
     use gracecg_planning_scan, only: rods_at_place
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
@@ -41,6 +43,7 @@ module gracecg_cli_design
         type(plan_request_t) :: plan
         integer :: map_step = 60            !! s
         integer :: manoeuvres = 0           !! Of a programme; 0: none is asked for
+        real(dp) :: reliable = 0            !! Largest undetected effect wanted, m; 0: whatever it is
         character(:), allocatable :: out, map
     end type request_t
 
@@ -75,6 +78,9 @@ contains
         call arguments%add_option('--duration', 'S', 'of the arc (default: that of the case, 60)')
         call arguments%add_option('--target-mm', 'MM', 'take the shortest arc, in steps of 6 s up to the '// &
                                   'duration, whose worst axis is at most this')
+        call arguments%add_option('--reliable', 'MM', 'change it until no single wrong belief of the operator could move a '// &
+                                  'component by more than this without a test seeing it: a slow component for the star '// &
+                                  'camera beside the fast one; sigma grows')
         call arguments%add_option('--rods', 'AXES', 'rods that may be driven: x, y, z or several of them '// &
                                   '(default xyz)')
         call arguments%add_option('--amplitude', 'M', 'of each rod, A m^2 (default 30)')
@@ -112,6 +118,7 @@ contains
         type(candidate_t), allocatable :: candidates(:)
         type(programme_t) :: programme
         type(leakage_pair_t), allocatable :: pair
+        type(reliable_design_t), allocatable :: reliable
         integer :: i
 
         call read_request(arguments, request, misuse)
@@ -127,6 +134,12 @@ contains
         if (allocated(error)) return
         call find_manoeuvre(request%plan, plan, error, console)
         if (allocated(error)) return
+        if (request%reliable > 0) then
+            allocate (reliable)
+            call make_reliable(request%plan, plan, request%reliable, reliable, error, console)
+            if (allocated(error)) return
+            plan%design = reliable%design
+        end if
         call tell(console, 'map')
         call map_places(request, plan, points, error, console)
         if (allocated(error)) return
@@ -136,6 +149,7 @@ contains
             if (allocated(error)) return
         end if
         call show(request, plan, points, pair, console)
+        if (allocated(reliable)) call show_reliable(reliable, console)
         if (request%manoeuvres > 0) then
             allocate (candidates(size(points)))
             do i = 1, size(points)
@@ -144,7 +158,7 @@ contains
             call best_programme(candidates, request%manoeuvres, programme)
             call show_programme(candidates, programme, 0.0_dp, console)
         end if
-        call publish(plan, points, pair, candidates, programme, console, error)
+        call publish(plan, points, pair, reliable, candidates, programme, console, error)
         if (.not. allocated(error) .and. request%map /= '') call write_map(request, plan%calibration%case, points(2:), error)
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, error)
     end subroutine run_design
@@ -191,6 +205,8 @@ contains
         call arguments%get('--target-mm', request%plan%target, misuse, default=0.0_dp, low=1e-9_dp, &
                            high=1e3_dp, unit='mm')
         request%plan%target = request%plan%target*MILLIMETRE
+        call arguments%get('--reliable', request%reliable, misuse, default=0.0_dp, low=1e-6_dp, high=1e3_dp, unit='mm')
+        request%reliable = request%reliable*MILLIMETRE
         call arguments%get('--revolutions', request%plan%revolutions, misuse, default=1, low=1, &
                            high=MOST_REVOLUTIONS)
         call arguments%get('--step', request%map_step, misuse, default=60, low=1, high=3600)
@@ -205,7 +221,7 @@ contains
         type(arguments_t), intent(in) :: arguments
         type(error_t), allocatable, intent(inout) :: misuse
 
-        character(13), parameter :: OF_THE_SEARCH(9) = [character(13) :: '--anywhere', '--everywhere', &
+        character(13), parameter :: OF_THE_SEARCH(10) = [character(13) :: '--reliable', '--anywhere', '--everywhere', &
                                                         '--target-mm', '--rods', '--amplitude', &
                                                         '--frequencies', '--waveforms', '--taper', '--rise-time']
         integer :: i
@@ -217,6 +233,8 @@ contains
         call refuse_if(arguments%has('--target-mm') .and. (arguments%has('--anywhere') .or. &
                                                            arguments%has('--everywhere')), &
                        'option --target-mm goes with one place (--at), not with --anywhere or --everywhere', misuse)
+        call refuse_if(arguments%has('--reliable') .and. arguments%has('--everywhere'), &
+                       'option --reliable goes with one place (--at, --anywhere), not with --everywhere', misuse)
         call refuse_if(arguments%has('--manoeuvre') .and. arguments%has('--pattern'), 'options --manoeuvre and '// &
                        '--pattern exclude each other: each gives the manoeuvre to judge', misuse)
         do i = 1, size(OF_THE_SEARCH)
@@ -450,10 +468,11 @@ contains
     end function quality_table
 
     !> The plan as CSV or JSON.
-    subroutine publish(plan, points, pair, candidates, programme, console, error)
+    subroutine publish(plan, points, pair, reliable, candidates, programme, console, error)
         type(plan_t), intent(in) :: plan
         type(map_point_t), intent(in) :: points(:)      !! The place of the manoeuvre, then the map
         type(leakage_pair_t), intent(in), optional :: pair      !! With a second flight
+        type(reliable_design_t), intent(in), optional :: reliable       !! If it was asked for
         type(candidate_t), allocatable, intent(in) :: candidates(:)     !! Of a programme; not allocated: none was asked for
         type(programme_t), intent(in) :: programme
         type(console_t), intent(inout) :: console
@@ -491,6 +510,7 @@ contains
         end do
         call results%end()
         if (present(pair)) call put_leakage(pair, results)
+        if (present(reliable)) call put_reliable(reliable, results)
         map = quality_table(points(2:), plan%calibration%case, .false.)
         call map%to_json(results, 'map')
         if (allocated(candidates)) call put_programme(candidates, programme, results)

@@ -2,13 +2,13 @@
 module gracecg_cli_reliability
     use gracecg_base_kinds, only: i8
     use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text, join, rounded_text
+    use gracecg_base_text, only: integer_text, join, padded, rounded_text, string_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
-        size_text, SILENT_SIGMAS, FAR_BEYOND
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, &
+        try_wrong_beliefs, subject_of, size_text, SILENT_SIGMAS, FAR_BEYOND
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -30,10 +30,13 @@ contains
                                 'without a word. `bound` says beforehand what can be detected.', &
                                 'gracecg reliability front-3 --only quaternions --runs 1')
         call add_cases_option(arguments, 'front-3')
-        call arguments%add_option('--algorithm', 'NAME', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
+        call arguments%add_option('--algorithms', 'LIST', 'of '//join(ESTIMATOR_NAMES, ', ')//' (default optimal)', &
                                   choices=ESTIMATOR_NAMES)
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
         call arguments%add_option('--runs', 'N', 'of each wrong belief and size (default 2)')
+        call arguments%add_option('--power', '', 'each belief with a value at its minimal detectable value instead of three '// &
+                                  'sizes: its own test should find it in 80 of 100 runs')
+        call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
         call arguments%add_option('--out', 'FILE', 'CSV file for the counts')
@@ -52,11 +55,12 @@ contains
         type(tally_t), allocatable :: tallies(:), all_tallies(:)
         type(data_table_t) :: table
         type(results_t) :: results
-        character(:), allocatable :: algorithm, only, path
+        type(string_t), allocatable :: algorithms(:)
+        character(:), allocatable :: only, path
         integer(i8) :: seed
         integer :: runs, threads, i
 
-        call arguments%get('--algorithm', algorithm, misuse, default='optimal', choices=ESTIMATOR_NAMES)
+        call arguments%get('--algorithms', algorithms, misuse, default='optimal', choices=ESTIMATOR_NAMES)
         call arguments%get('--only', only, misuse, default='')
         call arguments%get('--runs', runs, misuse, default=2, low=1, high=MOST_RUNS)
         call arguments%get('--seed', seed, misuse, default=1_i8)
@@ -67,28 +71,49 @@ contains
         call check_writable(path, error)
         if (.not. allocated(error)) call take_calibrations(arguments, 'front-3', console, calibrations, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        list = all_wrong_beliefs()
-        list = pack(list, [(index(subject_of(list(i)), only) > 0, i=1, size(list))])
+        list = chosen(all_wrong_beliefs())
         call refuse_if(size(list) == 0, '--only "'//only//'": no wrong belief has that in its name; try rod, '// &
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
-        call table%columns_of('case,belief,size,runs,detectable_values,refused,contradicted,named,silently_wrong,worst_sigmas')
+        call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
+                              'own_test,named,silently_wrong,worst_sigmas')
         allocate (all_tallies(0))
         call console%expect_parts(size(calibrations), 'cases')
         do i = 1, size(calibrations)
-            call try_wrong_beliefs(calibrations(i), algorithm, list, seed, runs, threads, tallies, error, console)
+            if (arguments%has('--power')) then
+                call detectable_beliefs(calibrations(i), list, error)
+                if (allocated(error)) return
+                list = chosen(list)
+            end if
+            call try_wrong_beliefs(calibrations(i), padded(algorithms), .not. arguments%has('--no-causes'), list, seed, runs, &
+                                   threads, tallies, error, console)
             if (allocated(error)) return
             call console%next_part()
             call add_rows(trim(calibrations(i)%case%name), tallies, table)
             all_tallies = [all_tallies, tallies]
         end do
-        call show(algorithm, all_tallies, console)
+        do i = 1, size(algorithms)
+            call show(algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == algorithms(i)%text), console)
+        end do
         call results%open('reliability')
-        call results%member('algorithm', algorithm)
+        call results%member('algorithms', join(padded(algorithms), ','))
         call results%member('seed', seed)
         call results%publish(table, console, error)
         if (.not. allocated(error) .and. path /= '') &
-            call table%write(path, [character(80) :: 'gracecg reliability', algorithm//', seed '//integer_text(seed)], error)
+            call table%write(path, [character(80) :: 'gracecg reliability', &
+                                                      join(padded(algorithms), ', ')//', seed '//integer_text(seed)], error)
+
+    contains
+
+        !> Those whose name has the text asked for.
+        function chosen(from) result(some)
+            type(wrong_belief_t), intent(in) :: from(:)
+            type(wrong_belief_t), allocatable :: some(:)
+
+            integer :: k
+
+            some = pack(from, [(index(subject_of(from(k)), only) > 0, k=1, size(from))])
+        end function chosen
     end subroutine run_reliability
 
     subroutine add_rows(name, tallies, table)
@@ -101,12 +126,14 @@ contains
         do i = 1, size(tallies)
             associate (t => tallies(i))
                 call table%add(name)
+                call table%add(trim(t%algorithm))
                 call table%add(trim(subject_of(t%wrong)))
                 call table%add(trim(size_text(t%wrong)))
                 call table%add(t%runs)
                 call table%add(t%times)
                 call table%add(t%refused)
                 call table%add(t%contradicted)
+                call table%add(t%found)
                 call table%add(t%named)
                 call table%add(t%silent)
                 call table%add(t%worst)
@@ -125,6 +152,7 @@ contains
         far = pack(tallies, tallies%times > FAR_BEYOND)
         call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates with one wrong belief each')
         call line('contradicted or refused', sum(tallies%contradicted), sum(tallies%runs))
+        call line('contradicted by the test of the very belief', sum(tallies%found), sum(tallies%runs))
         call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
                   sum(tallies%silent), sum(tallies%runs))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &

@@ -15,15 +15,16 @@ module gracecg_studies_wrong_beliefs
     use gracecg_estimation_parameters
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE, &
-        NOISE_SUBJECTS
+        NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_solution, only: solution_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: reliability_of_case
     implicit none
     private
-    public :: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, size_text
+    public :: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, try_wrong_beliefs, subject_of, size_text
     public :: SILENT_SIGMAS, FAR_BEYOND
 
     integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
@@ -40,10 +41,12 @@ module gracecg_studies_wrong_beliefs
 
     !> What came of one wrong belief in the runs of a case.
     type :: tally_t
+        character(10) :: algorithm = '' !! That estimated
         type(wrong_belief_t) :: wrong   !! What was made wrong
         integer :: runs = 0             !! How many
         integer :: refused = 0          !! Runs in which the estimate failed
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
+        integer :: found = 0            !! Runs in which the test of this very belief, with a value, contradicts it
         integer :: named = 0            !! Of those that are not refused: the cause is among the explanations given
         integer :: silent = 0           !! Runs that are silently wrong
         real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
@@ -52,19 +55,20 @@ module gracecg_studies_wrong_beliefs
 
     !> One run with one wrong belief.
     type :: outcome_t
-        logical :: refused = .false., contradicted = .false., named = .false., silent = .false.
+        logical :: refused = .false., contradicted = .false., found = .false., named = .false., silent = .false.
         real(dp) :: worst = 0
     end type outcome_t
 
     !> All runs of a case, as pieces of work.
     type, extends(parallel_work_t) :: trials_t
         type(simulator_t), pointer :: simulator => null()
-        character(:), allocatable :: algorithm
+        character(10), allocatable :: algorithms(:)
         type(estimation_options_t) :: options
         integer(i8) :: seed = 1
         integer :: runs = 0
+        logical :: explain = .true.
         type(wrong_belief_t), allocatable :: wrong(:)
-        type(outcome_t), allocatable :: outcome(:)      !! (runs of the first, of the second, ...)
+        type(outcome_t), allocatable :: outcome(:, :)   !! (algorithm, runs of the first, of the second, ...)
     contains
         procedure :: do_one => try_one
     end type trials_t
@@ -88,6 +92,27 @@ contains
             list = [list, [(wrong_belief_t(OF_NOISE, i, LEVELS(k)), k=1, size(LEVELS))]]
         end do
     end function all_wrong_beliefs
+
+    !> Each belief with a value that a case can test, wrong by its minimal detectable value: its test should find it with
+    !> the power that is stated. Fails as reliability_of_case does.
+    subroutine detectable_beliefs(calibration, list, error)
+        type(calibration_t), intent(in) :: calibration
+        type(wrong_belief_t), allocatable, intent(out) :: list(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        type(belief_report_t) :: report
+        integer :: i
+
+        allocate (list(0))
+        call reliability_of_case(calibration%case, calibration%options, report, error)
+        if (allocated(error)) return
+        do i = 1, size(report%values)
+            associate (test => report%values(i))
+                if (test%sigma > 0 .and. test%detectable < test%largest .and. .not. test%all_or_nothing) &
+                    list = [list, wrong_belief_t(OF_VALUE, test%belief, test%detectable)]
+            end associate
+        end do
+    end subroutine detectable_beliefs
 
     !> Sizes that are tried: small, middle, large, in the unit of BELIEFS.
     pure real(dp) function size_of(parameter, k) result(wrong)
@@ -122,50 +147,58 @@ contains
     end function size_of
 
     !> Spoils `runs` simulated calibrations of a case by every wrong belief of a list, with either sign in turn.
-    !> Fails when the case cannot be simulated, or its reliability is not determined; not when an estimate fails.
-    subroutine try_wrong_beliefs(calibration, algorithm, list, seed, runs, threads, tallies, error, progress)
+    !> All algorithms estimate from the same observations. Fails when the case cannot be simulated, or its reliability
+    !> is not determined; not when an estimate fails.
+    subroutine try_wrong_beliefs(calibration, algorithms, explain, list, seed, runs, threads, tallies, error, progress)
         type(calibration_t), intent(in) :: calibration
-        character(*), intent(in) :: algorithm           !! One of ESTIMATOR_NAMES
+        character(*), intent(in) :: algorithms(:)       !! Of ESTIMATOR_NAMES
+        logical, intent(in) :: explain                  !! Whether causes are looked for: none is named else
         type(wrong_belief_t), intent(in) :: list(:)
         integer(i8), intent(in) :: seed                 !! Of the random numbers
         integer, intent(in) :: runs, threads            !! How many runs of each; in parallel
-        type(tally_t), allocatable, intent(out) :: tallies(:)   !! In the order of the list
+        type(tally_t), allocatable, intent(out) :: tallies(:)   !! In the order of the list, for each algorithm
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the estimates
 
         type(trials_t) :: work
         type(simulator_t), target :: simulator
         type(belief_report_t) :: report
-        integer :: i
+        integer :: i, k, n
 
         call new_simulator(calibration%case, simulator, error)
         if (.not. allocated(error)) call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
         work%simulator => simulator
-        work%algorithm = algorithm
+        work%algorithms = algorithms
         work%options = calibration%options
         work%options%covariance = .true.
+        work%explain = explain
         work%seed = seed
         work%runs = runs
         work%wrong = list
-        allocate (work%outcome(runs*size(list)))
-        call expect_pieces(progress, size(work%outcome), 'estimates')
+        allocate (work%outcome(size(algorithms), runs*size(list)))
+        call expect_pieces(progress, size(work%outcome, 2), 'observation sets')
         call tell(progress, trim(calibration%case%name))
-        call run_parallel(work, size(work%outcome), threads, error, progress)
+        call run_parallel(work, size(work%outcome, 2), threads, error, progress)
         call add_context(error, 'case '//trim(calibration%case%name))
         if (allocated(error)) return
-        allocate (tallies(size(list)))
-        do i = 1, size(list)
-            associate (outcome => work%outcome(runs*(i - 1) + 1:runs*i))
-                tallies(i)%wrong = list(i)
-                tallies(i)%runs = runs
-                tallies(i)%refused = count(outcome%refused)
-                tallies(i)%contradicted = count(outcome%contradicted)
-                tallies(i)%named = count(outcome%named)
-                tallies(i)%silent = count(outcome%silent)
-                tallies(i)%worst = maxval(outcome%worst)
-            end associate
-            tallies(i)%times = times_detectable(report, list(i))
+        allocate (tallies(size(algorithms)*size(list)))
+        do k = 1, size(algorithms)
+            do i = 1, size(list)
+                n = size(list)*(k - 1) + i
+                associate (outcome => work%outcome(k, runs*(i - 1) + 1:runs*i), tally => tallies(n))
+                    tally%algorithm = algorithms(k)
+                    tally%wrong = list(i)
+                    tally%runs = runs
+                    tally%refused = count(outcome%refused)
+                    tally%contradicted = count(outcome%contradicted)
+                    tally%found = count(outcome%found)
+                    tally%named = count(outcome%named)
+                    tally%silent = count(outcome%silent)
+                    tally%worst = maxval(outcome%worst)
+                    tally%times = times_detectable(report, list(i))
+                end associate
+            end do
         end do
     end subroutine try_wrong_beliefs
 
@@ -189,31 +222,70 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        real(dp) :: deviation(3), sigma(3)
-        integer :: run, axis
+        type(solution_t) :: tested, solution
+        type(error_t), allocatable :: tested_failure, failure
+        type(estimation_options_t) :: untested
+        integer :: run, k
 
+        untested = self%options
+        untested%test_beliefs = .false.
         run = modulo(i - 1, self%runs) + 1
         call observe(self%simulator, self%seed, run, observations, error)
         if (allocated(error)) return
-        associate (wrong => self%wrong((i - 1)/self%runs + 1), outcome => self%outcome(i))
+        associate (wrong => self%wrong((i - 1)/self%runs + 1))
             call spoil(wrong, merge(1, -1, modulo(run, 2) == 1), observations)
-            call estimate_offset(self%algorithm, observations, self%options, solution, failure)
-            outcome%refused = allocated(failure)
-            outcome%contradicted = allocated(failure)
-            if (allocated(solution%beliefs)) then
-                outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
-                outcome%named = is_named(wrong, solution%beliefs%explanations)
+            if (self%explain) then
+                call estimate_offset('optimal', observations, self%options, tested, tested_failure)
+            else
+                call estimate_optimal(observations, self%options, tested, tested_failure)
             end if
-            if (allocated(failure)) return
-            deviation = abs(solution%offset - self%simulator%case%satellite%offset)
-            sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
-            outcome%worst = maxval(deviation/sigma)
-            if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
-            outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+            do k = 1, size(self%algorithms)
+                if (self%algorithms(k) == 'optimal') then
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, tested, tested_failure)
+                else
+                    call estimate_offset(self%algorithms(k), observations, untested, solution, failure)
+                    call take_tests(tested, solution)
+                    self%outcome(k, i) = outcome_of(wrong, self%simulator%case%satellite%offset, solution, failure)
+                end if
+            end do
         end associate
     end subroutine try_one
+
+    !> The tests that an estimate would have had made by `optimal`, as estimate_offset takes them.
+    subroutine take_tests(tested, solution)
+        type(solution_t), intent(in) :: tested          !! By `optimal`
+        type(solution_t), intent(inout) :: solution
+
+        if (.not. allocated(tested%beliefs)) return
+        solution%beliefs = tested%beliefs
+        solution%beliefs%apart = abs(solution%offset - tested%offset)
+    end subroutine take_tests
+
+    !> What an estimate says, and whether it is right.
+    function outcome_of(wrong, truth, solution, failure) result(outcome)
+        type(wrong_belief_t), intent(in) :: wrong
+        real(dp), intent(in) :: truth(3)                            !! The offset, m
+        type(solution_t), intent(in) :: solution
+        type(error_t), allocatable, intent(in) :: failure
+        type(outcome_t) :: outcome
+
+        real(dp) :: deviation(3), sigma(3)
+        integer :: axis
+
+        outcome%refused = allocated(failure)
+        outcome%contradicted = allocated(failure)
+        if (allocated(solution%beliefs)) then
+            outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
+            outcome%found = is_found(wrong, solution%beliefs)
+            outcome%named = is_named(wrong, solution%beliefs%explanations)
+        end if
+        if (allocated(failure)) return
+        deviation = abs(solution%offset - truth)
+        sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
+        outcome%worst = maxval(deviation/sigma)
+        if (allocated(solution%beliefs)) deviation = deviation - solution%beliefs%undetected()
+        outcome%silent = .not. outcome%contradicted .and. any(deviation > SILENT_SIGMAS*sigma)
+    end function outcome_of
 
     !> Makes a belief wrong.
     subroutine spoil(wrong, sign_of, observations)
@@ -237,6 +309,19 @@ contains
             end select
         end associate
     end subroutine spoil
+
+    !> Does its own test contradict a wrong belief?
+    pure logical function is_found(wrong, report) result(found)
+        type(wrong_belief_t), intent(in) :: wrong
+        type(belief_report_t), intent(in) :: report
+
+        integer :: i
+
+        found = .false.
+        if (wrong%kind /= OF_VALUE) return
+        i = findloc(report%values%belief, wrong%place, 1)
+        if (i > 0) found = report%values(i)%state == CONTRADICTED
+    end function is_found
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.
     pure logical function is_named(wrong, explanations) result(named)

@@ -25,6 +25,7 @@ module test_design
     use gracecg_planning_map
     use gracecg_planning_design
     use gracecg_planning_planner
+    use gracecg_planning_reliable_design, only: reliable_design_t, make_reliable
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use fixture, only: check_fails, check_passes, make_file, FOLDER
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -53,9 +54,56 @@ contains
                     new_unittest('leakage-of-the-rods', test_leakage), &
                     new_unittest('moved-case', test_moved_case), &
                     new_unittest('plan', test_plan), &
+                    new_unittest('reliable-manoeuvre', test_reliable), &
                     new_unittest('plan-of-the-shortest-arc', test_shortest_plan), &
                     new_unittest('refuses-impossible', test_refused)]
     end subroutine collect_design
+
+    !> A manoeuvre that is reliable enough stays as it is; else one is found that is better, with the moments and
+    !> frequencies allowed.
+    subroutine test_reliable(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(plan_request_t) :: request
+        type(plan_t) :: plan
+        type(reliable_design_t) :: same, other
+        type(error_t), allocatable :: failure
+        real(dp) :: wanted
+        integer :: axis
+
+        call find_calibration('front-3', calibration, failure)
+        calibration%case%duration = 30
+        request%search = .false.
+        request%settings%refinement_steps = 1
+        if (.not. allocated(failure)) call prepare_plan(calibration, request, plan, failure)
+        if (.not. allocated(failure)) call find_manoeuvre(request, plan, failure)
+        if (.not. allocated(failure)) call make_reliable(request, plan, 1.0_dp, same, failure)
+        wanted = 0.1_dp*maxval(same%effect)
+        if (.not. allocated(failure)) call make_reliable(request, plan, wanted, other, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, same%evaluations, 1)
+        if (.not. allocated(error)) call check(error, same%design%rods%count, plan%design%rods%count)
+        if (.not. allocated(error)) call check(error, beyond(other) < beyond(same), 'not better')
+        do axis = 1, 3
+            if (allocated(error)) return
+            associate (rods => other%design%rods%activations(:other%design%rods%count))
+                call check(error, sum(rods%amplitude, mask=rods%axis == axis) <= 30*(1 + 1e-12_dp), 'moment')
+            end associate
+        end do
+
+    contains
+
+        !> Beliefs that could move some component by more than is wanted.
+        pure integer function beyond(design)
+            type(reliable_design_t), intent(in) :: design
+
+            integer :: i
+
+            beyond = count([(any(abs(design%report%values(i)%effect) > wanted), i=1, size(design%report%values))])
+        end function beyond
+    end subroutine test_reliable
 
     !> View and start of a case.
     subroutine stand(case, planned, site, error)

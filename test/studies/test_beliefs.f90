@@ -308,7 +308,7 @@ contains
         list = pack(list, [(any([character(52) :: 'nothing is wrong', 'frequency of rod z', 'noise of accelerometer x'] == &
                                 subject_of(list(i))), i=1, size(list))])
         if (.not. allocated(failure)) &
-            call try_wrong_beliefs(calibration, 'optimal', list, 4715_i8, RUNS, 1, tallies, failure)
+            call try_wrong_beliefs(calibration, ['optimal'], .true., list, 4715_i8, RUNS, 1, tallies, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, size(tallies), 1 + 3 + 3)
