@@ -104,6 +104,17 @@ gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_u
 gracecg_status gracecg_earth_fixed(double sidereal_angle, size_t n, const double *inertial,
                                    double *fixed, gracecg_error *error);
 
+/* UT1-UTC (s) and x and y of the pole (rad) at a time, each or NULL, from a file of the IERS as it is published:
+   finals2000A or EOP C04. */
+gracecg_status gracecg_earth_parameters(const char *path, const gracecg_utc *utc, double *ut1_minus_utc,
+                                        double pole[2], gracecg_error *error);
+
+/* The rotation from inertial (GCRS) to Earth-fixed axes, fixed = rotation * inertial, `seconds` after a time at which
+   its constants are computed, at most ten days; rotation [3][3]: precession IAU 2006, nutation IAU 2000B. pole or NULL:
+   x and y, rad. */
+gracecg_status gracecg_earth_orientation(const gracecg_utc *utc, double ut1_minus_utc, const double pole[2],
+                                         double seconds, double *rotation, gracecg_error *error);
+
 /* ------------------------------------------------------------------ gravity */
 
 typedef struct gracecg_gravity gracecg_gravity;
@@ -304,9 +315,15 @@ gracecg_status gracecg_force_model_open(const gracecg_case *the_case, gracecg_fo
 gracecg_status gracecg_force_model_free(gracecg_force_model **model, gracecg_error *error);
 
 /* The epoch of a force model and its Greenwich sidereal angle then (rad), each or NULL; it grows by
-   7.292115e-5 rad/s. */
+   7.292115e-5 rad/s. Of a case with earth_orientation = 'iau' it is the Earth rotation angle, which alone does not
+   lead to Earth-fixed axes: see gracecg_force_model_orientation. */
 gracecg_status gracecg_force_model_epoch(const gracecg_force_model *model, gracecg_utc *epoch,
                                          double *sidereal_angle, gracecg_error *error);
+
+/* The rotation [3][3] from inertial to Earth-fixed axes, fixed = rotation * inertial, that a force model has `seconds`
+   from its epoch. */
+gracecg_status gracecg_force_model_orientation(const gracecg_force_model *model, double seconds,
+                                               double *rotation, gracecg_error *error);
 
 /* Accelerations [n][3] (m/s^2, inertial axes) at `seconds`[n] from the epoch, position and velocity
    [n][3] (inertial) and attitude [n][4]; each or NULL. `total` is the sum of the four. Fields,
@@ -670,6 +687,13 @@ gracecg_status gracecg_design_defaults(const gracecg_case *the_case, gracecg_des
 gracecg_status gracecg_design_manoeuvre(const gracecg_case *the_case, const gracecg_design_settings *settings,
                                         gracecg_case **planned, gracecg_design *design,
                                         gracecg_error *error);
+
+/* The same along the orbit: `place` 1 is that of settings->start, 2 the start that is best on 1 to 150 revolutions
+   (`gracecg design --anywhere`), 3 one manoeuvre for the worst axis at all places of them (`--everywhere`), that begins
+   at settings->start. `start` or NULL: where `planned` begins, s from the case's epoch. */
+gracecg_status gracecg_design_along(const gracecg_case *the_case, const gracecg_design_settings *settings, int32_t place,
+                                    int32_t revolutions, gracecg_case **planned, gracecg_design *design, double *start,
+                                    gracecg_error *error);
 
 /* A case's manoeuvre at n places of its orbit, where a calibration starts `seconds`[n] from the epoch, at
    most 150 revolutions after it. Each or NULL: latitude (geodetic) and longitude [n] (rad); sigma [n][3], wave

@@ -31,6 +31,9 @@ module gracecg
     use gracecg_environment_time, only: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, &
         julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
     use gracecg_base_vectors, only: rotation_z
+    use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, new_earth_orientation, &
+        EARTH_ORIENTATIONS
+    use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_product, &
         conjugate_quaternion, quaternion_from_axis_angle, normalised, quaternion_rate
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic, geodetic_to_earth_fixed
@@ -148,6 +151,7 @@ module gracecg
     public :: julian_centuries_tt, decimal_year, day_of_year, local_mean_solar_time, gmst_1982, sidereal_angle
     public :: rotation_z, rotation_matrix, quaternion_of_matrix, quaternion_product, conjugate_quaternion
     public :: quaternion_from_axis_angle, normalised, quaternion_rate
+    public :: earth_orientation_t, earth_parameters_t, new_earth_orientation, read_earth_parameters, EARTH_ORIENTATIONS
     public :: earth_fixed_to_geodetic, geodetic_to_earth_fixed
 
     public :: gravity_model_t, point_mass_gravity_t, geopotential_t, new_geopotential, egm96, read_gfc

@@ -10,6 +10,7 @@ program tester
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
     use test_time, only: collect_time
+    use test_earth_orientation, only: collect_earth_orientation
     use test_space_weather, only: collect_space_weather
     use test_thermosphere, only: collect_thermosphere
     use test_wind, only: collect_wind
@@ -127,6 +128,7 @@ program tester
              new_testsuite('lapack', collect_lapack), &
              new_testsuite('runge-kutta', collect_runge_kutta), &
              new_testsuite('time', collect_time), &
+             new_testsuite('earth-orientation', collect_earth_orientation), &
              new_testsuite('space-weather', collect_space_weather), &
              new_testsuite('thermosphere', collect_thermosphere), &
              new_testsuite('wind', collect_wind), &

@@ -37,8 +37,9 @@ WITHOUT_MODULE = "src/interface/f77.f90"
 # the place, so time and the shape of the Earth (constants of nature, nothing of the satellite's
 # truth) come with it. Mass properties and torque rods are what an operator knows of the satellite.
 ESTIMATION_MAY_USE = {
-    "environment": {"gracecg_environment_geomagnetic_field", "gracecg_environment_geomagnetic_models",
-                    "gracecg_environment_time", "gracecg_environment_earth_shape"},
+    "environment": {"gracecg_environment_earth_orientation", "gracecg_environment_earth_shape",
+                    "gracecg_environment_geomagnetic_field", "gracecg_environment_geomagnetic_models",
+                    "gracecg_environment_time"},
     "spacecraft": {"gracecg_spacecraft_mass_properties", "gracecg_spacecraft_torque_rods"},
 }
 

@@ -17,7 +17,7 @@ LONGEST_LINE = 132
 NOT_OURS = {".git", ".venv", "build", "out", "__pycache__"}
 FORTRAN = {".f90", ".F90", ".f", ".inc"}
 SOURCES = FORTRAN | {".c", ".h", ".py", ".sh", ".md", ".toml", ".yml", ".nml", ""}
-WITH_TABS = {"Makefile"}
+WITH_TABS = {"Makefile", "rules"}
 # The brackets keep this line from finding itself.
 MACHINE_PATH = re.compile(r"(?<![\w.-])/(?:wor[k]|hom[e]|roo[t]|tm[p]/t)/|\.\./share[d]\b")
 FLOORS = ("base files environment spacecraft observations simulation estimation planning studies interface "

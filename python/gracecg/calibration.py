@@ -259,6 +259,34 @@ class Fit(Handle):
         return found
 
 
+@dataclass(frozen=True)
+class Beliefs:
+    """What the data say of what the setup states.
+
+    Attributes
+    ----------
+    undetected : ndarray, (3,)
+        What a single wrong belief could move each component of the offset by, unseen, m.
+    apart : ndarray, (3,)
+        Part of it that is the difference from the estimate of "optimal", m.
+    tested, contradicted, untested : int
+        How many; untested: too weakly, they could move a component farther than is wanted.
+    sign_known : bool
+        The setup says that the sign of the accelerometer is confirmed.
+    contradictions, untestable : str
+        In words, with what would explain them; empty where there is none.
+    """
+
+    undetected: Array
+    apart: Array
+    tested: int
+    contradicted: int
+    untested: int
+    sign_known: bool
+    contradictions: str
+    untestable: str
+
+
 class Setup(_WithOptions):
     """What an operator knows: satellite, manoeuvre, instruments.
 
@@ -406,6 +434,14 @@ class Observations(_WithOptions):
     def fit(self, algorithm: str = "optimal") -> Fit:
         """An estimate with residuals, partials, covariances, tests and the running estimate."""
         return Fit(algorithm, self)
+
+    def beliefs(self, algorithm: str = "optimal") -> Beliefs:
+        """Estimates, and tells what the data say of rods, inertia, instruments and noise."""
+        structure, text = ffi.new("gracecg_beliefs *"), ffi.new("char[]", 65536)
+        call("test_beliefs", algorithm.encode(), self._handle, structure, text, 65536, allowed=[NOT_CONVERGED])
+        lines = (text_of(text).split("\n") + ["", ""])[:2]
+        values = _of(Beliefs, structure, ("contradictions", "untestable", "sign_known"))
+        return Beliefs(contradictions=lines[0], untestable=lines[1], sign_known=bool(structure.sign_known), **values)
 
     def estimate(self, algorithm: str = "optimal", options: Options | None = None) -> Solution:
         """The offset by one of `algorithms`, with the options of this set or those that are given."""
@@ -653,6 +689,8 @@ class Design:
     rate, excursion : float
         Greatest angular velocity, rad/s; greatest turn away from the nominal attitude, rad.
     evaluations : int
+    start : float
+        Of the arc of `case`, s from the epoch of the case that was given.
     """
 
     case: "Case"
@@ -663,6 +701,7 @@ class Design:
     rate: float
     excursion: float
     evaluations: int
+    start: float
 
 
 @dataclass(frozen=True)
@@ -774,12 +813,25 @@ class Case(_WithOptions):
 
     def design(self, settings: DesignSettings | None = None) -> Design:
         """The manoeuvre with the best worst axis at one place of the orbit; takes seconds."""
+        return self._search(settings, "at", 1)
+
+    def design_anywhere(self, settings: DesignSettings | None = None, revolutions: int = 1) -> Design:
+        """The same at the start that is best on 1 to 150 revolutions; `Design.start` tells it."""
+        return self._search(settings, "anywhere", revolutions)
+
+    def design_everywhere(self, settings: DesignSettings | None = None, revolutions: int = 1) -> Design:
+        """One manoeuvre with the best worst axis at all places of 1 to 150 revolutions."""
+        return self._search(settings, "everywhere", revolutions)
+
+    def _search(self, settings: DesignSettings | None, place: str, revolutions: int) -> Design:
         values = asdict(settings or self.design_settings())
         for name in ("rod_used", "waveform_used"):
             values[name] = [int(item) for item in values[name]]
         address, structure = ffi.new("gracecg_case **"), ffi.new("gracecg_design *")
-        call("design_manoeuvre", self._handle, ffi.new("gracecg_design_settings *", values), address, structure)
-        return Design(case=Case._of(address), **_of(Design, structure))
+        start = ffi.new("double *")
+        call("design_along", self._handle, ffi.new("gracecg_design_settings *", values),
+             1 + ["at", "anywhere", "everywhere"].index(place), revolutions, address, structure, start)
+        return Design(case=Case._of(address), start=start[0], **_of(Design, structure, ("case", "start")))
 
     def map(self, seconds: ArrayLike, threads: int = 1) -> Map:
         """The manoeuvre where it starts `seconds` (n,) from the epoch."""

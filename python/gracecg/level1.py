@@ -2,11 +2,12 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, call, exactly, ffi, pointer, text_from
+from ._library import Handle, call, components, exactly, ffi, numbers, pointer, text_from, text_of
 
 Array = NDArray[np.float64]
 
@@ -64,3 +65,81 @@ class Level1(Handle):
         seconds, fraction = self.times()
         return pandas.DataFrame({name: self[name] for name in self.fields},
                                 index=pandas.Index(seconds + fraction, name="time_s"))
+
+
+@dataclass(frozen=True)
+class Level1Offset:
+    """The offset of a calibration manoeuvre from Level-1 files, in the satellite's frame (SRF).
+
+    Attributes
+    ----------
+    offset, covariance : ndarray, (3,), (3, 3)
+        From the centre of mass to the proof mass, m, m^2: noise, leakage of the rods, and what is known of scales, gains
+        and field.
+    time : float
+        Middle of the manoeuvre, GPS s past 2000-01-01 12:00:00.
+    gain, gain_sigma : ndarray, (3,)
+        Of the rods by the attitude, A m^2/mA.
+    torque_delay, torque_delay_sigma, accelerometer_delay, accelerometer_delay_sigma : float
+        Behind the tags, s; sigma 0: not estimated.
+    condition : float
+        Of the scaled normal matrix with leakage.
+    residual_rms : ndarray, (3,)
+        In the band of the estimate, m/s^2.
+    chi_square, degrees : float, int
+        Of the spans about the offset, and its degrees of freedom; 0 with one span.
+    spans, samples : int
+        That are used.
+    leakage : int
+        0: left out, 1: by its a-priori sigma, 2: estimated.
+    flag : int
+        0: good, 1: to be used with care, 2: not to be used.
+    text : str
+        Why the flag is not 0, then what is wrong, a line each.
+    """
+
+    offset: Array
+    covariance: Array
+    time: float
+    gain: Array
+    gain_sigma: Array
+    torque_delay: float
+    torque_delay_sigma: float
+    accelerometer_delay: float
+    accelerometer_delay_sigma: float
+    condition: float
+    residual_rms: Array
+    chi_square: float
+    degrees: int
+    spans: int
+    samples: int
+    leakage: int
+    flag: int
+    text: str
+
+
+def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str], satellite: str | None = None,
+                    spans: ArrayLike | None = None, source: str | None = None) -> Level1Offset:
+    """Estimates the offset as ``gracecg level1 estimate`` does.
+
+    Parameters
+    ----------
+    folder, setup : str or path
+        Of the Level-1 files; namelist with mass_properties and level1.
+    satellite : str, optional
+        "A" to "D"; the only one, or the first, that has files.
+    spans : array_like, (n, 2), optional
+        Start (GPS s past 2000-01-01 12:00:00) and duration (s) of the sub-manoeuvres; those of the SOE file in the
+        folder, or by the currents.
+    source : str, optional
+        "torque+cal" (default), "torque", "acc-cal", "acc-raw", "sca" or "imu".
+    """
+    size = 65536
+    structure, text = ffi.new("gracecg_level1_offset *"), ffi.new("char[]", size)
+    pairs = numbers([] if spans is None else spans, 2)
+    call("estimate_level1", os.fsencode(folder), os.fsencode(setup), ffi.NULL if satellite is None else satellite.encode(),
+         len(pairs), pointer(pairs) if len(pairs) else ffi.NULL, ffi.NULL if source is None else source.encode(),
+         structure, text, size, ffi.NULL)
+    values = components(structure)
+    return Level1Offset(text=text_of(text), **{field.name: values[field.name] for field in fields(Level1Offset)
+                                               if field.name != "text"})

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,36 @@ class Utc:
         angle = ffi.new("double *")
         call("sidereal_angle", self._c(), ut1_minus_utc, angle)
         return angle[0]
+
+
+    def earth_orientation(self, file: str | os.PathLike[str] | None = None, *, seconds: float = 0.0,
+                          ut1_minus_utc: float = 0.0, pole: ArrayLike = (0.0, 0.0)) -> Array:
+        """The rotation from inertial (GCRS) to Earth-fixed axes by IAU 2006/2000B.
+
+        Parameters
+        ----------
+        file : str or path, optional
+            Of the IERS, finals2000A or EOP C04: UT1 and pole, in place of the two arguments below.
+        seconds : float
+            After this time, at which the constants are computed; at most ten days.
+        ut1_minus_utc : float
+            s.
+        pole : array_like, (2,)
+            x and y, rad.
+
+        Returns
+        -------
+        ndarray, (3, 3)
+            To be multiplied by an inertial column.
+        """
+        xy, offset = exactly(pole, 2).copy(), ut1_minus_utc
+        if file is not None:
+            found = ffi.new("double *")
+            call("earth_parameters", os.fsencode(file), self._c(), found, pointer(xy))
+            offset = found[0]
+        rotation = np.empty((3, 3))
+        call("earth_orientation", self._c(), offset, pointer(xy), seconds, pointer(rotation))
+        return rotation
 
 
 When = "Utc | str | datetime.datetime"

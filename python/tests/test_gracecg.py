@@ -3,7 +3,9 @@
 GRACECG_PROGRAM names the program whose numbers are compared; without it those tests are skipped.
 """
 import csv
+import json
 import os
+import pathlib
 import subprocess
 import threading
 import time
@@ -223,3 +225,44 @@ def test_digits_of_the_command_line(observations, case, tmp_path):
     table = np.array([[float(value) for value in line.split(",")[3:6]] for line in runs.read_text().splitlines()
                       if line.startswith("front-3,")])
     assert np.allclose(table, 1e3 * gracecg.monte_carlo(case, "assest-fde", runs=3).offset, **SAME)
+
+
+def test_beliefs(observations):
+    beliefs = observations.beliefs()
+    assert beliefs.tested > 0 and np.all(beliefs.undetected > 0)
+    assert (beliefs.contradicted > 0) == (beliefs.contradictions != "")
+
+
+def test_earth_orientation():
+    epoch = gracecg.Utc.of("2026-03-01T00:00:00")
+    rotation = epoch.earth_orientation(ut1_minus_utc=0.0672)
+    assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    # the angle alone leaves 26 years of precession, 20 arcsec a year of the pole
+    assert np.linalg.norm(rotation[2] - [0, 0, 1]) == pytest.approx(26.16*20.04*np.pi/648000, rel=0.03)
+    with pytest.raises(gracecg.GracecgError, match="no such file"):
+        epoch.earth_orientation("missing.txt")
+
+
+def test_design_along_the_orbit():
+    case = gracecg.Case("front-3")
+    settings = case.design_settings()
+    settings.rod_used, settings.waveform_used = [0, 1, 1], [1, 0, 0, 0]
+    at, anywhere = case.design(settings), case.design_anywhere(settings)
+    assert at.start == settings.start and anywhere.start > 0 and anywhere.worst <= at.worst
+    assert anywhere.case.epoch.since(case.epoch) == pytest.approx(anywhere.start)
+
+
+def test_level1_estimate_fails_in_words(tmp_path):
+    (tmp_path / "setup.nml").write_text("&mass_properties mass = 600 /")
+    with pytest.raises(gracecg.GracecgError):
+        gracecg.estimate_level1(tmp_path, tmp_path / "setup.nml")
+
+
+@pytest.mark.parametrize("name", ["calibration", "manoeuvre"])
+def test_notebook(name):
+    notebook = json.loads((pathlib.Path(__file__).parents[1] / "notebooks" / f"{name}.ipynb").read_text(encoding="utf-8"))
+    space: dict = {}
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert cells
+    for cell in cells:
+        exec("".join(cell["source"]), space)    # noqa: S102

@@ -5,7 +5,7 @@ module gracecg_base_version
     public :: file_comments
 
     !> Of the package, as in fpm.toml
-    character(*), parameter, public :: VERSION = '0.1.0'
+    character(*), parameter, public :: VERSION = '0.2.0'
 
 contains
 

@@ -3,7 +3,6 @@ module gracecg_cli_cases
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_time, only: utc_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
@@ -122,7 +121,7 @@ contains
         height = 0
         call build_dynamics(case, dynamics, error)
         if (allocated(error)) return
-        call earth_fixed_to_geodetic(matmul(rotation_z(dynamics%sidereal_angle), case%position), &
+        call earth_fixed_to_geodetic(matmul(dynamics%earth%from_inertial(0.0_dp), case%position), &
                                      latitude, longitude, height)
     end subroutine case_place
 

@@ -26,7 +26,7 @@ module gracecg_cli_command_line
     use gracecg_cli_design, only: declare_design, run_design
     use gracecg_cli_completion, only: completion_script, SHELLS
     use gracecg_cli_model, only: declare_gravity, run_gravity, declare_field, run_field, &
-        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun
+        declare_density, run_density, declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
     use gracecg_cli_model_star_camera, only: declare_star_camera, run_star_camera
     use gracecg_cli_level1, only: declare_level1_list, run_level1_list, declare_level1_dump, run_level1_dump, &
         declare_level1_convert, run_level1_convert
@@ -88,6 +88,7 @@ contains
             command_t('model wind', 'horizontal wind of the thermosphere', &
                       declare_wind, run_wind), &
             command_t('model sun', 'position of the Sun', declare_sun, run_sun), &
+            command_t('model orientation', 'Earth-fixed from inertial axes', declare_orientation, run_orientation), &
             command_t('model star-camera', 'one noisy frame of a star camera', &
                       declare_star_camera, run_star_camera), &
             command_t('level1 list', 'what Level-1 files of GRACE and GRACE-FO hold', &

@@ -6,6 +6,8 @@ module gracecg_cli_model
     use gracecg_base_text, only: integer_text, join, real_text
     use gracecg_environment_time, only: utc_t, parse_utc, decimal_year, day_of_year, local_mean_solar_time, &
         julian_centuries_tt
+    use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, iau_orientation
+    use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_gravity_models, only: new_gravity_model, GRAVITY_MODELS
@@ -22,7 +24,7 @@ module gracecg_cli_model
     implicit none
     private
     public :: declare_gravity, run_gravity, declare_field, run_field, declare_density, run_density
-    public :: declare_wind, run_wind, declare_sun, run_sun
+    public :: declare_wind, run_wind, declare_sun, run_sun, declare_orientation, run_orientation
 
     integer, parameter :: DEFAULT_DEGREE = 70       !! All of the embedded EGM96
     real(dp), parameter :: LOWEST_HEIGHT = -500.0_dp
@@ -42,6 +44,50 @@ module gracecg_cli_model
     end type place_t
 
 contains
+
+    !> Arguments and help of `gracecg model orientation`.
+    subroutine declare_orientation(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%describe('model orientation', '', 0, 0, &
+                                'The matrix from inertial (GCRS) to Earth-fixed axes by precession IAU 2006, nutation '// &
+                                'IAU 2000B, Earth rotation angle, and UT1 and pole of a file of the IERS; row by row.', &
+                                'gracecg model orientation --date 2026-03-01T00:00:00')
+        call add_date(arguments)
+        call arguments%add_option('--ut1-minus-utc', 'S', 's, where no file is given (default 0)')
+        call arguments%add_option('--file', 'FILE', 'finals2000A or EOP C04 of the IERS')
+        call arguments%add_option('--after', 'S', 's after the date at which the constants are computed (default 0)')
+        call add_format_option(arguments, default='csv')
+    end subroutine declare_orientation
+
+    !> The work of `gracecg model orientation`.
+    subroutine run_orientation(arguments, console, misuse, error)
+        type(arguments_t), intent(in) :: arguments
+        type(console_t), intent(inout) :: console
+        type(error_t), allocatable, intent(out) :: misuse, error
+
+        type(utc_t) :: utc
+        type(earth_parameters_t) :: parameters
+        type(earth_orientation_t) :: orientation
+        character(:), allocatable :: date, file
+        real(dp) :: after
+
+        call arguments%get('--date', date, misuse)
+        call arguments%get('--ut1-minus-utc', parameters%ut1_minus_utc, misuse, default=0.0_dp, low=-1.0_dp, high=1.0_dp, &
+                           unit='s')
+        call arguments%get('--file', file, misuse, default='')
+        call arguments%get('--after', after, misuse, default=0.0_dp, low=-864000.0_dp, high=864000.0_dp, unit='s')
+        call refuse_if(arguments%has('--ut1-minus-utc') .and. arguments%has('--file'), &
+                       'give --ut1-minus-utc or --file, not both', misuse)
+        call take_format(arguments, console, misuse, default='csv')
+        if (allocated(misuse)) return
+        call parse_utc(date, utc, error)
+        if (.not. allocated(error) .and. file /= '') call read_earth_parameters(file, utc, parameters, error)
+        if (allocated(error)) return
+        orientation = iau_orientation(utc, parameters)
+        call publish_row('model orientation', 'xx,xy,xz,yx,yy,yz,zx,zy,zz', &
+                         [transpose(orientation%from_inertial(after))], console, error)
+    end subroutine run_orientation
 
     !> Arguments and help of `gracecg model gravity`.
     subroutine declare_gravity(arguments)

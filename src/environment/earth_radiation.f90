@@ -17,11 +17,15 @@ module gracecg_environment_earth_radiation
     private
     public :: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings
     public :: MAX_SEGMENTS, MAX_RINGS, EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
-    public :: EARTH_RADIATION_CONSTANTS
+    public :: EARTH_RADIATION_CONSTANTS, SEGMENT_CENTRES
 
     !> Names of the sets of constants
     character(20), parameter :: EARTH_RADIATION_CONSTANTS(3) = [character(20) :: 'report', 'knocke', &
                                                                 'constant-emissivity']
+    !> Names of the places of a ring's centres between its edges: half-way in the angle at the Earth's centre, the
+    !> reading of CSR-TM-00-01 whose curves lie in its printed windows; or where the ring's solid angle is halved, which
+    !> is the better sum: 19 segments are 0.6 % RMS off the integral over the visible cap, those of mid-angle 12 %
+    character(16), parameter :: SEGMENT_CENTRES(2) = [character(16) :: 'mid-angle', 'half-solid-angle']
     integer, parameter :: MAX_SEGMENTS = 169    !! The cap and seven rings of 6, 12 ... 42
     !> Greatest number of rings
     integer, parameter :: MAX_RINGS = 16
@@ -41,6 +45,7 @@ module gracecg_environment_earth_radiation
         real(dp) :: emissivity(5) = REPORT_EMISSIVITY
         !! e0; k0, k1, k2; e2: CSR-TM-00-01 eqs. (2-12), (2-14)
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! E_s at 1 au, W/m^2
+        logical :: centres_halve_area = .false.     !! Centres at half of a ring's solid angle, and not at mid-angle
         integer :: segment_count = 1                !! N, the cap included
         integer, private :: ring_count = 0
         integer, private :: last_segment(0:MAX_RINGS) = 1
@@ -75,7 +80,7 @@ contains
 
     !> Builds the model. Fails when the name of the constants is not known, when a ring has no
     !> segment or there are too many, and when the irradiance is outside 1 to 10^4 W/m^2.
-    subroutine new_earth_radiation(self, constants, segments_per_ring, solar_irradiance, error)
+    subroutine new_earth_radiation(self, constants, segments_per_ring, solar_irradiance, error, centres)
         type(earth_radiation_t), intent(out) :: self
         character(*), intent(in) :: constants
         !! 'report': the cards of CSR-TM-00-01 section 5.2, k1 = -0.17;
@@ -86,9 +91,17 @@ contains
         !! From the cap outwards, e.g. standard_rings(1); empty: the cap alone
         real(dp), intent(in) :: solar_irradiance    !! At 1 au, W/m^2, e.g. DEFAULT_SOLAR_IRRADIANCE
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: centres   !! One of SEGMENT_CENTRES; 'mid-angle' when absent
 
         call check_settings(segments_per_ring, solar_irradiance, error)
         if (allocated(error)) return
+        if (present(centres)) then
+            if (.not. any(SEGMENT_CENTRES == centres)) then
+                call fail_unknown_name(error, 'place of the segments'' centres', centres, SEGMENT_CENTRES)
+                return
+            end if
+            self%centres_halve_area = centres == 'half-solid-angle'
+        end if
         call set_constants(self, constants, error)
         if (allocated(error)) return
         self%solar_irradiance = solar_irradiance
@@ -194,9 +207,13 @@ contains
         first = 1
         inner_edge = SUBSATELLITE_POINT
         do ring = 0, self%ring_count
-            outer_edge = boundary(radius, self%last_segment(ring), self%segment_count)
+            outer_edge = boundary(radius, real(self%last_segment(ring), dp), self%segment_count)
             centre = SUBSATELLITE_POINT
-            if (ring > 0) centre = bisector(inner_edge, outer_edge)
+            if (ring > 0 .and. self%centres_halve_area) then
+                centre = boundary(radius, (first - 1 + self%last_segment(ring))/2.0_dp, self%segment_count)
+            else if (ring > 0) then
+                centre = bisector(inner_edge, outer_edge)
+            end if
             distance = sqrt((radius - EARTH_RADIUS_EGM96*centre(1))**2 + &
                             (EARTH_RADIUS_EGM96*centre(2))**2)
             do segment = first, self%last_segment(ring)
@@ -230,12 +247,13 @@ contains
     !> sin(gamma) = r_s sin(zeta)/R.
     pure function boundary(radius, inside, total) result(cos_sin_beta)
         real(dp), intent(in) :: radius          !! Satellite's distance from the Earth's centre, m
-        integer, intent(in) :: inside, total    !! Numbers of segments, the cap included
+        real(dp), intent(in) :: inside          !! Number of segments, the cap included, or half of them
+        integer, intent(in) :: total            !! Of all
         real(dp) :: cos_sin_beta(2)
 
         real(dp) :: depth, cos_zeta, sin_zeta, cos_gamma, sin_gamma
 
-        if (inside == total) then   ! the limb: gamma is a right angle
+        if (.not. inside < total) then   ! the limb: gamma is a right angle
             cos_sin_beta = [EARTH_RADIUS_EGM96/radius, 1 - limb_depth(radius)]
             return
         end if

@@ -3,10 +3,14 @@
 !> F10.7 is the observed flux (not reduced to 1 au), in solar flux units, 1 sfu = 1e-22 W/(m^2 Hz).
 !> Kp comes in thirds and stands in the tables as ten times the value, rounded: 27 is 2 2/3. It is
 !> given out as the printed tenths, 2.7, which is what programs of the time used.
+!>
+!> Files as they are published are read too, and told apart by their first row: SW-All.csv of CelesTrak (columns by
+!> name; celestrak.org/SpaceData), and Kp_ap_Ap_SN_F107_since_1932.txt or _nowcast.txt of GFZ Potsdam (28 columns; Kp
+!> in decimal thirds, missing values negative), which has no mean of the flux: it is formed here.
 module gracecg_environment_space_weather
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, fail_unknown_name
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, split, join
     use gracecg_files_table, only: table_file_t, read_table
     use gracecg_environment_time, only: utc_t, parse_utc, utc_text, utc_plus, check_utc_in_range
     use gracecg_environment_table_space_weather, only: SPACE_WEATHER_MJD, SPACE_WEATHER_F107, &
@@ -47,6 +51,15 @@ module gracecg_environment_space_weather
     integer, parameter :: COLUMNS = 24, F107_COLUMN = 2, F107_MEAN_COLUMN = 4
     integer, parameter :: FIRST_KP_COLUMN = 7, LAST_KP_COLUMN = 14
     real(dp), parameter :: FLUX_RANGE(2) = [50.0_dp, 1000.0_dp]     !! sfu
+
+    ! SW-All.csv of CelesTrak: the columns that are used
+    character(18), parameter :: CELESTRAK(11) = [character(18) :: 'DATE', 'KP1', 'KP2', 'KP3', 'KP4', 'KP5', 'KP6', &
+                                                 'KP7', 'KP8', 'F10.7_OBS', 'F10.7_OBS_CENTER81']
+    ! GFZ: year, month, day, days, mid of day, rotation, its day, 8 Kp, 8 ap, Ap, sunspots, F10.7 observed, adjusted, D
+    integer, parameter :: GFZ_COLUMNS = 28, GFZ_FIRST_KP = 8, GFZ_F107 = 26
+    integer, parameter :: MEAN_DAYS = 40    !! Before and after a day, of its mean over 81
+    integer, parameter :: DAYS_NEEDED = 73  !! Of the 81, where single days have no flux
+    real(dp), parameter :: NONE = 0         !! In the place of a mean that cannot be formed
 
 contains
 
@@ -89,6 +102,12 @@ contains
             call fail(error, 'no space weather for '//utc_text(utc)//': the table holds '// &
                       spans//', and the day before is needed too; give f107, '// &
                       'f107_mean and kp, or a table of that time')
+            return
+        end if
+        if (.not. self%f107_mean(today) > NONE) then
+            call fail(error, 'no 81-day mean of F10.7 for '//date_text(utc%mjd)//': it needs the fluxes of the 40 days '// &
+                      'before and after, and the table holds '//date_text(self%mjd(1))//' to '// &
+                      date_text(self%mjd(size(self%mjd)))//'; give f107, f107_mean and kp, or a table that reaches further')
             return
         end if
         f107_previous_day = self%f107(yesterday)
@@ -173,7 +192,8 @@ contains
         text = utc_text(utc_t(mjd, 0.0_dp))
     end function date_text
 
-    !> Reads a table of the columns: date (YYYY-MM-DD), F10.7 observed, F10.7 at 1 au, 81-day means
+    !> Reads a table: SW-All.csv of CelesTrak, a file of GFZ, or one of the columns: date (YYYY-MM-DD),
+    !> F10.7 observed, F10.7 at 1 au, 81-day means
     !> centred (observed, at 1 au), mean of the last 81 days observed, eight times 10 Kp, their sum,
     !> eight ap, Ap; `#` begins a comment. Days must rise. Fails with file and line.
     subroutine read_space_weather(file, table, error)
@@ -182,23 +202,222 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(table_file_t) :: rows
-        integer :: i, n
+        type(string_t), allocatable :: first(:)
 
         call read_table(file, rows, error)
         if (allocated(error)) return
-        n = rows%row_count()
-        allocate (table%mjd(n), table%f107(n), table%f107_mean(n), table%kp(INTERVALS, n))
-        do i = 1, n
-            call parse_row(rows, i, table%mjd(i), table%f107(i), table%f107_mean(i), &
-                           table%kp(:, i), error)
+        first = rows%fields(1)
+        if (index(first(1)%text, trim(CELESTRAK(1))//',') == 1) then
+            call take_celestrak(rows, table, error)
+        else if (size(first) >= GFZ_COLUMNS .or. (len(first(1)%text) == 4 .and. size(first) > 4)) then
+            call take_gfz(rows, table, error)
+        else
+            call take_rows(rows, table, error)
+        end if
+    end subroutine read_space_weather
+
+    !> The format of gracecg, a row a day.
+    subroutine take_rows(rows, table, error)
+        type(table_file_t), intent(in) :: rows
+        type(space_weather_t), intent(inout) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        call make_room(table, rows%row_count())
+        do i = 1, rows%row_count()
+            call parse_row(rows, i, table%mjd(i), table%f107(i), table%f107_mean(i), table%kp(:, i), error)
+            if (.not. allocated(error) .and. i > 1) call check_rise(rows, i, table%mjd(i - 1), table%mjd(i), error)
             if (allocated(error)) return
-            if (i == 1) cycle
-            if (table%mjd(i) > table%mjd(i - 1)) cycle
-            call rows%fail_at(i, 'the days must rise, and '//date_text(table%mjd(i))// &
-                              ' follows '//date_text(table%mjd(i - 1)), error)
+        end do
+    end subroutine take_rows
+
+    !> SW-All.csv. Rows without Kp or flux, the monthly predictions, are passed over.
+    subroutine take_celestrak(rows, table, error)
+        type(table_file_t), intent(in) :: rows
+        type(space_weather_t), intent(inout) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: words(:), fields(:)
+        integer :: place(size(CELESTRAK)), i, k, n, mjd, before
+
+        fields = rows%fields(1)
+        words = split(fields(1)%text, ',')
+        do k = 1, size(CELESTRAK)
+            place(k) = findloc([(words(i)%text == CELESTRAK(k), i=1, size(words))], .true., 1)
+            if (place(k) > 0) cycle
+            call rows%fail_at(1, 'there is no column '//trim(CELESTRAK(k))//'; SW-All.csv of CelesTrak has '// &
+                              join(CELESTRAK, ', '), error)
             return
         end do
-    end subroutine read_space_weather
+        call make_room(table, rows%row_count() - 1)
+        n = 0
+        before = 0
+        do i = 2, rows%row_count()
+            fields = rows%fields(i)
+            fields = split(fields(1)%text, ',')
+            if (size(fields) /= size(words)) then
+                call rows%fail_at(i, 'has '//integer_text(size(fields))//' columns, the header '// &
+                                  integer_text(size(words)), error)
+                return
+            end if
+            call day_of(rows, i, fields(place(1))%text, mjd, error)
+            if (.not. allocated(error)) call check_rise(rows, i, before, mjd, error)
+            if (allocated(error)) return
+            before = mjd
+            if (any([(fields(place(k))%text == '', k=2, 10)])) cycle
+            n = n + 1
+            table%mjd(n) = mjd
+            do k = 1, INTERVALS
+                call kp_of(rows, i, fields(place(1 + k)), 0.1_dp, table%kp(k, n), error)
+                if (allocated(error)) return
+            end do
+            call rows%get_real(i, fields(place(10)), 'F10.7', table%f107(n), error, FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            if (.not. allocated(error) .and. fields(place(11))%text /= '') &
+                call rows%get_real(i, fields(place(11)), '81-day mean of F10.7', table%f107_mean(n), error, &
+                                   FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            if (allocated(error)) return
+        end do
+        call keep_first(table, n)
+        if (n == 0) call fail(error, rows%text%name//': no row has Kp and F10.7')
+    end subroutine take_celestrak
+
+    !> Kp_ap_Ap_SN_F107_*.txt. Days of which a Kp or the flux is missing (negative) are passed over.
+    subroutine take_gfz(rows, table, error)
+        type(table_file_t), intent(in) :: rows
+        type(space_weather_t), intent(inout) :: table
+        type(error_t), allocatable, intent(out) :: error
+
+        type(string_t), allocatable :: fields(:)
+        real(dp) :: numbers(GFZ_COLUMNS)
+        integer :: i, k, n, mjd, before
+
+        call make_room(table, rows%row_count())
+        n = 0
+        before = 0
+        do i = 1, rows%row_count()
+            call rows%get_fields(i, GFZ_COLUMNS, 'year, month, day, days, middle of the day, rotation, its day, 8 Kp, '// &
+                                 '8 ap, Ap, SN, F10.7 observed and adjusted, D, as in Kp_ap_Ap_SN_F107_since_1932.txt', &
+                                 fields, error)
+            if (.not. allocated(error)) call day_of(rows, i, two_digits(fields(1)%text)//'-'//two_digits(fields(2)%text)// &
+                                                    '-'//two_digits(fields(3)%text), mjd, error)
+            if (.not. allocated(error)) call check_rise(rows, i, before, mjd, error)
+            do k = 4, GFZ_COLUMNS
+                if (.not. allocated(error)) call rows%get_real(i, fields(k), 'column '//integer_text(k), numbers(k), error)
+            end do
+            if (allocated(error)) return
+            before = mjd
+            if (any(numbers([(GFZ_FIRST_KP + k, k=0, INTERVALS - 1), GFZ_F107]) < 0)) cycle
+            n = n + 1
+            table%mjd(n) = mjd
+            do k = 1, INTERVALS
+                call kp_of(rows, i, fields(GFZ_FIRST_KP + k - 1), 1.0_dp, table%kp(k, n), error)
+                if (allocated(error)) return
+            end do
+            call rows%get_real(i, fields(GFZ_F107), 'F10.7', table%f107(n), error, FLUX_RANGE(1), FLUX_RANGE(2), 'sfu')
+            if (allocated(error)) return
+        end do
+        call keep_first(table, n)
+        call form_means(table)
+        if (n == 0) call fail(error, rows%text%name//': no day has Kp and F10.7')
+    end subroutine take_gfz
+
+    !> The means over 81 days, where the table reaches over them and at most a tenth of them is missing.
+    pure subroutine form_means(table)
+        type(space_weather_t), intent(inout) :: table
+
+        integer :: i, first, last, n
+
+        n = size(table%mjd)
+        first = 1
+        last = 0
+        do i = 1, n
+            do while (table%mjd(first) < table%mjd(i) - MEAN_DAYS)
+                first = first + 1
+            end do
+            do while (last < n)
+                if (table%mjd(last + 1) > table%mjd(i) + MEAN_DAYS) exit
+                last = last + 1
+            end do
+            if (table%mjd(1) > table%mjd(i) - MEAN_DAYS .or. table%mjd(n) < table%mjd(i) + MEAN_DAYS) cycle
+            if (last - first + 1 >= DAYS_NEEDED) table%f107_mean(i) = sum(table%f107(first:last))/(last - first + 1)
+        end do
+    end subroutine form_means
+
+    pure subroutine make_room(table, n)
+        type(space_weather_t), intent(inout) :: table
+        integer, intent(in) :: n
+
+        allocate (table%mjd(n), source=0)
+        allocate (table%f107(n), table%f107_mean(n), source=NONE)
+        allocate (table%kp(INTERVALS, n), source=0.0_dp)
+    end subroutine make_room
+
+    pure subroutine keep_first(table, n)
+        type(space_weather_t), intent(inout) :: table
+        integer, intent(in) :: n
+
+        table%mjd = table%mjd(:n)
+        table%f107 = table%f107(:n)
+        table%f107_mean = table%f107_mean(:n)
+        table%kp = table%kp(:, :n)
+    end subroutine keep_first
+
+    subroutine check_rise(rows, row, before, mjd, error)
+        type(table_file_t), intent(in) :: rows
+        integer, intent(in) :: row, before, mjd
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. mjd > before) call rows%fail_at(row, 'the days must rise, and '//date_text(mjd)//' follows '// &
+                                                  date_text(before), error)
+    end subroutine check_rise
+
+    !> The day of a date, YYYY-MM-DD.
+    subroutine day_of(rows, row, text, mjd, error)
+        type(table_file_t), intent(in) :: rows
+        integer, intent(in) :: row
+        character(*), intent(in) :: text
+        integer, intent(out) :: mjd
+        type(error_t), allocatable, intent(out) :: error
+
+        type(utc_t) :: day
+        type(error_t), allocatable :: complaint
+
+        call parse_utc(text, day, complaint)
+        mjd = day%mjd
+        if (allocated(complaint)) call rows%fail_at(row, complaint%message, error)
+    end subroutine day_of
+
+    !> A number of one digit with a 0 before it.
+    pure function two_digits(text) result(padded)
+        character(*), intent(in) :: text
+        character(max(2, len(text))) :: padded
+
+        padded = text
+        if (len(text) == 1) padded = '0'//text
+    end function two_digits
+
+    !> Kp as printed tenths, of a number that is `unit` times Kp or rounded thirds of it.
+    subroutine kp_of(rows, row, field, unit, kp, error)
+        type(table_file_t), intent(in) :: rows
+        integer, intent(in) :: row
+        type(string_t), intent(in) :: field
+        real(dp), intent(in) :: unit            !! Kp of a 1
+        real(dp), intent(out) :: kp
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: ROUNDING = 0.051_dp      ! of thirds in tenths
+        real(dp) :: third
+
+        call rows%get_real(row, field, 'Kp', kp, error)
+        if (allocated(error)) return
+        kp = unit*kp
+        third = nint(3*max(-1.0_dp, min(10.0_dp, kp)))/3.0_dp
+        if (third < 0 .or. third > 9 .or. abs(kp - third) > ROUNDING) then
+            call rows%fail_at(row, 'Kp is given in thirds from 0 to 9, not "'//field%text//'"', error)
+        end if
+        kp = nint(10*third)/10.0_dp
+    end subroutine kp_of
 
     subroutine parse_row(rows, row, mjd, f107, f107_mean, kp, error)
         type(table_file_t), intent(in) :: rows
@@ -209,8 +428,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(string_t), allocatable :: fields(:)
-        type(error_t), allocatable :: complaint
-        type(utc_t) :: day
         real(dp) :: numbers(2:COLUMNS)
         integer :: i
 
@@ -221,11 +438,8 @@ contains
         call rows%get_fields(row, COLUMNS, 'date, Fobs, Fadj, F81obs, F81adj, L81obs, 8 of '// &
                              '10 Kp, their sum, 8 of ap, Ap', fields, error)
         if (allocated(error)) return
-        call parse_utc(fields(1)%text, day, complaint)
-        if (allocated(complaint)) then
-            call rows%fail_at(row, complaint%message, error)
-            return
-        end if
+        call day_of(rows, row, fields(1)%text, mjd, error)
+        if (allocated(error)) return
         do i = 2, COLUMNS
             select case (i)
             case (F107_COLUMN)
@@ -239,7 +453,6 @@ contains
             end select
             if (allocated(error)) return
         end do
-        mjd = day%mjd
         f107 = numbers(F107_COLUMN)
         f107_mean = numbers(F107_MEAN_COLUMN)
         kp = numbers(FIRST_KP_COLUMN:LAST_KP_COLUMN)/10

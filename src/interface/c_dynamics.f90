@@ -210,12 +210,37 @@ contains
         select type (object)
         type is (force_object_t)
             if (present(epoch)) epoch = c_utc_t(object%dynamics%epoch%mjd, object%dynamics%epoch%seconds)
-            if (present(sidereal_angle)) sidereal_angle = object%dynamics%sidereal_angle
+            if (present(sidereal_angle)) sidereal_angle = object%dynamics%earth%angle
         class default
             call refuse_handle(FORCE_NAME, status, error)
         end select
         call release(int(handle, i8), object)
     end function c_force_model_epoch
+
+    !> gracecg_force_model_orientation
+    function c_force_model_orientation(handle, seconds, rotation, error) result(status) &
+        bind(c, name='gracecg_force_model_orientation')
+        integer(c_intptr_t), intent(in), value :: handle
+        real(c_double), intent(in), value :: seconds
+        real(c_double), intent(inout), optional :: rotation(3, 3)
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        class(object_t), pointer :: object
+
+        call start(status, error)
+        call need(present(rotation), 'rotation', status, error)
+        call check_finite([seconds], 1_c_size_t, 'seconds', status, error)
+        if (status /= STATUS_OK) return
+        call acquire(int(handle, i8), object)
+        select type (object)
+        type is (force_object_t)
+            rotation = transpose(object%dynamics%earth%from_inertial(seconds))
+        class default
+            call refuse_handle(FORCE_NAME, status, error)
+        end select
+        call release(int(handle, i8), object)
+    end function c_force_model_orientation
 
     !> gracecg_force_model_evaluate
     function c_force_model_evaluate(handle, n, seconds, position, velocity, quaternion, gravity, drag, &

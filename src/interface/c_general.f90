@@ -2,14 +2,15 @@
 module gracecg_interface_c_general
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_loc, c_null_char, &
         c_null_ptr, c_ptr, c_size_t
-    use gracecg, only: dp, error_t, utc_t, parse_utc, seconds_between, gmst_1982, rotation_z, &
+    use gracecg, only: dp, error_t, utc_t, parse_utc, seconds_between, gmst_1982, rotation_z, ARCSECOND, &
+        earth_parameters_t, earth_orientation_t, new_earth_orientation, read_earth_parameters, &
         LIBRARY_VERSION, ESTIMATOR_NAMES, CASE_NAMES
     use gracecg_interface_c_support, only: c_error_t, c_utc_t, STATUS_OK, STATUS_BAD_VALUE, LONGEST_NAME, start, &
         raise, pass_on, need, check_count, check_finite, fortran_text, time_of, later_time
     implicit none
     private
     public :: c_version, c_status_text, c_algorithm_count, c_algorithm_name, c_case_count, c_case_name
-    public :: c_utc_parse, c_utc_add, c_utc_difference, c_sidereal_angle, c_earth_fixed
+    public :: c_utc_parse, c_utc_add, c_utc_difference, c_sidereal_angle, c_earth_fixed, c_earth_parameters, c_earth_orientation
 
     integer, parameter :: NAME_SIZE = 32            !! Bytes of a constant text with its closing zero
     integer(c_int), parameter :: LAST_STATUS = 7
@@ -180,4 +181,64 @@ contains
             fixed(:, i) = vector
         end do
     end function c_earth_fixed
+
+    !> gracecg_earth_parameters
+    function c_earth_parameters(path, utc, ut1_minus_utc, pole, error) result(status) &
+        bind(c, name='gracecg_earth_parameters')
+        character(kind=c_char), intent(in), optional :: path(*)
+        type(c_utc_t), intent(in), optional :: utc
+        real(c_double), intent(inout), optional :: ut1_minus_utc, pole(2)
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        character(:), allocatable :: name
+        type(earth_parameters_t) :: parameters
+        type(error_t), allocatable :: failure
+        type(utc_t) :: time
+
+        call start(status, error)
+        call time_of(utc, 'utc', time, status, error)
+        call fortran_text(path, LONGEST_NAME, 'path', name, status, error)
+        if (status /= STATUS_OK) return
+        call read_earth_parameters(name, time, parameters, failure)
+        call pass_on(failure, status, error)
+        if (status /= STATUS_OK) return
+        if (present(ut1_minus_utc)) ut1_minus_utc = parameters%ut1_minus_utc
+        if (present(pole)) pole = parameters%pole
+    end function c_earth_parameters
+
+    !> gracecg_earth_orientation
+    function c_earth_orientation(utc, ut1_minus_utc, pole, seconds, rotation, error) result(status) &
+        bind(c, name='gracecg_earth_orientation')
+        type(c_utc_t), intent(in), optional :: utc
+        real(c_double), intent(in), value :: ut1_minus_utc, seconds
+        real(c_double), intent(in), optional :: pole(2)
+        real(c_double), intent(inout), optional :: rotation(3, 3)
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        real(dp), parameter :: GREATEST = 2, GREATEST_POLE = 2*ARCSECOND, LONGEST = 864000.0_dp
+        type(earth_parameters_t) :: parameters
+        type(earth_orientation_t) :: earth
+        type(error_t), allocatable :: failure
+        type(utc_t) :: time
+
+        call start(status, error)
+        call need(present(rotation), 'rotation', status, error)
+        call time_of(utc, 'utc', time, status, error)
+        if (status /= STATUS_OK) return
+        parameters%ut1_minus_utc = ut1_minus_utc
+        if (present(pole)) parameters%pole = pole
+        if (.not. abs(ut1_minus_utc) <= GREATEST) then
+            call raise(STATUS_BAD_VALUE, 'ut1_minus_utc has to lie in -2 to 2 s', status, error)
+        else if (.not. all(abs(parameters%pole) <= GREATEST_POLE)) then
+            call raise(STATUS_BAD_VALUE, 'the pole has to lie within 2 arcsec, in rad', status, error)
+        else if (.not. abs(seconds) <= LONGEST) then
+            call raise(STATUS_BAD_VALUE, 'seconds have to lie within ten days', status, error)
+        end if
+        if (status /= STATUS_OK) return
+        call new_earth_orientation('iau', time, 0.0_dp, parameters, earth, failure)
+        call pass_on(failure, status, error)
+        if (status == STATUS_OK) rotation = transpose(earth%from_inertial(seconds))
+    end function c_earth_orientation
 end module gracecg_interface_c_general

@@ -5,6 +5,7 @@ module gracecg_interface_c_planning
         design_settings_t, manoeuvre_design_t, plan_manoeuvre, map_case, map_point_t
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text
+    use gracecg_planning_planner, only: AT_TIME, ANYWHERE, EVERYWHERE, MOST_REVOLUTIONS
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, start, &
         raise, pass_on, &
@@ -13,7 +14,7 @@ module gracecg_interface_c_planning
     implicit none
     private
     public :: c_bound_t, c_rod_t, c_design_settings_t, c_design_t
-    public :: c_case_bound, c_case_rods, c_design_defaults, c_design_manoeuvre, c_map
+    public :: c_case_bound, c_case_rods, c_design_defaults, c_design_manoeuvre, c_design_along, c_map
 
     integer, parameter :: SOURCE_COUNT = size(BOUND_SOURCES)
 
@@ -187,6 +188,36 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
+        call design_for(handle, settings, AT_TIME, 1, planned_handle, c_design, status, error)
+    end function c_design_manoeuvre
+
+    !> gracecg_design_along
+    function c_design_along(handle, settings, place, revolutions, planned_handle, c_design, chosen, error) &
+        result(status) bind(c, name='gracecg_design_along')
+        integer(c_intptr_t), intent(in), value :: handle
+        type(c_design_settings_t), intent(in), optional :: settings
+        integer(c_int32_t), intent(in), value :: place, revolutions
+        integer(c_intptr_t), intent(inout), optional :: planned_handle
+        type(c_design_t), intent(inout), optional :: c_design
+        real(c_double), intent(inout), optional :: chosen
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        call design_for(handle, settings, int(place), int(revolutions), planned_handle, c_design, status, error, chosen)
+    end function c_design_along
+
+    !> The search at one place or along the orbit.
+    subroutine design_for(handle, settings, place, revolutions, planned_handle, c_design, status, error, chosen)
+        integer(c_intptr_t), intent(in) :: handle
+        type(c_design_settings_t), intent(in), optional :: settings
+        integer, intent(in) :: place, revolutions           !! AT_TIME, ANYWHERE or EVERYWHERE; how many
+        integer(c_intptr_t), intent(inout), optional :: planned_handle
+        type(c_design_t), intent(inout), optional :: c_design
+        integer(c_int), intent(out) :: status
+        type(c_error_t), intent(inout), optional :: error
+        real(c_double), intent(inout), optional :: chosen   !! Start, s
+
+        real(dp) :: begin
         class(object_t), pointer :: object
         type(calibration_t) :: calibration, planned
         type(manoeuvre_design_t) :: design
@@ -202,6 +233,11 @@ contains
                            settings%highest_frequency, settings%taper, settings%rise_time, settings%rate_limit, &
                            settings%pointing_limit], 9_c_size_t, 'the settings', status, error)
         call check_threads(settings%threads, status, error)
+        if (status == STATUS_OK .and. .not. any(place == [AT_TIME, ANYWHERE, EVERYWHERE])) &
+            call raise(STATUS_BAD_VALUE, 'place = '//integer_text(place)//' has to be 1, 2 or 3', status, error)
+        if (status == STATUS_OK .and. (revolutions < 1 .or. revolutions > MOST_REVOLUTIONS)) &
+            call raise(STATUS_BAD_VALUE, 'revolutions = '//integer_text(revolutions)//' has to be from 1 to '// &
+                       integer_text(MOST_REVOLUTIONS), status, error)
         if (status /= STATUS_OK) return
         call acquire(int(handle, i8), object)
         select type (object)
@@ -221,13 +257,14 @@ contains
                                               highest_frequency=settings%highest_frequency, &
                                               waveform_used=settings%waveform_used /= 0, taper=settings%taper, &
                                               rise_time=settings%rise_time, threads=settings%threads), &
-                            planned, design, failure)
+                            planned, design, failure, place, revolutions, begin)
         call pass_on(failure, status, error)
         if (status == STATUS_OK) call keep_case(planned, planned_handle, status, error)
         if (status /= STATUS_OK) return
         c_design = c_design_t(design%sigma, design%wave, design%force, design%worst, design%rate, design%excursion, &
                               design%evaluations, 0)
-    end function c_design_manoeuvre
+        if (present(chosen)) chosen = begin
+    end subroutine design_for
 
     !> gracecg_map
     function c_map(handle, n, seconds, threads, latitude, longitude, sigma, worst_sigma, worst_direction, wave, &

@@ -7,7 +7,7 @@
 subroutine gcvers(vers)
     use gracecg, only: LIBRARY_VERSION
     implicit none
-    character(*), intent(inout) :: vers    !! "0.1.0"
+    character(*), intent(inout) :: vers    !! "0.2.0"
 
     vers = LIBRARY_VERSION
 end subroutine gcvers
@@ -146,6 +146,29 @@ subroutine gcrotz(theta, xinr, xfix, istat, msg)
     status = c_earth_fixed(theta, int(1, c_size_t), xinr, xfix, error=error)
     call finish(status, error, istat, msg)
 end subroutine gcrotz
+
+!> The rotation from inertial (GCRS) to Earth-fixed axes: precession IAU 2006, nutation IAU 2000B.
+subroutine gcornt(mjd, sec, dut1, pole, t, rot, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: finish, orientation_array
+    implicit none
+    integer, intent(in) :: mjd    !! Modified Julian day number, UTC
+    real(dp), intent(in) :: sec    !! s of the day
+    real(dp), intent(in) :: dut1    !! UT1 - UTC, s
+    real(dp), intent(in) :: pole(2)    !! x and y of the pole, rad
+    real(dp), intent(in) :: t    !! s after that time, at most ten days
+    real(dp), intent(inout) :: rot(3, 3)    !! To be multiplied by an inertial column
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = orientation_array(mjd, sec, dut1, pole, t, rot, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcornt
 
 !> A gravity model: egm96, point-mass or a .gfc file.
 subroutine gcgrvo(name, ndeg, nord, igrv, istat, msg)
@@ -1044,6 +1067,52 @@ subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcestm
 
+!> The residuals of an estimate.
+subroutine gcresd(algo, iobs, nmax, n, t, res, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, c_text, finish, residual_arrays
+    implicit none
+    character(*), intent(in) :: algo    !! Name of the algorithm
+    integer, intent(in) :: iobs    !! Handle: observation set
+    integer, intent(in) :: nmax    !! Columns of the arrays
+    integer, intent(inout) :: n    !! Samples that the fit keeps
+    real(dp), intent(inout) :: t(*)    !! s from the setup's epoch
+    real(dp), intent(inout) :: res(3, *)    !! Observed minus fitted, body axes, m/s^2
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = residual_arrays(c_text(algo), c_handle(iobs), nmax, n, t, res, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcresd
+
+!> The offset as sequential has it on the way.
+subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, finish, running_arrays
+    implicit none
+    integer, intent(in) :: iobs    !! Handle: observation set
+    integer, intent(in) :: nmax    !! Columns of the arrays
+    integer, intent(inout) :: n    !! Epochs
+    real(dp), intent(inout) :: t(*)    !! s from the setup's epoch
+    real(dp), intent(inout) :: d(3, *)    !! Offset, body axes, m
+    real(dp), intent(inout) :: sig(3, *)    !! Its standard deviation, m
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = running_arrays(c_handle(iobs), nmax, n, t, d, sig, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcrunn
+
 !> What the data say of the things that the setup states. On success msg holds contradictions, if any.
 subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
@@ -1167,6 +1236,38 @@ subroutine gcdsgn(icas, opt, iopt, jcas, sig, wave, frc, amot, istat, msg)
     status = design_arrays(c_handle(icas), opt, iopt, handle, sig, wave, frc, amot, error=error)
     call finish_handle(status, error, handle, jcas, istat, msg)
 end subroutine gcdsgn
+
+!> Searches the manoeuvre with the best worst axis along the orbit.
+subroutine gcdsga(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, design_along_arrays, finish_handle
+    implicit none
+    integer, intent(in) :: icas    !! Handle: case
+    real(dp), intent(in) :: opt(9)    !! As gcdsgd gives it
+    integer, intent(in) :: iopt(8)    !! As gcdsgd gives it
+    integer, intent(in) :: iplace
+    !! 2: at the start that is best, 3: one for all places; revolutions, 1 to 150
+    integer, intent(in) :: nrev
+    !! 2: at the start that is best, 3: one for all places; revolutions, 1 to 150
+    integer, intent(out) :: jcas    !! Handle: case with the manoeuvre
+    real(dp), intent(inout) :: t    !! Its start, s from the epoch of the first
+    real(dp), intent(inout) :: sig(3)    !! Limit under the accelerometer's noise, m
+    real(dp), intent(inout) :: wave(3)    !! Error by the density wave, m
+    real(dp), intent(inout) :: frc(3)    !! Error by curved drag and radiation, m
+    real(dp), intent(inout) :: amot(2)    !! Greatest angular velocity, rad/s, and turn, rad
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    integer(c_intptr_t) :: handle
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = design_along_arrays(c_handle(icas), opt, iopt, iplace, nrev, handle, t, sig, wave, frc, amot, &
+        error=error)
+    call finish_handle(status, error, handle, jcas, istat, msg)
+end subroutine gcdsga
 
 !> The torque rods of a case.
 subroutine gcrods(icas, nmax, n, rod, irod, istat, msg)

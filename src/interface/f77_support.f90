@@ -3,19 +3,22 @@
 module gracecg_interface_f77_support
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
     use gracecg_base_kinds, only: dp
-    use gracecg_interface_c_support, only: c_error_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
+    use gracecg_interface_c_support, only: c_error_t, c_utc_t, MESSAGE_SIZE, STATUS_OK, STATUS_BAD_SIZE, &
         STATUS_NOT_CONVERGED, free_object, start, raise
     use gracecg_interface_c_estimation, only: c_solution_t, c_beliefs_t, c_test_beliefs, &
         c_estimate, c_observations_counts, create_observations, &
         setup_with_moments
+    use gracecg_interface_c_fit, only: c_fit_open, c_fit_free, c_fit_counts, c_fit_series, c_fit_running
+    use gracecg_interface_c_general, only: c_earth_orientation
     use gracecg_interface_c_level1_estimate, only: c_level1_offset_t, c_estimate_level1
     use gracecg_interface_c_planning, only: c_bound_t, c_case_bound, c_design_settings_t, c_design_defaults, &
-        c_design_t, c_design_manoeuvre, c_rod_t, c_case_rods, c_map
+        c_design_t, c_design_manoeuvre, c_design_along, c_rod_t, c_case_rods, c_map
     implicit none
     private
     public :: c_text, c_handle, finish, finish_handle
     public :: free_any, observation_counts, observation_arrays, measured_setup, estimate_arrays, belief_arrays, level1_arrays
-    public :: bound_arrays, design_defaults_arrays, design_arrays, rod_arrays, map_arrays
+    public :: bound_arrays, design_defaults_arrays, design_arrays, design_along_arrays, rod_arrays, map_arrays
+    public :: residual_arrays, running_arrays, orientation_array
 
 contains
 
@@ -275,6 +278,115 @@ contains
         frc = design%force
         amot = [design%rate, design%excursion]
     end function design_arrays
+
+    !> The same along the orbit.
+    function design_along_arrays(icas, opt, iopt, iplace, nrev, jcas, t, sig, wave, frc, amot, error) result(status)
+        integer(c_intptr_t), intent(in) :: icas         !! Handle of a case
+        real(dp), intent(in) :: opt(9)                  !! Real settings of the search, see docs/api.md
+        integer, intent(in) :: iopt(8)                  !! Integer settings of the search, see docs/api.md
+        integer, intent(in) :: iplace, nrev             !! 2: the best start; 3: one for all; revolutions
+        integer(c_intptr_t), intent(inout) :: jcas      !! The case with the manoeuvre
+        real(dp), intent(inout) :: t                    !! Its start, s from the epoch of the first
+        real(dp), intent(inout) :: sig(3), wave(3), frc(3)    !! Limit; errors by wave and forces, m
+        real(dp), intent(inout) :: amot(2)              !! Greatest angular velocity, rad/s, and turn, rad
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        type(c_design_t) :: design
+
+        status = c_design_along(icas, c_design_settings_t(opt(1), opt(2), opt(3), opt(4), opt(5), opt(6), opt(7), opt(8), &
+                                                          opt(9), iopt(1:3), iopt(4:7), iopt(8)), iplace, nrev, jcas, &
+                                design, t, error)
+        if (status /= STATUS_OK) return
+        sig = design%sigma
+        wave = design%wave
+        frc = design%force
+        amot = [design%rate, design%excursion]
+    end function design_along_arrays
+
+    !> The residuals of an estimate, a column a sample.
+    function residual_arrays(algo, iobs, nmax, n, t, res, error) result(status)
+        character(*), intent(in) :: algo                !! As C wants it
+        integer(c_intptr_t), intent(in) :: iobs         !! Handle of an observation set
+        integer, intent(in) :: nmax                     !! Columns of the arrays
+        integer, intent(inout) :: n                     !! Samples
+        real(dp), intent(inout) :: t(*), res(3, *)      !! s from the epoch; observed minus fitted, body axes, m/s^2
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        integer(c_intptr_t) :: fit
+        integer(c_size_t) :: samples
+
+        call open_fit(algo, iobs, nmax, fit, status, error)
+        if (status /= STATUS_OK) return
+        status = c_fit_counts(fit, samples, error=error)
+        n = int(samples)
+        if (status == STATUS_OK) status = c_fit_series(fit, int(nmax, c_size_t), t, res, error=error)
+        call close_fit(fit)
+    end function residual_arrays
+
+    !> The running estimate of `sequential`, a column an epoch.
+    function running_arrays(iobs, nmax, n, t, d, sig, error) result(status)
+        integer(c_intptr_t), intent(in) :: iobs         !! Handle of an observation set
+        integer, intent(in) :: nmax                     !! Columns of the arrays
+        integer, intent(inout) :: n                     !! Epochs
+        real(dp), intent(inout) :: t(*), d(3, *), sig(3, *)     !! s from the epoch; offset and standard deviation, m
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        integer(c_intptr_t) :: fit
+        integer(c_size_t) :: running
+
+        call open_fit(c_text('sequential'), iobs, nmax, fit, status, error)
+        if (status /= STATUS_OK) return
+        status = c_fit_counts(fit, running=running, error=error)
+        n = int(running)
+        if (status == STATUS_OK) status = c_fit_running(fit, int(nmax, c_size_t), t, d, sig, error)
+        call close_fit(fit)
+    end function running_arrays
+
+    !> A fit, if the arrays can have columns at all.
+    subroutine open_fit(algo, iobs, nmax, fit, status, error)
+        character(*), intent(in) :: algo                !! As C wants it
+        integer(c_intptr_t), intent(in) :: iobs         !! Handle of an observation set
+        integer, intent(in) :: nmax
+        integer(c_intptr_t), intent(out) :: fit
+        integer(c_int), intent(out) :: status           !! A gracecg_status
+        type(c_error_t), intent(inout) :: error
+
+        fit = 0
+        call start(status, error)
+        if (nmax < 0) then
+            call raise(STATUS_BAD_SIZE, 'a number of columns is negative', status, error)
+        else
+            status = c_fit_open(algo, iobs, fit, error)
+        end if
+    end subroutine open_fit
+
+    !> Gives a fit back, and leaves status and message as they are.
+    subroutine close_fit(fit)
+        integer(c_intptr_t), intent(inout) :: fit
+
+        integer(c_int) :: status
+
+        status = c_fit_free(fit)
+    end subroutine close_fit
+
+    !> The rotation from inertial to Earth-fixed axes, to be multiplied by a column.
+    function orientation_array(mjd, sec, dut1, pole, t, rot, error) result(status)
+        integer, intent(in) :: mjd                      !! Modified Julian day, UTC
+        real(dp), intent(in) :: sec                     !! Of that day, s
+        real(dp), intent(in) :: dut1, pole(2), t        !! UT1-UTC, s; x and y of the pole, rad; s after that time
+        real(dp), intent(inout) :: rot(3, 3)
+        type(c_error_t), intent(inout) :: error
+        integer(c_int) :: status                        !! A gracecg_status
+
+        real(dp) :: rows(3, 3)
+
+        rows = 0
+        status = c_earth_orientation(c_utc_t(mjd, sec), dut1, pole, t, rows, error)
+        if (status == STATUS_OK) rot = transpose(rows)
+    end function orientation_array
 
     !> The torque rods of a case, one a column.
     function rod_arrays(icas, nmax, n, rod, irod, error) result(status)

@@ -2,10 +2,11 @@
 !> to an estimator beside the samples. It is knowledge and may be wrong; how to estimate is not part of it.
 module gracecg_observations_knowledge
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, NANOTESLA, MILLIMETRE
+    use gracecg_base_constants, only: DEGREE, ARCSECOND, NANOTESLA, MILLIMETRE
     use gracecg_base_error, only: number_text
     use gracecg_base_coloured_noise, only: noise_spectrum_t, ONE_SIDED, TWO_SIDED
     use gracecg_files_settings, only: settings_t
+    use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_geomagnetic_models, only: GEOMAGNETIC_MODELS
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
@@ -82,6 +83,8 @@ module gracecg_observations_knowledge
         character(16) :: field_model = NO_FIELD_MODEL
         !! Geomagnetic field where the magnetometer fails: 'igrf95', 'igrf14' or 'none'
         real(dp) :: sidereal_angle = 0                  !! Greenwich, at the epoch, rad, for that model
+        character(16) :: earth_orientation = 'report'   !! One of EARTH_ORIENTATIONS, for that model
+        type(earth_parameters_t) :: earth_parameters    !! At the epoch, for 'iau'
         real(dp) :: angular_velocity(3) = 0
         !! At the epoch (time tag 0 of the accelerometer), body axes, rad/s, where it is known from other means
         !! than the star camera
@@ -175,6 +178,12 @@ contains
                                  [character(16) :: GEOMAGNETIC_MODELS, NO_FIELD_MODEL])
         call settings%real_value('sidereal_angle_deg', knowledge%sidereal_angle, -360.0_dp, 360.0_dp, &
                                  'deg, of Greenwich at the epoch', DEGREE, 'deg')
+        call settings%text_value('earth_orientation', knowledge%earth_orientation, 'by that angle, or of the IAU', &
+                                 EARTH_ORIENTATIONS)
+        call settings%real_value('ut1_minus_utc', knowledge%earth_parameters%ut1_minus_utc, -2.0_dp, 2.0_dp, &
+                                 's, at the epoch, for iau', unit='s')
+        call settings%real_values('pole_arcsec', knowledge%earth_parameters%pole, -2.0_dp, 2.0_dp, &
+                                  'arcsec, x and y of the pole, for iau', ARCSECOND, 'arcsec')
         call settings%end_group()
     end subroutine describe_instruments
 

@@ -36,6 +36,7 @@ contains
         state = states_from(orbit, time, 1.0_dp, 0)
         moved%epoch = utc_plus(case%epoch, time)
         moved%sidereal_angle = modulo(case%sidereal_angle + EARTH_ROTATION_RATE*time, TWO_PI)
+        moved%earth_parameters%ut1_minus_utc = case%earth_parameters%ut1_minus_utc + case%earth_parameters%ut1_rate*time
         moved%position = state(POSITION, 0)
         moved%velocity = state(VELOCITY, 0)
         moved%angular_velocity = state(OMEGA, 0)

@@ -5,9 +5,8 @@
 !> So CSR-TM-00-01 has it: its cases 2 and 3 are case 1 turned about body y by omega_y t.
 module gracecg_planning_nominal_orbit
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_ROTATION_RATE, SECONDS_PER_DAY, TWO_PI
+    use gracecg_base_constants, only: SECONDS_PER_DAY, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_vectors, only: rotation_z
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step
@@ -107,10 +106,9 @@ contains
         real(dp), intent(out) :: latitude       !! rad
         real(dp), intent(out) :: longitude      !! Positive east, rad
 
-        real(dp) :: sidereal_angle, height
+        real(dp) :: height
 
-        sidereal_angle = self%dynamics%sidereal_angle + EARTH_ROTATION_RATE*k*self%interval
-        call earth_fixed_to_geodetic(matmul(rotation_z(sidereal_angle), self%state(POSITION, k)), &
+        call earth_fixed_to_geodetic(matmul(self%dynamics%earth%from_inertial(k*self%interval), self%state(POSITION, k)), &
                                      latitude, longitude, height)
     end subroutine geodetic_place
 

@@ -186,27 +186,35 @@ contains
     end subroutine take_design
 
     !> The best manoeuvre for a case's satellite on an arc of the case's duration, within the limits of its
-    !> setup; and the calibration that flies it, `time` seconds later on the orbit: a plan in one call.
+    !> setup; and the calibration that flies it, `time` seconds later on the orbit, or where along the revolutions it is
+    !> best: a plan in one call.
     !>
     !> Fails as prepare_plan and find_manoeuvre do.
-    subroutine plan_manoeuvre(calibration, time, settings, planned, design, error)
+    subroutine plan_manoeuvre(calibration, time, settings, planned, design, error, place, revolutions, chosen)
         type(calibration_t), intent(in) :: calibration  !! Its manoeuvre does not matter
         real(dp), intent(in) :: time                    !! Of the start, s from the case's epoch
         type(design_settings_t), intent(in) :: settings
         type(calibration_t), intent(out) :: planned     !! Its name ends with -design
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: place          !! AT_TIME when absent; or ANYWHERE, EVERYWHERE
+        integer, intent(in), optional :: revolutions    !! For these; 1 when absent
+        real(dp), intent(out), optional :: chosen       !! The start that was chosen, s from the case's epoch
 
         type(plan_request_t) :: request
         type(plan_t) :: plan
 
         request%time = time
         request%settings = settings
+        if (present(place)) request%place = place
+        if (present(revolutions)) request%revolutions = revolutions
+        if (present(chosen)) chosen = time
         call prepare_plan(calibration, request, plan, error)
         if (.not. allocated(error)) call find_manoeuvre(request, plan, error)
         if (allocated(error)) return
         planned = planned_calibration(request, plan)
         design = plan%design
+        if (present(chosen)) chosen = plan%time
     end subroutine plan_manoeuvre
 
     !> The shortest arc, in whole multiples of `step`, whose best manoeuvre at one place brings the worst

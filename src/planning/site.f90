@@ -6,9 +6,9 @@
 !> a place; a manoeuvre then costs one integration of the rotation and one pass of the whitening filter.
 module gracecg_planning_site
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
+    use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3, rotation_z
+    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
@@ -135,8 +135,8 @@ contains
         allocate (states(STATE_SIZE, 0:steps), field(3, 0:fine_steps), force(3, 0:fine_steps))
         states(:, :) = states_from(orbit, time, step, steps)
         site%state = states(:, 0)
-        call earth_fixed_to_geodetic(matmul(rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*time), &
-                                            site%state(POSITION)), site%latitude, site%longitude, height)
+        call earth_fixed_to_geodetic(matmul(orbit%dynamics%earth%from_inertial(time), site%state(POSITION)), &
+                                     site%latitude, site%longitude, height)
         do j = 0, fine_steps
             i = min(j/LOADS_PER_STEP, steps - 1)
             call orbit%dynamics%loads(time + j*fine_step, &

@@ -10,6 +10,8 @@ module gracecg_simulation_case
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_quaternion, only: normalised
     use gracecg_files_settings, only: settings_t
+    use gracecg_environment_earth_orientation, only: earth_parameters_t, EARTH_ORIENTATIONS
+    use gracecg_environment_iers_file, only: read_earth_parameters
     use gracecg_environment_time, only: utc_t
     use gracecg_environment_thermosphere, only: density_wave_t
     use gracecg_environment_gravity_models, only: GRAVITY_MODELS
@@ -17,7 +19,7 @@ module gracecg_simulation_case
     use gracecg_environment_density_models, only: DENSITY_MODELS
     use gracecg_environment_space_weather, only: SPACE_WEATHER_SOURCES
     use gracecg_environment_wind_models, only: WIND_MODELS
-    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_CONSTANTS
+    use gracecg_environment_earth_radiation, only: DEFAULT_SOLAR_IRRADIANCE, EARTH_RADIATION_CONSTANTS, SEGMENT_CENTRES
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_settings, only: describe_calibration, describe_mass_properties, describe_manoeuvre, &
         describe_limits
@@ -30,6 +32,11 @@ module gracecg_simulation_case
     implicit none
     private
     public :: case_t, read_case, case_from_text, case_text
+    public :: earth_orientation_name, find_earth_parameters
+
+    !> Of the orientation of the Earth: 'iau' from the year 2000 on, unless the sidereal angle is given
+    character(*), parameter :: BY_DATE = 'by-date'
+    integer, parameter :: MJD_2000 = 51544              !! 2000-01-01
 
     !> A calibration with everything that a simulation must know: one namelist file.
     type :: case_t
@@ -53,7 +60,10 @@ module gracecg_simulation_case
         ! Earth
         character(16) :: earth_rotation = 'gmst-1982' !! Sidereal angle at the epoch: 'given' or 'gmst-1982'
         real(dp) :: sidereal_angle = 0              !! rad, if given
-        real(dp) :: ut1_minus_utc = 0               !! s, for gmst-1982
+        real(dp) :: ut1_minus_utc = 0               !! s, for gmst-1982 and iau
+        character(16) :: earth_orientation = BY_DATE    !! One of EARTH_ORIENTATIONS, or BY_DATE
+        character(256) :: earth_orientation_file = ''   !! Of the IERS: UT1 and pole, for 'iau'
+        type(earth_parameters_t) :: earth_parameters    !! At the epoch, of that file
         character(16) :: gravity_model = 'egm96'  !! 'egm96', 'point-mass' or 'file'
         character(256) :: gravity_file = ''   !! ICGEM .gfc
         integer :: gravity_degree = 20, gravity_order = 20  !! Up to which the sum goes
@@ -79,6 +89,7 @@ module gracecg_simulation_case
         real(dp) :: solar_irradiance = DEFAULT_SOLAR_IRRADIANCE     !! At 1 au, W/m^2
         character(20) :: earth_radiation_constants = 'report'
         !! 'report', 'knocke' or 'constant-emissivity'
+        character(16) :: earth_radiation_centres = 'half-solid-angle'   !! One of SEGMENT_CENTRES
         integer :: earth_radiation_rings = 1
         !! Of segments about the cap below the satellite, 0 to 7
         ! instruments
@@ -126,7 +137,31 @@ contains
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
         if (abs(norm2(case%quaternion) - 1) > 4*epsilon(1.0_dp)) case%quaternion = normalised(case%quaternion)
+        call find_earth_parameters(case, case%earth_parameters, error)
+        call add_context(error, name)
     end subroutine take_case
+
+    !> The orientation of the Earth that a case has: one of EARTH_ORIENTATIONS, or what it was given.
+    pure function earth_orientation_name(case) result(name)
+        type(case_t), intent(in) :: case
+        character(16) :: name
+
+        name = case%earth_orientation
+        if (name /= BY_DATE) return
+        name = 'report'
+        if (case%epoch%mjd >= MJD_2000 .and. case%earth_rotation /= 'given') name = 'iau'
+    end function earth_orientation_name
+
+    !> UT1 and the pole of a case: of its file, or as given. Fails as `read_earth_parameters`.
+    subroutine find_earth_parameters(case, parameters, error)
+        type(case_t), intent(in) :: case
+        type(earth_parameters_t), intent(out) :: parameters
+        type(error_t), allocatable, intent(out) :: error
+
+        parameters%ut1_minus_utc = case%ut1_minus_utc
+        if (case%earth_orientation_file == '') return
+        call read_earth_parameters(trim(case%earth_orientation_file), case%epoch, parameters, error)
+    end subroutine find_earth_parameters
 
     !> The namelist text of a case: what `read_case` reads. Fails when a setting is not finite.
     subroutine case_text(case, text, error)
@@ -210,8 +245,24 @@ contains
                                  [character(16) :: 'given', 'gmst-1982'])
         call settings%real_value('sidereal_angle_deg', case%sidereal_angle, -360.0_dp, 360.0_dp, &
                                  'deg, if given', DEGREE, 'deg')
-        call settings%real_value('ut1_minus_utc', case%ut1_minus_utc, -1.0_dp, 1.0_dp, 's, for gmst-1982', &
+        call settings%real_value('ut1_minus_utc', case%ut1_minus_utc, -1.0_dp, 1.0_dp, 's, for gmst-1982 and iau', &
                                  unit='s')
+        call settings%text_value('earth_orientation', case%earth_orientation, 'precession, nutation, pole: of the '// &
+                                 'report (none), of the IAU, or iau from 2000 on', &
+                                 [character(16) :: BY_DATE, EARTH_ORIENTATIONS])
+        if (case%earth_orientation == 'iau' .and. case%earth_rotation == 'given') then
+            call settings%reject('earth_orientation', '= ''iau'' computes the angle of the Earth: leave out rotation = ''given''')
+        end if
+        call settings%text_value('earth_orientation_file', case%earth_orientation_file, 'finals2000A or EOP C04 of '// &
+                                 'the IERS: UT1 and pole, for iau')
+        if (case%earth_orientation_file /= '') then
+            if (earth_orientation_name(case) /= 'iau') then
+                call settings%reject('earth_orientation_file', 'names a file that is not used: write '// &
+                                     'earth_orientation = ''iau'' to use it, or leave it empty')
+            else if (abs(case%ut1_minus_utc) > 0) then
+                call settings%reject('ut1_minus_utc', 'is given beside a file that has it: leave one of them out')
+            end if
+        end if
         call settings%text_value('gravity', case%gravity_model, 'geopotential', &
                                  [character(16) :: GRAVITY_MODELS, 'file'])
         call settings%text_value('gravity_file', case%gravity_file, 'ICGEM .gfc file')
@@ -296,6 +347,8 @@ contains
                                  EARTH_RADIATION_CONSTANTS)
         call settings%integer_value('earth_rings', case%earth_radiation_rings, 0, 7, &
                                     'of 6, 12, 18 ... segments around the cap')
+        call settings%text_value('earth_centres', case%earth_radiation_centres, 'of the segments of a ring', &
+                                 SEGMENT_CENTRES)
         call settings%real_value('reflectivity_earth', case%satellite%reflectivity_earth, 0.0_dp, 2.0_dp, &
                                  'eta of the Earth radiation pressure')
         call settings%end_group()

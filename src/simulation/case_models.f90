@@ -4,6 +4,7 @@ module gracecg_simulation_case_models
     use gracecg_base_constants, only: SECONDS_PER_DAY
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_vectors, only: inverse_3x3
+    use gracecg_environment_earth_orientation, only: earth_parameters_t, new_earth_orientation
     use gracecg_environment_time, only: utc_t, gmst_1982, decimal_year, day_of_year, julian_centuries_tt, &
         local_mean_solar_time
     use gracecg_environment_gravity_models, only: new_gravity_model
@@ -16,7 +17,7 @@ module gracecg_simulation_case_models
     use gracecg_spacecraft_plates, only: new_trapezoid
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
-    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case, only: case_t, earth_orientation_name, find_earth_parameters
     implicit none
     private
     public :: build_dynamics, initial_state, sidereal_angle_at_epoch, case_star_catalogue
@@ -35,8 +36,8 @@ contains
         type(satellite_dynamics_t), intent(out) :: dynamics
         type(error_t), allocatable, intent(out) :: error
 
-        call set_time(case, dynamics)
-        call set_mass(case, dynamics, error)
+        call set_time(case, dynamics, error)
+        if (.not. allocated(error)) call set_mass(case, dynamics, error)
         if (.not. allocated(error)) call set_gravity(case, dynamics, error)
         if (.not. allocated(error)) call set_magnetic_field(case, dynamics, error)
         if (.not. allocated(error)) call set_atmosphere(case, dynamics, error)
@@ -65,13 +66,19 @@ contains
         end if
     end subroutine case_star_catalogue
 
-    subroutine set_time(case, dynamics)
+    subroutine set_time(case, dynamics, error)
         type(case_t), intent(in) :: case
         type(satellite_dynamics_t), intent(inout) :: dynamics
+        type(error_t), allocatable, intent(out) :: error
 
+        type(earth_parameters_t) :: parameters
+
+        call find_earth_parameters(case, parameters, error)
+        if (allocated(error)) return
+        call new_earth_orientation(trim(earth_orientation_name(case)), case%epoch, sidereal_angle_at_epoch(case), &
+                                   parameters, dynamics%earth, error)
         associate (epoch => case%epoch)
             dynamics%epoch = epoch
-            dynamics%sidereal_angle = sidereal_angle_at_epoch(case)
             dynamics%local_time_greenwich = local_mean_solar_time(epoch, 0.0_dp)
             dynamics%day_of_year = day_of_year(epoch)
             dynamics%julian_centuries_tt = julian_centuries_tt(epoch)
@@ -165,6 +172,7 @@ contains
         dynamics%reflectivity_earth = case%satellite%reflectivity_earth
         dynamics%solar_irradiance = case%solar_irradiance
         call new_earth_radiation(dynamics%earth_radiation, trim(case%earth_radiation_constants), &
-                                 standard_rings(case%earth_radiation_rings), case%solar_irradiance, error)
+                                 standard_rings(case%earth_radiation_rings), case%solar_irradiance, error, &
+                                 trim(case%earth_radiation_centres))
     end subroutine set_surface
 end module gracecg_simulation_case_models

@@ -4,12 +4,13 @@
 !> body axes, attitude quaternion q (inertial to body, scalar last).
 module gracecg_simulation_dynamics
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, HOUR_ANGLE, &
+    use gracecg_base_constants, only: EARTH_GM, HOUR_ANGLE, &
         SECONDS_PER_DAY, DAYS_PER_CENTURY
-    use gracecg_base_vectors, only: cross, rotation_z
+    use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate
     use gracecg_base_runge_kutta, only: ode_system_t
     use gracecg_environment_time, only: utc_t
+    use gracecg_environment_earth_orientation, only: earth_orientation_t
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
@@ -42,7 +43,7 @@ module gracecg_simulation_dynamics
     type, extends(ode_system_t) :: satellite_dynamics_t
         ! when: all constant over an arc
         type(utc_t) :: epoch                        !! t = 0; for the caller, the angles below are used
-        real(dp) :: sidereal_angle = 0              !! Greenwich, at t = 0, rad
+        type(earth_orientation_t) :: earth          !! In inertial axes
         real(dp) :: local_time_greenwich = 0        !! Mean solar time at Greenwich at t = 0, h
         real(dp) :: day_of_year = 0                 !! At t = 0, with fraction, 1 January 0 h = 0
         real(dp) :: julian_centuries_tt = 0         !! Since J2000, at t = 0
@@ -184,7 +185,7 @@ contains
     end subroutine loads
 
     !> Every force and, if wanted, the magnetic field and every torque. Gravity (2-3) and field (2-30) come
-    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28); the rods' torque is (2-25).
+    !> from Earth-fixed axes, turned by the sidereal angle (2-4), (2-28), or as the IAU has it; the rods' torque is (2-25).
     pure subroutine add_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s
@@ -194,7 +195,7 @@ contains
 
         real(dp) :: earth_from_inertial(3, 3), fixed_position(3), radius, vector(3)
 
-        earth_from_inertial = rotation_z(self%sidereal_angle + EARTH_ROTATION_RATE*t)
+        earth_from_inertial = self%earth%from_inertial(t)
         fixed_position = matmul(earth_from_inertial, y(POSITION))
         radius = norm2(y(POSITION))
         acting%body_from_inertial = rotation_matrix(y(ATTITUDE)/norm2(y(ATTITUDE)))
@@ -265,7 +266,11 @@ contains
 
         real(dp) :: east(3), north(3), up(3), wind_east, wind_north, from_axis
 
-        velocity = EARTH_ROTATION_RATE*[-inertial_position(2), inertial_position(1), 0.0_dp]
+        if (self%earth%turns_about_z) then
+            velocity = self%earth%rate*[-inertial_position(2), inertial_position(1), 0.0_dp]
+        else
+            velocity = self%earth%rate*cross(self%earth%axis(), inertial_position)
+        end if
         if (.not. allocated(self%wind)) return
         call self%wind%evaluate(point%latitude, point%local_solar_time, wind_east, wind_north)
         from_axis = hypot(inertial_position(1), inertial_position(2))

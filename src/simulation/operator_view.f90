@@ -11,7 +11,7 @@ module gracecg_simulation_operator_view
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_matrix
     use gracecg_base_vectors, only: cross, unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
-    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case, only: case_t, earth_orientation_name
     use gracecg_simulation_case_models, only: sidereal_angle_at_epoch
     use gracecg_simulation_operator_errors
     implicit none
@@ -35,6 +35,8 @@ contains
         knowledge%camera = operator%head
         knowledge%a_priori = operator%a_priori
         knowledge%sidereal_angle = sidereal_angle_at_epoch(case)
+        knowledge%earth_orientation = earth_orientation_name(case)
+        knowledge%earth_parameters = case%earth_parameters
         knowledge%field_model = case%field_model
         if (case%field_model == 'file') knowledge%field_model = 'igrf14'
         if (operator%field_model /= AS_TRUTH) knowledge%field_model = operator%field_model

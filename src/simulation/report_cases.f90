@@ -89,6 +89,7 @@ contains
         case%satellite%specular = SPECULAR
         case%earth_radiation_constants = 'constant-emissivity'
         case%earth_radiation_rings = 2
+        case%earth_radiation_centres = 'mid-angle'
         if (case%satellite%name == 'front') then
             case%satellite%offset = [0.3e-3_dp, 0.4e-3_dp, -0.5e-3_dp]               ! section 6.2
             case%wind_east = WIND_EAST(1)

@@ -17,7 +17,7 @@ module gracecg_simulation_simulator
     use gracecg_simulation_star_camera, only: star_frame_t
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_simulation_case, only: case_t
+    use gracecg_simulation_case, only: case_t, find_earth_parameters
     use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
     use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
     use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
@@ -64,6 +64,8 @@ contains
         call add_context(error, 'case '//trim(case%name))
         if (allocated(error)) return
         call find_strides(simulator, error)
+        if (allocated(error)) return
+        call find_earth_parameters(case, simulator%case%earth_parameters, error)
         if (allocated(error)) return
         call propagate_case(case, simulator%arc, error)
         if (allocated(error)) return

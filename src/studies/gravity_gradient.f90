@@ -3,10 +3,10 @@
 !> which it leaves out.
 module gracecg_studies_gravity_gradient
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE
+    use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t
     use gracecg_base_version, only: file_comments
-    use gracecg_base_vectors, only: cross, rotation_z, unit
+    use gracecg_base_vectors, only: cross, unit
     use gracecg_base_quaternion, only: rotation_matrix
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_environment_geopotential, only: gravity_model_t, geopotential_t, point_mass_gravity_t
@@ -70,7 +70,7 @@ contains
 
         associate (state => orbit%state(:, k))
             sample%time = k*ORBIT_INTERVAL
-            fixed_from_inertial = rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*sample%time)
+            fixed_from_inertial = orbit%dynamics%earth%from_inertial(sample%time)
             inertial_offset = matmul(offset, rotation_matrix(state(ATTITUDE)))
             call orbit%dynamics%gravity%gradient_tensor(matmul(fixed_from_inertial, state(POSITION)), all_terms)
             call central%gradient_tensor(matmul(fixed_from_inertial, state(POSITION)), one_term)

@@ -25,6 +25,7 @@ contains
                     new_unittest('projected-area', test_projected_area), &
                     new_unittest('ring-centres', test_ring_centres), &
                     new_unittest('solid-angles', test_solid_angles), &
+                    new_unittest('centres-that-halve-the-area', test_half_area), &
                     new_unittest('albedo-and-emissivity', test_zonal_values), &
                     new_unittest('seasons', test_seasons), &
                     new_unittest('convergence-with-rings', test_convergence), &
@@ -120,6 +121,35 @@ contains
             if (allocated(error)) return
         end do
     end subroutine check_centres
+
+    !> The force of a uniform Earth on a sphere is the integral of cos(zeta) over its disc, pi sin(zeta_m)^2: 19 segments
+    !> whose centres halve the solid angle of their rings are off by the cap's share alone, those of mid-angle by 5 %.
+    subroutine test_half_area(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(earth_radiation_t) :: model
+        type(earth_irradiance_t) :: radiation
+        type(error_t), allocatable :: failure
+        real(dp) :: force(2), depth
+        integer :: i
+
+        do i = 1, size(SEGMENT_CENTRES)
+            call new_earth_radiation(model, 'report', standard_rings(2), E_S, failure, trim(SEGMENT_CENTRES(i)))
+            model%albedo = 0
+            model%emissivity = [4.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp]
+            call model%irradiance_at(LOW*X, ASTRONOMICAL_UNIT*X, 0.0_dp, radiation)
+            force(i) = dot_product(radiation%irradiance(:radiation%count), radiation%direction(1, :radiation%count))
+        end do
+        force = force/(E_S*(EARTH_RADIUS_EGM96/LOW)**2)
+        depth = 1 - sqrt(1 - (EARTH_RADIUS_EGM96/LOW)**2)
+        ! the cap, a 19th of the solid angle, counts with cos 0 in place of its mean, 1 - depth/38
+        call check(error, force(2), 1 + 2*depth/19*depth/38/(EARTH_RADIUS_EGM96/LOW)**2, thr=1e-12_dp)
+        if (allocated(error)) return
+        call check(error, abs(force(1) - 1) > 0.04_dp .and. abs(force(2) - 1) < 0.003_dp)
+        if (allocated(error)) return
+        call new_earth_radiation(model, 'report', standard_rings(2), E_S, failure, 'nowhere')
+        call check_fails(error, message_of(failure), [character(20) :: 'nowhere', 'mid-angle'])
+    end subroutine test_half_area
 
     !> All segments together fill the Earth's disc: 2 pi (1 - cos zeta_m).
     subroutine test_solid_angles(error)

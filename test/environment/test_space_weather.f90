@@ -24,6 +24,8 @@ contains
                     new_unittest('outside-the-table', test_outside), &
                     new_unittest('file-of-the-user', test_file), &
                     new_unittest('file-with-crlf-and-no-last-newline', test_crlf), &
+                    new_unittest('file-of-celestrak', test_celestrak), &
+                    new_unittest('file-of-gfz', test_gfz), &
                     new_unittest('corrupted-files', test_corrupted)]
     end subroutine collect_space_weather
 
@@ -158,11 +160,63 @@ contains
         call check_indices(error, table, '2001-03-31T01:00:00', 256.9_dp, 186.7_dp, 4.0_dp)
     end subroutine test_crlf
 
+    !> Rows of SW-All.csv; the last day has no mean yet, and the month's prediction no Kp.
+    subroutine test_celestrak(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table
+        type(error_t), allocatable :: failure
+        type(utc_t) :: utc
+        real(dp) :: found(3)
+
+        call read_space_weather(FIXTURES//'_celestrak.csv', table, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check_indices(error, table, '2026-03-02T05:00:00', 147.0_dp, 140.3_dp, 1.3_dp)
+        if (allocated(error)) return
+        call parse_utc('2026-03-04', utc, failure)
+        call table%indices_at(utc, found(1), found(2), found(3), failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'no 81-day mean of F10.7 for 2026-03-04', &
+                                                      '2026-02-28 to 2026-03-04'])
+    end subroutine test_celestrak
+
+    !> The figures of the embedded table in the layout of GFZ: the same indices, and means that agree with the
+    !> published ones to their rounding, with a day's flux missing too.
+    subroutine test_gfz(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(space_weather_t) :: table, gap, embedded
+        type(error_t), allocatable :: failure
+        type(utc_t) :: utc
+        real(dp) :: a(3), b(3), c(3)
+        integer :: i
+
+        embedded = embedded_space_weather()
+        call read_space_weather(FIXTURES//'_gfz.txt', table, failure)
+        if (.not. allocated(failure)) call read_space_weather(FIXTURES//'_gfz_gap.txt', gap, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call parse_utc('1989-01-10T04:00:00', utc, failure)
+        do i = 0, 9
+            call embedded%indices_at(utc_plus(utc, 86400.0_dp*i), a(1), a(2), a(3), failure)
+            call table%indices_at(utc_plus(utc, 86400.0_dp*i), b(1), b(2), b(3), failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, all(abs(a - b) < [1e-12_dp, 0.0501_dp, 1e-12_dp]))
+            if (allocated(error)) return
+            call gap%indices_at(utc_plus(utc, 86400.0_dp*i), c(1), c(2), c(3), failure)
+            call check(error, .not. allocated(failure) .and. abs(c(2) - b(2)) < 1 .and. abs(c(2) - b(2)) > 1e-3_dp)
+            if (allocated(error)) return
+        end do
+        call table%indices_at(utc_plus(utc, 864000.0_dp), b(1), b(2), b(3), failure)
+        call check_fails(error, message_of(failure), [character(40) :: 'no 81-day mean', '1988-12-01 to 1989-02-28'])
+    end subroutine test_gfz
+
     !> Each with a word that its message must hold.
     subroutine test_corrupted(error)
         type(error_type), allocatable, intent(out) :: error
 
-        character(24), parameter :: BAD(2, 10) = reshape([character(24) :: &
+        character(24), parameter :: BAD(2, 16) = reshape([character(24) :: &
             '_missing.txt', 'no such file', &
             '_empty.txt', 'holds no data', &
             '_columns.txt', 'txt:3: has 23 columns', &
@@ -172,7 +226,13 @@ contains
             '_number.txt', '"NaN" is not a finite', &
             '_flux.txt', 'txt:3: F10.7: 0.0 is', &
             '_mean.txt', 'txt:2: 81-day mean', &
-            '_kp.txt', 'not "85"'], [2, 10])
+            '_kp.txt', 'not "85"', &
+            '_celestrak_header.csv', 'no column KP5', &
+            '_celestrak_columns.csv', 'csv:3: has 30 columns', &
+            '_celestrak_kp.csv', 'csv:3: Kp is given', &
+            '_celestrak_order.csv', 'csv:3: the days must', &
+            '_gfz_kp.txt', 'txt:5: Kp is given', &
+            '_gfz_columns.txt', 'txt:6: has 27 columns'], [2, 16])
         type(space_weather_t) :: table
         type(error_t), allocatable :: failure
         integer :: i

@@ -272,7 +272,7 @@ contains
         if (allocated(error)) return
         deallocate (dynamics%gravity)
         allocate (dynamics%gravity, source=gravity)
-        dynamics%sidereal_angle = 1.7_dp
+        dynamics%earth%angle = 1.7_dp
         t = nint(PERIOD/10)*10.0_dp
         state = propagated(dynamics, STATE_0, 10.0_dp, nint(PERIOD/10))
         call check(error, integral(t, state, EARTH_ROTATION_RATE), &
@@ -288,7 +288,7 @@ contains
             real(dp), intent(in) :: time, y(:), earth_rate
             real(dp) :: potential, momentum(3)
 
-            call gravity%potential(matmul(rotation_z(dynamics%sidereal_angle + &
+            call gravity%potential(matmul(rotation_z(dynamics%earth%angle + &
                                                      EARTH_ROTATION_RATE*time), y(POSITION)), &
                                                          potential)
             momentum = cross(y(POSITION), y(VELOCITY))
@@ -333,7 +333,7 @@ contains
         dynamics%with_solar_radiation = .false.
         dynamics%with_earth_radiation = .false.
         straight = propagated(dynamics, start, 1.0_dp, 60)
-        dynamics%sidereal_angle = dynamics%sidereal_angle + ANGLE
+        dynamics%earth%angle = dynamics%earth%angle + ANGLE
         turned = propagated(dynamics, turn(start), 1.0_dp, 60)
         straight = turn(straight)
         call check(error, norm2(turned(POSITION) - straight(POSITION)), 0.0_dp, thr=1e-7_dp)
@@ -580,7 +580,7 @@ contains
         r = norm2(state(POSITION))
         latitude = asin(state(3)/r)
         right_ascension = atan2(state(2), state(1))
-        alpha_g = dynamics%sidereal_angle + EARTH_ROTATION_RATE*T
+        alpha_g = dynamics%earth%angle + EARTH_ROTATION_RATE*T
         longitude = right_ascension - alpha_g
         associate (lat => latitude, lon => longitude, ra => right_ascension, ag => alpha_g)
             printed(1, :) = [cos(lat)*cos(lon), -sin(lat)*cos(lon), -sin(lon)]

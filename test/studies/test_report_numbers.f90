@@ -99,7 +99,7 @@ contains
             k = nint(samples(i)%time)
             r = orbit%state(POSITION, k)
             v = orbit%state(VELOCITY, k)
-            fixed = rotation_z(orbit%dynamics%sidereal_angle + EARTH_ROTATION_RATE*samples(i)%time)
+            fixed = orbit%dynamics%earth%from_inertial(samples(i)%time)
             d = matmul(fixed, matmul(OFFSET, rotation_matrix(orbit%state(ATTITUDE, k))))
             call orbit%dynamics%gravity%acceleration(matmul(fixed, r) + REACH*d, ahead)
             call orbit%dynamics%gravity%acceleration(matmul(fixed, r) - REACH*d, behind)

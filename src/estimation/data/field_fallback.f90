@@ -10,9 +10,9 @@ module gracecg_estimation_field_fallback
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: string_t, append, integer_text, join
-    use gracecg_base_vectors, only: rotation_z
     use gracecg_base_quaternion, only: rotation_matrix, normalised
-    use gracecg_environment_time, only: decimal_year, sidereal_angle, time_tag
+    use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
+    use gracecg_environment_time, only: decimal_year, time_tag
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model, GEOMAGNETIC_MODELS
     use gracecg_observations_knowledge, only: NO_FIELD_MODEL
@@ -27,7 +27,7 @@ module gracecg_estimation_field_fallback
     !> The model along the arc.
     type :: model_field_t
         class(geomagnetic_model_t), allocatable :: geomagnetic
-        real(dp) :: sidereal_angle = 0              !! At the epoch, rad
+        type(earth_orientation_t) :: earth          !! In inertial axes
         real(dp), allocatable :: orbit_time(:)      !! s
         real(dp), allocatable :: position(:, :)     !! Inertial, m
         type(star_attitude_t) :: stars
@@ -117,7 +117,9 @@ contains
             call new_geomagnetic_model(trim(knowledge%field_model), decimal_year(knowledge%epoch), '', &
                                        model%geomagnetic, error)
             call add_context(error, 'magnetometer: samples are missing, and the model cannot stand in')
-            model%sidereal_angle = knowledge%sidereal_angle
+            if (allocated(error)) return
+            call new_earth_orientation(trim(knowledge%earth_orientation), knowledge%epoch, knowledge%sidereal_angle, &
+                                       knowledge%earth_parameters, model%earth, error)
             model%star_camera_interval = knowledge%star_camera_interval
         end associate
         model%orbit_time = observations%orbit_time
@@ -148,7 +150,7 @@ contains
                       ' s to turn the field into body axes')
             return
         end if
-        earth_from_inertial = rotation_z(sidereal_angle(self%sidereal_angle, t))
+        earth_from_inertial = self%earth%from_inertial(t)
         call self%geomagnetic%evaluate(matmul(earth_from_inertial, &
                                        cubic_interpolated(self%orbit_time, self%position, t)), b)
         q = normalised(interpolated(self%stars%quaternion, attitude))

@@ -115,6 +115,9 @@ contains
                 observations%orbit_time = observations%orbit_time + knowledge%accelerometer_delay
             knowledge%rods%delay = knowledge%rods%delay + knowledge%accelerometer_delay
             knowledge%sidereal_angle = sidereal_angle(knowledge%sidereal_angle, -knowledge%accelerometer_delay)
+            associate (earth => knowledge%earth_parameters)     ! UT1 that is early turns the Earth back
+                earth%ut1_minus_utc = earth%ut1_minus_utc - knowledge%accelerometer_delay
+            end associate
         end associate
     end subroutine apply_knowledge
 
