@@ -68,6 +68,8 @@ def call(name: str, *arguments: Any, allowed: Sequence[int] = ()) -> int:
 def numbers(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     """A contiguous array of finite or other numbers, (n, *shape); one row without n becomes n = 1."""
     array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.size == 0:
+        array = array.reshape((0, *shape))
     if array.ndim == len(shape):
         array = array[np.newaxis]
     if array.ndim != len(shape) + 1 or array.shape[1:] != shape:

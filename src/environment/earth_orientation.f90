@@ -161,8 +161,8 @@ contains
     !> eq. 5.40, rad.
     elemental subroutine precession_2006(t, gamma, phi, psi, obliquity)
         real(dp), intent(in) :: t           !! Julian centuries of TT since J2000
-        real(dp), intent(out) :: gamma, phi, psi
-        real(dp), intent(out) :: obliquity  !! Mean, of the date
+        real(dp), intent(out) :: gamma, phi, psi    !! The three angles of Fukushima and Williams but the last, rad
+        real(dp), intent(out) :: obliquity  !! Mean, of the date, rad
 
         gamma = (-0.052928_dp + t*(10.556378_dp + t*(0.4932044_dp + t*(-0.00031238_dp + &
                  t*(-0.000002788_dp + t*0.0000000260_dp)))))*ARCSECOND

@@ -377,7 +377,7 @@ contains
         integer, intent(in) :: mjd                      !! Modified Julian day, UTC
         real(dp), intent(in) :: sec                     !! Of that day, s
         real(dp), intent(in) :: dut1, pole(2), t        !! UT1-UTC, s; x and y of the pole, rad; s after that time
-        real(dp), intent(inout) :: rot(3, 3)
+        real(dp), intent(inout) :: rot(3, 3)            !! Earth-fixed from inertial, as Fortran has it
         type(c_error_t), intent(inout) :: error
         integer(c_int) :: status                        !! A gracecg_status
 

@@ -24,7 +24,7 @@ module gracecg_planning_reliable_design
 
     !> A manoeuvre and what no test would see.
     type :: reliable_design_t
-        type(manoeuvre_design_t) :: design
+        type(manoeuvre_design_t) :: design      !! The manoeuvre and its errors by noise and forces
         type(belief_report_t) :: report         !! Minimal detectable values and their effects
         real(dp) :: effect(3) = huge(1.0_dp)    !! The largest of them on each component of the offset, m
         real(dp) :: sum = huge(1.0_dp)

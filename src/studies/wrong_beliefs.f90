@@ -18,6 +18,7 @@ module gracecg_studies_wrong_beliefs
         NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_explanation, only: confirm_contradictions
     use gracecg_estimation_solution, only: solution_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     use gracecg_planning_calibration, only: calibration_t
@@ -238,6 +239,8 @@ contains
                 call estimate_offset('optimal', observations, self%options, tested, tested_failure)
             else
                 call estimate_optimal(observations, self%options, tested, tested_failure)
+                if (allocated(tested%beliefs)) &
+                    call confirm_contradictions(observations, self%options, tested%misfit, tested%beliefs)
             end if
             do k = 1, size(self%algorithms)
                 if (self%algorithms(k) == 'optimal') then

@@ -15,11 +15,12 @@ module test_beliefs_of_operator
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
     use gracecg_estimation_belief, only: BELIEFS, apply_value, ALTERATIONS, apply_alteration, is_interchange
     use gracecg_estimation_belief_report, only: OF_VALUE, OF_ALTERATION, OF_NOISE, NOISE_SUBJECTS, POWER
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_explanation, only: confirm_contradictions
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use fixture, only: check_passes
     use statistics, only: chi_square_limits
@@ -37,6 +38,8 @@ contains
                     new_unittest('normal-quantiles', test_quantiles), &
                     new_unittest('partials-are-those-of-altered-observations', test_partials), &
                     new_unittest('scores-are-standard-normal', test_scores), &
+                    new_unittest('what-is-left-of-a-turn', test_information_left), &
+                    new_unittest('scores-are-confirmed-by-fits', test_confirmation), &
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
                     new_unittest('power-is-that-stated', test_power), &
@@ -214,6 +217,92 @@ contains
             deallocate (squares)
         end do
     end subroutine test_scores
+
+    !> A turn of the accelerometer is a bias but for 1e-5 of it: what the data tell of it beside all that is estimated,
+    !> against rows made orthogonal to those of the others, twice, as Gram and Schmidt do.
+    subroutine test_information_left(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(whitened_problem_t) :: fitted, problem
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: rows(:, :), residuals(:), weights(:)
+        integer :: i, k, round, n
+
+        call simulator_of('front-1', simulator, options, error)
+        if (allocated(error)) return
+        call observe(simulator, 77_i8, 1, observations, failure)
+        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure, problem=fitted)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        n = size(fitted%model%estimated)
+        call with_parameters(observations%knowledge, options, fitted, [fitted%model%estimated, ACCELEROMETER_TURN(3)], problem)
+        call set_noise(problem, failure)
+        allocate (rows(n + 1, problem%observations), residuals(problem%observations), weights(problem%observations))
+        if (.not. allocated(failure)) call problem%linearise(rows, residuals, weights, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        rows(n + 1, problem%star_rows + problem%acceleration_rows + 1:) = 0     ! what the operator states of it
+        do i = 1, n + 1
+            if (i <= n) rows(i, :) = rows(i, :)/norm2(rows(i, :))
+            do round = 1, 2
+                do k = 1, i - 1
+                    rows(i, :) = rows(i, :) - dot_product(rows(k, :), rows(i, :))*rows(k, :)
+                end do
+            end do
+            if (i <= n) rows(i, :) = rows(i, :)/norm2(rows(i, :))
+        end do
+        i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, ACCELEROMETER_TURN(3), 1)
+        call check(error, norm2(rows(n + 1, :))*solution%beliefs%values(i)%sigma, 1.0_dp, thr=0.01_dp)
+    end subroutine test_information_left
+
+    !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.
+    subroutine test_confirmation(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SIMILAR = 0.1_dp
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, wrong
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: score
+        integer :: i
+
+        call simulator_of('front-3', simulator, options, error)
+        if (allocated(error)) return
+        call observe(simulator, 4716_i8, 1, observations, failure)
+        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, ROD_FREQUENCIES(3), 1)
+        wrong = observations
+        call apply_value(ROD_FREQUENCIES(3), 1.4_dp*solution%beliefs%values(i)%detectable, wrong)
+        solution%beliefs%values(i)%value = 6*solution%beliefs%values(i)%sigma
+        call solution%beliefs%take_score(i, 6.0_dp)
+        call check(error, solution%beliefs%has_contradiction(), 'score of 6')
+        if (allocated(error)) return
+        call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
+        call check(error, .not. solution%beliefs%has_contradiction(), 'a score without a reason')
+        if (allocated(error)) return
+
+        call estimate_optimal(wrong, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        score = solution%beliefs%values(i)%score
+        call check(error, solution%beliefs%has_contradiction(), 'wrong frequency')
+        if (.not. allocated(error)) &
+            call check(error, maxval(abs(solution%beliefs%values%score)) < 8, 'a score within what is confirmed')
+        if (allocated(error)) return
+        call confirm_contradictions(wrong, options, solution%misfit, solution%beliefs)
+        call check(error, solution%beliefs%has_contradiction(), 'wrong frequency, confirmed')
+        if (allocated(error)) return
+        call check(error, abs(solution%beliefs%values(i)%score/score - 1) < SIMILAR, &
+                   number_text(score)//' becomes '//number_text(solution%beliefs%values(i)%score))
+    end subroutine test_confirmation
 
     !> Forces that bend, and torques that change, over five minutes are no wrong beliefs.
     subroutine test_long_arcs(error)

@@ -82,6 +82,7 @@ module gracecg_estimation_belief_report
         procedure :: has_contradiction  !! Is any belief contradicted?
         procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
+        procedure :: take_score     !! Another score for a value
         procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
     end type belief_report_t
 
@@ -191,11 +192,7 @@ contains
                 else
                     test%effect = test%effect*test%largest
                 end if
-                if (abs(test%score) > report%critical) then
-                    test%state = CONTRADICTED
-                else if (any(abs(test%effect) > report%wanted)) then
-                    test%state = UNTESTED
-                end if
+                test%state = state_of(report, test)
                 do axis = 1, 3
                     if (report%largest(axis) == 0) then
                         report%largest(axis) = i
@@ -209,6 +206,28 @@ contains
             if (abs(report%noises(i)%score) > report%critical) report%noises(i)%state = CONTRADICTED
         end do
     end subroutine finish_report
+
+    pure integer function state_of(report, test) result(state)
+        type(belief_report_t), intent(in) :: report
+        type(value_test_t), intent(in) :: test
+
+        state = CONFIRMED
+        if (abs(test%score) > report%critical) then
+            state = CONTRADICTED
+        else if (any(abs(test%effect) > report%wanted)) then
+            state = UNTESTED
+        end if
+    end function state_of
+
+    !> Takes another score for that of a value.
+    pure subroutine take_score(self, i, score)
+        class(belief_report_t), intent(inout) :: self
+        integer, intent(in) :: i            !! Place in `values`
+        real(dp), intent(in) :: score       !! Standard normal if the belief is right
+
+        self%values(i)%score = score
+        self%values(i)%state = state_of(self, self%values(i))
+    end subroutine take_score
 
     !> The largest effect on each component of the offset that no test sees, and what the estimate differs from that of
     !> `optimal` by, m.

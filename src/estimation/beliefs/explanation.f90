@@ -24,9 +24,10 @@ module gracecg_estimation_explanation
     use gracecg_estimation_optimal, only: estimate_optimal
     implicit none
     private
-    public :: explain
+    public :: explain, confirm_contradictions
 
     real(dp), parameter :: SAME = 7             !! Of log-likelihoods: one is a thousand times as likely as the other
+    real(dp), parameter :: BEYOND_DOUBT = 8     !! Score of a contradiction that no fit need confirm
     integer, parameter :: MOST_CANDIDATES = 10  !! Beliefs with a value whose fits are tried
     integer, parameter :: MOST_STEPS = 6        !! Of such a fit
     real(dp), parameter :: SETTLED = 0.05_dp    !! Of a step, in standard deviations, that ends it
@@ -38,6 +39,43 @@ module gracecg_estimation_explanation
     real(dp), parameter :: HOPE = 3     !! Times the gain that a score promises, beyond which no fit is expected to come
 
 contains
+
+    !> Whether fits bear out the scores that contradict a value: a score is what the likelihood gains if the fit is as
+    !> straight as its partials, which it is not where a partial has the offset in it, and that is badly known. The
+    !> likelihood is looked at with the value found, with half and with a quarter of it, and the score becomes that
+    !> of its largest gain (S. S. Wilks, Ann. Math. Statist. 9 (1938) 60-62). Where a test is beyond doubt nothing is done:
+    !> there is a contradiction.
+    subroutine confirm_contradictions(observations, options, misfit, report)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        real(dp), intent(in) :: misfit      !! Of the fit that is tested; 0 when it is not known
+        type(belief_report_t), intent(inout) :: report
+
+        type(observation_set_t) :: other
+        type(solution_t) :: solution
+        type(error_t), allocatable :: error
+        real(dp) :: value, left, gain
+        integer :: i, k
+
+        if (.not. misfit > 0 .or. .not. report%has_contradiction()) return
+        if (any(abs(report%values%score) > BEYOND_DOUBT) .or. any(report%noises%state == CONTRADICTED)) return
+        do i = 1, size(report%values)
+            if (report%values(i)%state /= CONTRADICTED) cycle
+            associate (test => report%values(i))
+                gain = 0
+                value = test%value
+                do k = 1, 3
+                    other = observations
+                    call apply_value(BELIEFS(test%belief)%parameter, value, other)
+                    call refit(other, without_tests(options), solution, left, error)
+                    gain = max(gain, (misfit - left)/2)
+                    if (2*gain > report%critical**2 .or. test%all_or_nothing) exit
+                    value = value/2
+                end do
+                call report%take_score(i, sign(min(sqrt(2*gain), abs(test%score)), test%score))
+            end associate
+        end do
+    end subroutine confirm_contradictions
 
     !> Explanations of what contradicts the operator's beliefs, the most likely first: those that cannot be told
     !> apart from it. None if the fits of all others fail.

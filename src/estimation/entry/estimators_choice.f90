@@ -8,7 +8,7 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
     use gracecg_estimation_combined, only: estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
-    use gracecg_estimation_explanation, only: explain
+    use gracecg_estimation_explanation, only: explain, confirm_contradictions
     use gracecg_estimation_belief_words, only: say_contradiction
     implicit none
 
@@ -67,6 +67,7 @@ contains
             solution%beliefs = tested%beliefs
             solution%misfit = tested%misfit
         end if
+        call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction()) &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
         call say_contradiction(solution%beliefs, text)

@@ -105,7 +105,7 @@ contains
     !> dq(t)/dq(t0) (4-53) and dq(t)/d omega(t0) (4-54) at epoch k, which (4-12) and (4-13) would carry on.
     pure function quaternion_transition(self, k) result(phi)
         class(fitted_attitude_t), intent(in) :: self
-        integer, intent(in) :: k
+        integer, intent(in) :: k        !! Epoch
         real(dp) :: phi(4, 7)           !! Phi_11, and Phi_12 in s
 
         real(dp) :: p(4)
@@ -124,7 +124,7 @@ contains
     !> d zeta(t)/d zeta(t0) (4-65), which turns with the body, and d zeta(t)/d omega(t0) (4-66) at epoch k.
     pure function angle_transition(self, k) result(phi)
         class(fitted_attitude_t), intent(in) :: self
-        integer, intent(in) :: k
+        integer, intent(in) :: k        !! Epoch
         real(dp) :: phi(3, 6)           !! Phi_11, and Phi_12 in s
 
         real(dp) :: now(3, 3), then(3, 3)
