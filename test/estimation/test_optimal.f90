@@ -38,6 +38,7 @@ contains
                     new_unittest('noise-spectrum-from-data', test_spectrum), &
                     new_unittest('noise-levels-of-a-calibration-from-its-data', test_levels), &
                     new_unittest('a-wave-is-found-and-removed', test_wave), &
+                    new_unittest('a-jump-is-found-and-removed', test_jump), &
                     new_unittest('curved-drag-does-not-pull-a-wave', test_curved_drag), &
                     new_unittest('rod-gain-and-magnetometer-bias-are-estimated', test_extra), &
                     new_unittest('without-rods', test_without_rods), &
@@ -324,6 +325,56 @@ contains
         if (allocated(error)) return
         call check(error, solution%variance_factor < 1.2_dp)
     end subroutine test_wave
+
+    !> A step of the acceleration along x is found at its sample, estimated with its size, and does not move the offset;
+    !> noise has none, and what is no noise is not taken for one.
+    subroutine test_jump(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: JUMP = 2e-9_dp
+        integer, parameter :: PLACE = 84
+        type(observation_set_t) :: clean, observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: reference, solution
+        type(error_t), allocatable :: failure
+        integer :: i, run
+
+        options%covariance = .false.
+        do run = 1, 20
+            call noisy_example(observations, run, error)
+            if (allocated(error)) return
+            call estimate_offset('optimal', observations, options, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (.not. allocated(error)) call check(error, .not. any(solution%parameters%name == 'jump_x'), 'none is there')
+            if (allocated(error)) return
+            if (run /= 5) cycle
+            reference = solution
+            clean = observations
+        end do
+        observations = clean
+        observations%acceleration(1, PLACE:) = clean%acceleration(1, PLACE:) + JUMP
+        call estimate_offset('optimal', observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        i = findloc(solution%parameters%name, 'jump_x', 1)
+        call check(error, i > 0, 'found')
+        if (allocated(error)) return
+        call check(error, abs(solution%parameters(i)%value - JUMP) < 4*solution%parameters(i)%sigma, 'its size')
+        if (allocated(error)) return
+        call check(error, abs(solution%parameters(i + 1)%value) < 4*solution%parameters(i + 1)%sigma, 'none along y')
+        if (allocated(error)) return
+        call check(error, any([(index(solution%warnings(i)%text, 'jumps at') > 0, i=1, size(solution%warnings))]), 'warning')
+        if (allocated(error)) return
+        do i = 1, 3
+            call check(error, abs(solution%offset(i) - reference%offset(i)) < 0.5_dp*sqrt(solution%covariance(i, i)))
+            if (allocated(error)) return
+        end do
+        observations%acceleration(1, :) = clean%acceleration(1, :) + 1e-8_dp*sin(TWO_PI*clean%accelerometer_time/3)
+        options%optimal%density_wave = 'none'
+        call estimate_offset('optimal', observations, options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, .not. any(solution%parameters%name == 'jump_x'), 'a wave is none')
+    end subroutine test_jump
 
     !> Without noise: a wave and a parabola of the drag together are recognised as what they are. A wave alone,
     !> which the parabola pulls, leaves an error of the offset of several sigma.

@@ -12,7 +12,7 @@ module test_physical_model
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_parameters, only: ESTIMABLE, PARAMETER_NAMES, ATTITUDE_ANGLES, RATE, TORQUE, &
         OFFSET, DRIFT, BIAS, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, DRAG_CURVATURE, WAVE_SINE, &
-        WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
+        WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE, FORCE_JUMP
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         prepare_model, integrate_trajectory, predict_accelerations, star_angles, turned_by, &
         turn_between, correct_state
@@ -32,7 +32,7 @@ module test_physical_model
                                                 spread(1e-8_dp, 1, 3), 1e-6_dp, &
                                                 spread(1e-2_dp, 1, 6), &
                                                 spread(1e-5_dp, 1, 3), spread(1e-8_dp, 1, 12), &
-                                                spread(1e-3_dp, 1, 2), spread(1e-6_dp, 1, 2)]
+                                                spread(1e-3_dp, 1, 2), spread(1e-6_dp, 1, 2), spread(1e-8_dp, 1, 3)]
 
 contains
 
@@ -81,6 +81,7 @@ contains
         if (allocated(error)) return
         call prepare_model(observations%knowledge, data, [(i, i=1, ESTIMABLE)], model)
         model%wave_frequency = 1/13.0_dp
+        model%jump = model%steps/3
     end subroutine prepare
 
     !> A state in which no parameter is zero.
@@ -102,6 +103,7 @@ contains
         state%value(WAVE_FREQUENCY) = 0.002_dp
         state%value(INERTIA) = [0.1_dp, -0.2_dp, 0.3_dp, 0.1_dp, -0.1_dp, 0.2_dp]
         state%value(TORQUE_CHANGE) = [-1e-6_dp, 2e-6_dp, 1e-6_dp]
+        state%value(FORCE_JUMP) = [2e-9_dp, -1e-8_dp, 3e-9_dp]
     end function general_state
 
     subroutine test_partials(error)

@@ -14,13 +14,14 @@ module gracecg_estimation_parameters
     public :: DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, INERTIA, TORQUE_CHANGE
     public :: ROD_GAINS, ROD_TURNS, ROD_DELAYS, ROD_FREQUENCIES, FIELD_TURN, FIELD_DELAY
     public :: ACCELEROMETER_DELAYS, ACCELEROMETER_TURN, MOUNTING_1, MOUNTING_2, STAR_CAMERA_DELAY
-    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, FIELD_SCALES, FIELD_SHEARS
+    public :: ALL_RODS_DELAY, ALL_RODS_FREQUENCY, FORCE_BENDS, AIRFLOW_TURN, SIDE_FORCE, FORCE_JUMP, FIELD_SCALES, &
+        FIELD_SHEARS
     public :: ROD_SWAPS, FIELD_SWAPS, ACCELEROMETER_SWAPS
     public :: BEND_AXIS, BEND_DEGREE, FORCE_SHAPES
     public :: is_rotational, is_tested_only, typical_sizes, loose_sigmas, a_priori_sigmas
 
-    integer, parameter :: PARAMETERS = 103    !! Number of all parameters
-    integer, parameter :: ESTIMABLE = 54    !! The first so many can be estimated; the others are tested only
+    integer, parameter :: PARAMETERS = 106    !! Number of all parameters
+    integer, parameter :: ESTIMABLE = 57    !! The first so many can be estimated; the others are tested only
     !> Places of the parameters, as index vectors
     integer, parameter :: ATTITUDE_ANGLES(3) = [1, 2, 3]    !! zeta at the epoch
     integer, parameter :: RATE(3) = [4, 5, 6]               !! omega at the epoch
@@ -41,27 +42,28 @@ module gracecg_estimation_parameters
     !! and BEND_DEGREE
     integer, parameter :: AIRFLOW_TURN(2) = [51, 52]        !! Of the airflow towards y and z, by the wind
     integer, parameter :: SIDE_FORCE(2) = [53, 54]          !! Of the drag along x by the airflow's angles towards y and z
+    integer, parameter :: FORCE_JUMP(3) = [55, 56, 57]      !! Of the acceleration, from one sample on
     ! What follows is never estimated with the rest, but tested: partials at the value 0 are all there is of it
-    integer, parameter :: ROD_GAINS(3) = [55, 56, 57]       !! Of the rods along x, y, z: gain over that believed, minus 1
-    integer, parameter :: ROD_TURNS(6) = [58, 59, 60, 61, 62, 63]   !! As torque_rods_t has its misalignment
-    integer, parameter :: ROD_DELAYS(3) = [64, 65, 66]      !! From command to moment, of each rod
-    integer, parameter :: ROD_FREQUENCIES(3) = [67, 68, 69] !! Of all activations of a rod
-    integer, parameter :: FIELD_TURN(3) = [70, 71, 72]      !! Rotation vector from the magnetometer's samples to the field
-    integer, parameter :: FIELD_DELAY = 73                  !! Of the magnetometer's time tags
-    integer, parameter :: ACCELEROMETER_DELAYS(3) = [74, 75, 76]    !! Of the time tags of each axis
-    integer, parameter :: ACCELEROMETER_TURN(3) = [77, 78, 79]
+    integer, parameter :: ROD_GAINS(3) = [58, 59, 60]       !! Of the rods along x, y, z: gain over that believed, minus 1
+    integer, parameter :: ROD_TURNS(6) = [61, 62, 63, 64, 65, 66]   !! As torque_rods_t has its misalignment
+    integer, parameter :: ROD_DELAYS(3) = [67, 68, 69]      !! From command to moment, of each rod
+    integer, parameter :: ROD_FREQUENCIES(3) = [70, 71, 72] !! Of all activations of a rod
+    integer, parameter :: FIELD_TURN(3) = [73, 74, 75]      !! Rotation vector from the magnetometer's samples to the field
+    integer, parameter :: FIELD_DELAY = 76                  !! Of the magnetometer's time tags
+    integer, parameter :: ACCELEROMETER_DELAYS(3) = [77, 78, 79]    !! Of the time tags of each axis
+    integer, parameter :: ACCELEROMETER_TURN(3) = [80, 81, 82]
     !! Rotation vector from the acceleration to the accelerometer's samples
-    integer, parameter :: MOUNTING_1(3) = [80, 81, 82], MOUNTING_2(3) = [83, 84, 85]
+    integer, parameter :: MOUNTING_1(3) = [83, 84, 85], MOUNTING_2(3) = [86, 87, 88]
     !! Rotation vector from the body to what the samples of a star-camera head say of it, body axes
-    integer, parameter :: STAR_CAMERA_DELAY = 86            !! Of the star camera's time tags
-    integer, parameter :: ALL_RODS_DELAY = 87, ALL_RODS_FREQUENCY = 88  !! As ROD_DELAYS, ROD_FREQUENCIES, of all rods
-    integer, parameter :: FIELD_SCALES(3) = [89, 90, 91]    !! Scale factors of the magnetometer minus 1
-    integer, parameter :: FIELD_SHEARS(3) = [92, 93, 94]
+    integer, parameter :: STAR_CAMERA_DELAY = 89            !! Of the star camera's time tags
+    integer, parameter :: ALL_RODS_DELAY = 90, ALL_RODS_FREQUENCY = 91  !! As ROD_DELAYS, ROD_FREQUENCIES, of all rods
+    integer, parameter :: FIELD_SCALES(3) = [92, 93, 94]    !! Scale factors of the magnetometer minus 1
+    integer, parameter :: FIELD_SHEARS(3) = [95, 96, 97]
     !! Parts of one component of the field in another and as much back: x and y, y and z, z and x
     ! 1 if two axes are interchanged, x and y, y and z, z and x; no other value has a meaning
-    integer, parameter :: ROD_SWAPS(3) = [95, 96, 97]       !! The commands of two rods
-    integer, parameter :: FIELD_SWAPS(3) = [98, 99, 100]    !! Two axes of the magnetometer
-    integer, parameter :: ACCELEROMETER_SWAPS(3) = [101, 102, 103]  !! Two axes of the accelerometer
+    integer, parameter :: ROD_SWAPS(3) = [98, 99, 100]       !! The commands of two rods
+    integer, parameter :: FIELD_SWAPS(3) = [101, 102, 103]    !! Two axes of the magnetometer
+    integer, parameter :: ACCELEROMETER_SWAPS(3) = [104, 105, 106]  !! Two axes of the accelerometer
     integer, parameter :: FORCE_SHAPES(15) = [DRAG_CURVATURE, FORCE_BENDS, SIDE_FORCE]
     !! Of forces that are no straight line in time
     !> Axes and degrees of FORCE_BENDS
@@ -93,7 +95,7 @@ module gracecg_estimation_parameters
 
     logical, parameter :: YES = .true., NO = .false.
     !> In the order of the places
-    type(group_t), parameter :: TABLE(28) = [ &
+    type(group_t), parameter :: TABLE(29) = [ &
         group_t('rad', ROTATION, 1e-3_dp, NO, 1.0_dp), &            ! ATTITUDE_ANGLES
         group_t('rad/s', ROTATION, 1e-3_dp, NO, 0.1_dp), &          ! RATE
         group_t('N m', ROTATION, 1e-4_dp, NO, 0.01_dp), &           ! TORQUE
@@ -121,11 +123,12 @@ module gracecg_estimation_parameters
         group_t('s', ATTITUDE, 1.0_dp, NO, 10.0_dp), &              ! STAR_CAMERA_DELAY
         group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp), &     ! FORCE_BENDS
         group_t('rad', ACCELERATION, 1e-1_dp, NO, 1.0_dp), &        ! AIRFLOW_TURN
-        group_t('m/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp)]       ! SIDE_FORCE
+        group_t('m/s^2', ACCELERATION, 1e-4_dp, NO, 1e-2_dp), &     ! SIDE_FORCE
+        group_t('m/s^2', ACCELERATION, 1e-8_dp, NO, 1e-6_dp)]       ! FORCE_JUMP
     !> The row of each parameter
     integer, parameter :: GROUP(PARAMETERS) = [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 7, 7, 7, 8, &
                                                9, 9, 9, 10, 11, 12, 13, 14, 14, 14, 14, 14, 14, 15, 15, 15, &
-                                               26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 27, 27, 28, 28, &
+                                               26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 26, 27, 27, 28, 28, 29, 29, 29, &
                                                16, 16, 16, 17, 17, 17, 17, 17, 17, 18, 18, 18, 19, 19, 19, &
                                                20, 20, 20, 21, 22, 22, 22, 23, 23, 23, 24, 24, 24, 24, 24, 24, 25, 18, 19, &
                                                16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 16, 7, 7, 7]
@@ -138,6 +141,7 @@ module gracecg_estimation_parameters
         'J_xx', 'J_yy', 'J_zz', 'J_xy', 'J_yz', 'J_zx', 'change_x', 'change_y', 'change_z', &
         'bend_x3', 'bend_x4', 'bend_x5', 'bend_x6', 'bend_y2', 'bend_y3', 'bend_y4', 'bend_y5', 'bend_y6', &
         'bend_z2', 'bend_z3', 'bend_z4', 'airflow_y', 'airflow_z', 'side_y', 'side_z', &
+        'jump_x', 'jump_y', 'jump_z', &
         'rod_gain_x', 'rod_gain_y', 'rod_gain_z', 'rod_x_turn_y', 'rod_x_turn_z', 'rod_y_turn_z', &
         'rod_y_turn_x', 'rod_z_turn_x', 'rod_z_turn_y', 'rod_delay_x', 'rod_delay_y', 'rod_delay_z', &
         'rod_freq_x', 'rod_freq_y', 'rod_freq_z', 'field_turn_x', 'field_turn_y', 'field_turn_z', 'field_delay', &

@@ -53,6 +53,7 @@ module gracecg_estimation_physical_model
         real(dp), allocatable :: airflow(:, :)          !! Along the velocity in the air, inertial, (3, 0:n)
         logical :: airflow_known = .false.              !! False: the body's x axis stands in
         real(dp) :: wave_frequency = 0                  !! Of the density wave, nominal, Hz; 0: none
+        integer :: jump = huge(1)                       !! From which interval on FORCE_JUMP acts; huge(1): never
         real(dp) :: camera_from_body(3, 3, HEADS) = 0    !! Rotation matrix of each head: (3, 3, head)
         real(dp), allocatable :: shape(:, :, :)
         !! Torque by 1 of each parameter from ROD_GAINS to FIELD_SWAPS, (3, 0:2n, parameter); of size 0 unless some of
@@ -560,6 +561,7 @@ contains
                     unscaled(BEND_AXIS(n)) = unscaled(BEND_AXIS(n)) + bends(n)*state%value(FORCE_BENDS(n))
                 end do
             end if
+            if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
             predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
@@ -696,6 +698,8 @@ contains
                     case (FORCE_BENDS(1):FORCE_BENDS(12))
                         axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
                         partials(i, axis) = factor(axis)*bends(p - FORCE_BENDS(1) + 1)
+                    case (FORCE_JUMP(1):FORCE_JUMP(3))
+                        if (k >= model%jump) partials(i, axis) = factor(axis)
                     case (SIDE_FORCE(1):SIDE_FORCE(2))
                         partials(i, 1) = factor(1)*along(p - SIDE_FORCE(1) + 2)
                     case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))

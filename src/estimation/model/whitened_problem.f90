@@ -133,6 +133,7 @@ contains
         call prepare_calibration(knowledge, options, data, estimated, other)
         other%data%warnings = problem%data%warnings     ! said already
         other%model%wave_frequency = problem%model%wave_frequency
+        other%model%jump = problem%model%jump
         other%state = problem%state
         other%noise = problem%noise
         other%star_kept = problem%star_kept

@@ -5,7 +5,7 @@ module gracecg_estimation_optimal
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: ARCSECOND
     use gracecg_base_error, only: error_t, add_context, number_text
-    use gracecg_base_text, only: append, string_t
+    use gracecg_base_text, only: append, rounded_text, string_t
     use gracecg_base_coloured_noise, only: noise_spectrum_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
@@ -16,6 +16,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave
+    use gracecg_estimation_jump_search, only: force_jump_found_t, search_jump
     use gracecg_estimation_batch_processor, only: batch_settings_t, batch_solution_t, process_batch
     use gracecg_estimation_variance_components, only: estimate_spectrum, estimate_variance
     use gracecg_estimation_outlier_editing, only: leave_out_worst, report_edited
@@ -112,7 +113,8 @@ contains
     end subroutine estimate_optimal
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
-    !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency.
+    !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency; if those show a jump of
+    !> the forces, one that estimates it.
     subroutine fit_best(knowledge, options, once, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
@@ -124,6 +126,7 @@ contains
 
         type(fit_t) :: wider
         type(density_wave_found_t) :: wave
+        type(force_jump_found_t) :: jump
         type(error_t), allocatable :: not_determined
 
         fit%problem = start
@@ -134,16 +137,34 @@ contains
         if (options%optimal%density_wave == WAVE_SEARCHED .and. .not. once) wave = search_wave(fit%problem, fit%batch)
         if (wave%found) then
             call widen(knowledge, options, fit, wave, wider)
-            call settle(knowledge, options, .false., wider, not_determined)
-            solution%iterations = solution%iterations + wider%iterations
-            if (options%history) solution%history = [solution%history, wider%history]
-            wave%found = .not. allocated(not_determined) .and. wider%converged
+            call settle_wider(wave%found)
             call report_wave(wave, wave%found, solution%warnings)
-            if (wave%found) fit = wider
+        end if
+        if (options%optimal%estimate_within_limits .and. .not. once) jump = search_jump(fit%problem, fit%batch)
+        if (jump%found) then
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
+            wider%problem%model%jump = jump%epoch
+            call settle_wider(jump%found)
+            if (jump%found) call report_jump(fit%problem, solution%warnings)
         end if
         solution%converged = fit%converged
         if (fit%noise_estimated) &
             call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
+
+    contains
+
+        !> The fit with more parameters takes the place of the other, if there is one.
+        subroutine settle_wider(there_is)
+            logical, intent(out) :: there_is
+
+            wider%iterations = 0
+            if (allocated(wider%history)) deallocate (wider%history)
+            call settle(knowledge, options, .false., wider, not_determined)
+            solution%iterations = solution%iterations + wider%iterations
+            if (options%history .and. allocated(wider%history)) solution%history = [solution%history, wider%history]
+            there_is = .not. allocated(not_determined) .and. wider%converged
+            if (there_is) fit = wider
+        end subroutine settle_wider
     end subroutine fit_best
 
     !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
@@ -230,6 +251,18 @@ contains
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen
 
+    !> Warns of a jump that was estimated.
+    subroutine report_jump(problem, warnings)
+        type(whitened_problem_t), intent(in) :: problem
+        type(string_t), allocatable, intent(inout) :: warnings(:)
+
+        associate (jump => problem%state%value(FORCE_JUMP(1):FORCE_JUMP(3)), t => problem%model%jump*problem%model%interval)
+            call append(warnings, 'the non-gravitational acceleration jumps at '//number_text(t)//' s by '// &
+                        rounded_text(jump(1), 2)//', '//rounded_text(jump(2), 2)//', '//rounded_text(jump(3), 2)// &
+                        ' m/s^2 along x, y, z: it is estimated, too')
+        end associate
+    end subroutine report_jump
+
     !> Warns of a wave that was found.
     subroutine report_wave(wave, estimated, warnings)
         type(density_wave_found_t), intent(in) :: wave
@@ -308,7 +341,7 @@ contains
 
         places = pack([(i, i=1, size(problem%model%estimated))], &
                       [(any([OFFSET, DRIFT(axis), BIAS(axis), DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, &
-                             pack(FORCE_BENDS, BEND_AXIS == axis)] == &
+                             FORCE_JUMP(axis), pack(FORCE_BENDS, BEND_AXIS == axis)] == &
                             problem%model%estimated(i)), i=1, size(problem%model%estimated))])
     end function places_of
 

@@ -1,0 +1,113 @@
+!> Does the non-gravitational acceleration jump, as it does where the satellite enters the shadow or the wind
+!> turns within a sample? Of each candidate, a step of one accelerometer axis at one sample, the gain of the
+!> weighted squares is Rao's score statistic, as that of a density wave (gracecg_estimation_wave_search): a chi-square
+!> with one degree of freedom if there is no step.
+!>
+!> Candidates are MOST_CANDIDATES places over the arc and, around the best of them, its neighbours by bisection: the
+!> work grows with the arc's length, not with its square.
+module gracecg_estimation_jump_search
+    use gracecg_base_kinds, only: dp
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t
+    use gracecg_estimation_batch_processor, only: batch_solution_t
+    implicit none
+    private
+    public :: force_jump_found_t, search_jump
+
+    real(dp), parameter :: LEAST_GAIN = 16
+    !! Exceeded by chance with the probability 6e-5 at one place, and of the places of an arc some 60 in each of 3 axes are
+    !! independent: an arc in a hundred gets a jump that it does not have, which costs nothing but a little of its sigma; and
+    !! a smaller one that is there contradicts no belief
+    real(dp), parameter :: MOST_LEFT = 1.5_dp
+    !! Mean whitened square of the axis without what the jump explains: where more than that is left, residuals are no
+    !! noise, and a jump is none
+    real(dp), parameter :: LEAST_SEPARATE = 1e-4_dp !! Of a step's information, the part that other parameters do not take
+    integer, parameter :: MOST_CANDIDATES = 60
+
+    !> A jump in the residuals.
+    type :: force_jump_found_t
+        logical :: found = .false.      !! It stands out of the noise
+        integer :: epoch = 0            !! The first sample after it, in intervals from the epoch of the arc
+    end type force_jump_found_t
+
+contains
+
+    !> Looks for a jump in the residuals of a fit that has converged.
+    function search_jump(problem, batch) result(jump)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch     !! Of this problem
+        type(force_jump_found_t) :: jump
+
+        real(dp) :: most, gain(MOST_CANDIDATES), beside(2)
+        integer :: axis, samples, spacing, i, best, places(MOST_CANDIDATES), near
+
+        samples = size(problem%data%accelerometer_epoch)
+        spacing = samples/(MOST_CANDIDATES + 1)
+        if (spacing < 1) return
+        places = [(1 + i*spacing, i=1, MOST_CANDIDATES)]
+        most = LEAST_GAIN
+        do axis = 1, 3
+            gain = gains_at(problem, batch, axis, places)
+            best = maxloc(gain, 1)
+            if (gain(best) < most/2) cycle
+            i = places(best)
+            near = spacing
+            do while (near > 1)
+                near = (near + 1)/2
+                beside = gains_at(problem, batch, axis, [i - near, i + near])
+                if (maxval(beside) > gain(best)) then
+                    i = merge(i - near, i + near, beside(1) > beside(2))
+                    gain(best) = maxval(beside)
+                end if
+            end do
+            if (gain(best) < most .or. left_of(problem, batch, axis, gain(best)) > MOST_LEFT) cycle
+            most = gain(best)
+            jump = force_jump_found_t(.true., problem%data%accelerometer_epoch(i))
+        end do
+    end function search_jump
+
+    !> s^2/S of steps of an axis: s their scores, S their information with all other parameters eliminated.
+    function gains_at(problem, batch, axis, places) result(gains)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        integer, intent(in) :: axis
+        integer, intent(in) :: places(:)        !! The first sample of each step
+        real(dp) :: gains(size(places))
+
+        real(dp) :: steps(size(places), size(problem%data%accelerometer_epoch))
+        real(dp) :: with_others(size(batch%inverse, 1), size(places)), score, whole, information
+        integer :: i, k, row
+
+        steps = 0
+        do i = 1, size(places)
+            steps(i, max(1, places(i)):) = 1
+        end do
+        call problem%whiteners(axis)%whiten(steps)
+        with_others = 0
+        do k = 1, size(steps, 2)
+            row = problem%star_rows + 3*k - 3 + axis
+            do i = 1, size(places)
+                if (k >= places(i)) with_others(:, i) = with_others(:, i) + steps(i, k)*batch%gain(:, row)
+            end do
+        end do
+        gains = 0
+        do i = 1, size(places)
+            score = dot_product(steps(i, :), batch%residuals(problem%star_rows + axis: &
+                                                             problem%star_rows + problem%acceleration_rows:3))
+            whole = dot_product(steps(i, :), steps(i, :))
+            information = whole - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
+            if (information > LEAST_SEPARATE*whole) gains(i) = score**2/information
+        end do
+    end function gains_at
+
+    !> Mean whitened square of an axis without a gain.
+    pure real(dp) function left_of(problem, batch, axis, gain) result(left)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch
+        integer, intent(in) :: axis
+        real(dp), intent(in) :: gain
+
+        associate (first => problem%star_rows + axis, last => problem%star_rows + problem%acceleration_rows)
+            left = (sum(batch%residuals(first:last:3)**2) - gain)/max(1, count(problem%acceleration_kept(axis, :)))
+        end associate
+    end function left_of
+end module gracecg_estimation_jump_search
