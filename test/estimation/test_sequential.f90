@@ -102,6 +102,7 @@ contains
         type(error_t), allocatable :: failure
 
         own%covariance = .false.
+        own%optimal%search_jump = .false.   ! the model is the same in both
         if (present(options)) own%sequential = options
         call estimate_offset(algorithm, observations, own, solution, failure)
         if (allocated(failure)) then

@@ -140,7 +140,8 @@ contains
             call settle_wider(wave%found)
             call report_wave(wave, wave%found, solution%warnings)
         end if
-        if (options%optimal%estimate_within_limits .and. .not. once) jump = search_jump(fit%problem, fit%batch)
+        if (options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once) &
+            jump = search_jump(fit%problem, fit%batch)
         if (jump%found) then
             call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
             wider%problem%model%jump = jump%epoch

@@ -27,6 +27,8 @@ module gracecg_estimation_optimal_options
         !! A harmonic acceleration along the airflow is estimated: never, with the period given, or
         !! with its period where the residuals show one
         real(dp) :: density_wave_period = 12    !! If given, s
+        logical :: search_jump = .true.
+        !! A jump of the acceleration is estimated where the residuals show one, with estimate_within_limits
     end type optimal_options_t
 
 contains
@@ -51,6 +53,8 @@ contains
                                  [character(8) :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED])
         call settings%real_value('density_wave_period', optimal%density_wave_period, 1e-2_dp, 1e6_dp, &
                                  's, if given', unit='s')
+        call settings%logical_value('search_jump', optimal%search_jump, 'a jump of the acceleration, too, '// &
+                                    'where the residuals show one')
         call settings%end_group()
     end subroutine describe_optimal
 end module gracecg_estimation_optimal_options
