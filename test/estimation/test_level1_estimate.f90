@@ -5,13 +5,18 @@ module test_level1_estimate
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t, integer_text
-    use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised
+    use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised, &
+        quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_files_file, only: output_file_t, make_directory
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t
+    use gracecg_base_random, only: random_stream_t, new_stream
+    use gracecg_estimation_level1_angular, only: calibrate_angular_channels, gains_by_channels
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_firing_t
+    use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag
+    use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
     use gracecg_estimation_level1_gathering, only: gather_calibration
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
         milliseconds, offset_remark
@@ -64,7 +69,10 @@ contains
 
         testsuite = [ &
                     new_unittest('offset-gains-leakage', test_offset), &
+                    new_unittest('ratios-of-gains', test_ratios), &
                     new_unittest('held-currents-and-lag', test_held), &
+                    new_unittest('lag-of-firings', test_firings), &
+                    new_unittest('heads-together', test_heads), &
                     new_unittest('one-place', test_one_place), &
                     new_unittest('spans-by-currents', test_spans), &
                     new_unittest('wrong-rod', test_wrong_rod), &
@@ -340,7 +348,9 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        real(dp), parameter :: NEAR(5) = [0.3_dp, 20.0_dp, 0.3_dp, 0.3_dp, 5.0_dp]*MICROMETRE
+        real(dp), parameter :: NEAR(5) = [0.3_dp, 20.0_dp, 0.3_dp, 0.3_dp, 5.0_dp]*MICROMETRE, PROPORTIONAL = 4e-11_dp
+        type(level1_setup_t) :: setup
+        real(dp) :: sigma(3)
         integer :: i, k
 
         call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
@@ -366,7 +376,155 @@ contains
         end associate
         if (allocated(error)) return
         call check(error, .not. estimate%steps .and. size(estimate%findings) == 0, 'nothing is wrong')
+        if (allocated(error)) return
+        sigma = sqrt([(estimate%solutions(1)%covariance(k, k), k=1, 3)])
+        setup = setup_said()
+        setup%proportional_leakage = PROPORTIONAL
+        deallocate (estimate%solutions)
+        call estimate_level1(calibration, setup, LEVEL1_SOURCES(:1), 'estimate', estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        ! 4e-11 m/s^2 is some 10 um of wd = 0.25 120 mA B/J = 1.3e-5 rad/s^2 about x, 2.6e-6 about y and z
+        sigma = sqrt([(estimate%solutions(1)%covariance(k, k), k=1, 3)] - sigma**2)
+        call check(error, all(sigma > 2*MICROMETRE .and. sigma < 40*MICROMETRE), 'proportional leakage')
     end subroutine test_offset
+
+    !> Of gains of which one is 1 % too large the angular channels, whose scale is free, tell the ratios, and of a common
+    !> factor nothing.
+    subroutine test_ratios(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        real(dp), parameter :: TOO_LARGE = 0.01_dp
+        real(dp) :: information(3, 3), right(3), determinant, e(2)
+        integer :: i
+
+        call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, estimate%rods%by_channels .and. maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 5e-4_dp, &
+                   'gains by attitude and angular channels')
+        if (allocated(error)) return
+        do i = 1, size(estimate%motion)
+            associate (motion => estimate%motion(i))
+                motion%torque = motion%torque + TOO_LARGE*motion%by_rod(:, 3, :)
+                motion%by_rod(:, 3, :) = (1 + TOO_LARGE)*motion%by_rod(:, 3, :)
+            end associate
+        end do
+        call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, failure)
+        if (.not. allocated(failure)) call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, &
+                                                             estimate%angular, information, right, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, maxval(abs(sum(information, 2))) < 2e-2_dp*information(1, 1), 'a common factor is hardly seen')
+        if (allocated(error)) return
+        determinant = information(2, 2)*information(3, 3) - information(2, 3)**2    ! with that of rod x as it is
+        e = [information(3, 3)*right(2) - information(2, 3)*right(3), &
+             information(2, 2)*right(3) - information(2, 3)*right(2)]/determinant
+        call check(error, abs(e(1)) < 0.1_dp*TOO_LARGE .and. abs(e(2) + TOO_LARGE) < 0.1_dp*TOO_LARGE, 'ratios of gains')
+    end subroutine test_ratios
+
+    !> Firings at any place between samples, of random sign and strength, in noise and drift: their lags.
+    subroutine test_firings(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LAG = 0.087_dp, BENDS = 0.012_dp, LENGTH = 0.05_dp
+        type(level1_firing_t) :: firings(25)
+        type(random_stream_t) :: stream
+        real(dp) :: lag_found, sigma, strength
+        integer :: i, k, n
+
+        stream = new_stream(7_i8, 1, 1, 1, 1)
+        do i = 1, size(firings)
+            associate (f => firings(i))
+                f%time = 100*i + stream%uniform()
+                f%duration = LENGTH
+                f%sample_time = 100*i + [((k - 30)*0.099991_dp, k=0, 60)]
+                n = size(f%sample_time)
+                strength = 3e-7_dp*stream%normal()
+                allocate (f%linear(3, n), f%gyros(2))
+                do k = 1, n
+                    f%linear(:, k) = 1e-9_dp*[stream%normal(), stream%normal(), stream%normal()] + &
+                        1e-9_dp*(f%sample_time(k) - f%time)
+                    ! the share of the sample's interval of 0.1 s
+                    f%linear(2, k) = f%linear(2, k) + strength*max(0.0_dp, 0.075_dp - max(0.025_dp, abs(f%sample_time(k) - &
+                                                                   f%time - LAG - LENGTH/2)))/0.1_dp
+                end do
+                f%gyros(1)%time = [real(dp) ::]
+                f%gyros(1)%angle = [real(dp) ::]
+                f%gyros(2)%time = f%time + [((k - 24)*0.125_dp, k=0, 48)]
+                allocate (f%gyros(2)%angle(49))
+                do k = 1, 49
+                    associate (t => f%gyros(2)%time(k) - f%time)
+                        f%gyros(2)%angle(k) = 1e-3_dp*t + 2e-6_dp*t**2 + 1e-7_dp*stream%normal() + &
+                            4e-6_dp*max(0.0_dp, t - BENDS - LENGTH/2)
+                    end associate
+                end do
+            end associate
+        end do
+        call accelerometer_lag(firings, lag_found, sigma)
+        call check(error, sigma > 0 .and. sigma < 3e-3_dp .and. abs(lag_found - LAG) < 4*sigma, 'lag of the samples')
+        if (allocated(error)) return
+        call gyro_lag(firings, [1, 2], lag_found, sigma)
+        call check(error, sigma > 0 .and. sigma < 2e-2_dp .and. abs(lag_found - BENDS) < 4*sigma, 'lag of the angles')
+        if (allocated(error)) return
+        call accelerometer_lag(firings(:5), lag_found, sigma)
+        call check(error, .not. sigma > 0, 'too few tell nothing')
+        if (allocated(error)) return
+        do i = 1, size(firings)
+            do k = 1, size(firings(i)%sample_time)
+                firings(i)%linear(:, k) = 1e-9_dp*[stream%normal(), stream%normal(), stream%normal()]
+            end do
+        end do
+        call accelerometer_lag(firings, lag_found, sigma)
+        call check(error, .not. sigma > 0, 'what does not show tells nothing')
+    end subroutine test_firings
+
+    !> Two heads across each other, noisy about their boresights, one of them turned by 1e-3 rad and away half of the
+    !> time: together they are as good on every axis as each across its boresight, and nothing jumps.
+    subroutine test_heads(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: ACROSS = 1e-5_dp, ABOUT = 1.2e-4_dp, TURNED(3) = [1e-3_dp, -5e-4_dp, 2e-4_dp]
+        integer, parameter :: N = 400
+        type(random_stream_t) :: stream
+        real(dp) :: mounting(4, 2), q(4, 2*N), times(2*N), truth(4, N), e(3), left(3, N), mean(3, 2)
+        real(dp), allocatable :: joint_times(:), joint_q(:, :)
+        integer :: head(2*N), i, k, records
+
+        stream = new_stream(11_i8, 1, 1, 1, 1)
+        mounting(:, 1) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
+        mounting(:, 2) = quaternion_from_axis_angle([1.0_dp, 0.0_dp, 0.0_dp], TWO_PI/4)
+        records = 0
+        do i = 1, N
+            truth(:, i) = quaternion_from_axis_angle([0.6_dp, 0.0_dp, 0.8_dp], 1e-3_dp*i)
+            do k = 1, 2
+                if (k == 2 .and. i > N/2) cycle
+                records = records + 1
+                head(records) = k
+                times(records) = 0.5_dp*i
+                e = [ACROSS*stream%normal(), ACROSS*stream%normal(), ABOUT*stream%normal()]
+                e = matmul(rotation_matrix(mounting(:, k)), e)
+                if (k == 2) e = e + TURNED
+                q(:, records) = quaternion_product(normalised([e/2, 1.0_dp]), truth(:, i))
+            end do
+        end do
+        call combine_heads(times(:records), head(:records), q(:, :records), mounting, joint_times, joint_q)
+        call check(error, size(joint_times), N, 'a time each')
+        if (allocated(error)) return
+        do i = 1, N
+            left(:, i) = rotation_vector(quaternion_product(joint_q(:, i), conjugate_quaternion(truth(:, i))))
+        end do
+        mean(:, 1) = sum(left(:, :N/2), 2)/(N/2)
+        mean(:, 2) = sum(left(:, N/2 + 1:), 2)/(N - N/2)
+        call check(error, all(abs(mean(:, 1) - mean(:, 2)) < 5*[ACROSS, ACROSS, ABOUT]*sqrt(4.0_dp/N)), 'nothing jumps')
+        if (allocated(error)) return
+        call check(error, all(sqrt(sum(left(:, :N/2)**2, 2)/(N/2) - mean(:, 1)**2) < 1.3_dp*ACROSS), 'both heads together')
+        if (allocated(error)) return
+        call check(error, sqrt(sum(left(3, N/2 + 1:)**2)/(N/2)) > 0.7_dp*ABOUT, 'one head alone')
+    end subroutine test_heads
 
     !> Currents held from tag to tag are recognised; the lag of the accelerometer is found.
     subroutine test_held(error)

@@ -288,17 +288,19 @@ contains
         if (allocated(error)) return
         call parse_utc('2000-01-01T11:58:55.816', utc, failure)     ! J2000 in TT
         c = inertial_of_earth_fixed(utc)
-        call check(error, norm2(c(:, 3) - [0, 0, 1]), 0.0_dp, thr=1e-12_dp)
+        ! At J2000 the true pole is off that of J2000 by nutation: -5.7" about the equinox, -13.9" sin(eps) towards it
+        call check(error, norm2(c(1:2, 3)/ARCSECOND - [-5.55_dp, -5.77_dp]), 0.0_dp, thr=0.1_dp)
         call parse_utc('2023-06-01', utc, failure)
         c = inertial_of_earth_fixed(utc)
         if (.not. allocated(error)) call check(error, norm2(matmul(transpose(c), c) - identity(3)), 0.0_dp, thr=1e-14_dp)
-        ! The pole of date lies theta = 2004.3" T from that of J2000, towards the equinox of date.
+        ! The pole of date lies theta = 2004.3" T from that of J2000, towards the equinox of date, but for nutation.
         if (.not. allocated(error)) &
-            call check(error, acos(c(3, 3))/ARCSECOND, 2004.3109_dp*0.23411_dp, thr=0.2_dp)
-        if (.not. allocated(error)) call check(error, c(1, 3) > 0 .and. abs(c(2, 3)) < 0.01_dp*c(1, 3))
+            call check(error, acos(c(3, 3))/ARCSECOND, 2004.3109_dp*0.23411_dp, thr=10.0_dp)
+        if (.not. allocated(error)) call check(error, c(1, 3) > 0 .and. abs(c(2, 3)) < 0.03_dp*c(1, 3))
     end subroutine test_triads
 
-    !> Official states: triads and precession with sidereal time differ by nutation, some 8 arcsec; the SRF is that
+    !> Official states: triads and the orientation of the IAU differ by what is left out, the pole (0.5 arcsec) and UT1
+    !> (0.6 arcsec), on that day; the SRF is that
     !> of a satellite that flies backwards, with its z axis to the Earth.
     subroutine test_states(error)
         type(error_type), allocatable, intent(out) :: error
@@ -326,7 +328,7 @@ contains
         call check(error, rotation_angle_between(quaternion_of_matrix(c), &
                                                  quaternion_of_matrix(inertial_of_earth_fixed(utc_of_gps(gnv1b%seconds(1), &
                                                                                                          0.0_dp))))/ARCSECOND, &
-                   8.0_dp, thr=1.0_dp)
+                   0.0_dp, thr=1.0_dp)
         attitude = rotation_matrix(gracecg_quaternion(sca1b%values(1, q:q + 3)))
         if (.not. allocated(error)) &
             call check(error, norm2(matmul(attitude, r/norm2(r)) - [-0.013826874_dp, 0.000378633_dp, -0.999904333_dp]), &

@@ -38,7 +38,7 @@ contains
                     new_unittest('normal-quantiles', test_quantiles), &
                     new_unittest('partials-are-those-of-altered-observations', test_partials), &
                     new_unittest('scores-are-standard-normal', test_scores), &
-                    new_unittest('what-is-left-of-a-turn', test_information_left), &
+                    new_unittest('what-is-left-of-a-belief', test_information_left), &
                     new_unittest('scores-are-confirmed-by-fits', test_confirmation), &
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
@@ -229,8 +229,10 @@ contains
         type(solution_t) :: solution
         type(whitened_problem_t) :: fitted, problem
         type(error_t), allocatable :: failure
-        real(dp), allocatable :: rows(:, :), residuals(:), weights(:)
-        integer :: i, k, round, n
+        real(dp), allocatable :: rows(:, :), residuals(:), weights(:), sigma(:)
+        real(dp) :: whole
+        integer, allocatable :: tested(:)
+        integer :: i, k, round, n, all_of
 
         call simulator_of('front-1', simulator, options, error)
         if (allocated(error)) return
@@ -239,24 +241,38 @@ contains
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         n = size(fitted%model%estimated)
-        call with_parameters(observations%knowledge, options, fitted, [fitted%model%estimated, ACCELEROMETER_TURN(3)], problem)
+        tested = pack(BELIEFS(solution%beliefs%values%belief)%parameter, &
+                      [(all(fitted%model%estimated /= BELIEFS(solution%beliefs%values(i)%belief)%parameter), &
+                        i=1, size(solution%beliefs%values))])
+        sigma = pack(solution%beliefs%values%sigma, &
+                     [(any(tested == BELIEFS(solution%beliefs%values(i)%belief)%parameter), &
+                       i=1, size(solution%beliefs%values))])
+        call with_parameters(observations%knowledge, options, fitted, [fitted%model%estimated, tested], problem)
         call set_noise(problem, failure)
-        allocate (rows(n + 1, problem%observations), residuals(problem%observations), weights(problem%observations))
+        all_of = n + size(tested)
+        allocate (rows(all_of, problem%observations), residuals(problem%observations), weights(problem%observations))
         if (.not. allocated(failure)) call problem%linearise(rows, residuals, weights, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
-        rows(n + 1, problem%star_rows + problem%acceleration_rows + 1:) = 0     ! what the operator states of it
-        do i = 1, n + 1
-            if (i <= n) rows(i, :) = rows(i, :)/norm2(rows(i, :))
+        rows(n + 1:, problem%star_rows + problem%acceleration_rows + 1:) = 0    ! what the operator states of them
+        do i = 1, all_of
+            whole = norm2(rows(i, :))
+            if (i <= n) rows(i, :) = rows(i, :)/whole
             do round = 1, 2
-                do k = 1, i - 1
+                do k = 1, min(i - 1, n)
                     rows(i, :) = rows(i, :) - dot_product(rows(k, :), rows(i, :))*rows(k, :)
                 end do
             end do
-            if (i <= n) rows(i, :) = rows(i, :)/norm2(rows(i, :))
+            if (i <= n) then
+                rows(i, :) = rows(i, :)/norm2(rows(i, :))
+            else if (sigma(i - n) > 0) then
+                call check(error, norm2(rows(i, :))*sigma(i - n), 1.0_dp, thr=0.01_dp, &
+                           message=trim(PARAMETER_NAMES(tested(i - n))))
+            else
+                call check(error, norm2(rows(i, :)) < 2e-6_dp*whole, 'undetermined: '//trim(PARAMETER_NAMES(tested(i - n))))
+            end if
+            if (allocated(error)) return
         end do
-        i = findloc(BELIEFS(solution%beliefs%values%belief)%parameter, ACCELEROMETER_TURN(3), 1)
-        call check(error, norm2(rows(n + 1, :))*solution%beliefs%values(i)%sigma, 1.0_dp, thr=0.01_dp)
     end subroutine test_information_left
 
     !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.

@@ -32,7 +32,8 @@ module gracecg_estimation_belief_tests
     public :: test_beliefs
 
     real(dp), parameter :: DETERMINED = 1e-12_dp
-    !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count
+    !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count. A turn
+    !! of the accelerometer has 1e-10 of it left; the rounding of the refined difference is some 1e-15.
 
 contains
 

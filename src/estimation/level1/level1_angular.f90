@@ -14,7 +14,7 @@ module gracecg_estimation_level1_angular
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
     implicit none
     private
-    public :: level1_motion_t, angular_calibration_t, rod_motion, calibrate_angular_channels, channels_at
+    public :: level1_motion_t, angular_calibration_t, rod_motion, calibrate_angular_channels, gains_by_channels, channels_at
     public :: differentiate_attitude, band_columns, NUISANCE_DEGREE
 
     integer, parameter :: NUISANCE_DEGREE = 2       !! Of the polynomial of each axis and span
@@ -28,6 +28,7 @@ module gracecg_estimation_level1_angular
         real(dp), allocatable :: by_rod(:, :, :)    !! Angular acceleration of each rod, gains applied: axis, rod, sample
         real(dp), allocatable :: by_field(:, :, :)  !! Its change by 1 T in x, y, z of the field
         real(dp), allocatable :: torque(:, :)       !! Angular acceleration by all torques, rad/s^2
+        real(dp), allocatable :: field(:, :)        !! Of the Earth, T
         real(dp), allocatable :: rate(:, :)         !! rad/s
         real(dp), allocatable :: up(:, :)    !! Unit vector from the Earth's centre, SRF
         real(dp), allocatable :: gradient(:)        !! 1/s^2
@@ -89,13 +90,15 @@ contains
         n = size(span%time)
         if (allocated(motion%current)) then
             if (size(motion%current, 2) /= n) deallocate (motion%current, motion%current_rate, motion%by_rod, &
-                                                         motion%by_field, motion%torque, motion%rate, motion%up, motion%gradient)
+                                                         motion%by_field, motion%torque, motion%field, motion%rate, motion%up, &
+                                                         motion%gradient)
         end if
         if (.not. allocated(motion%current)) &
             allocate (motion%current(3, n), motion%current_rate(3, n), motion%by_rod(3, 3, n), motion%by_field(3, 3, n), &
-                      motion%torque(3, n), motion%rate(3, n), motion%up(3, n), motion%gradient(n))
+                      motion%torque(3, n), motion%field(3, n), motion%rate(3, n), motion%up(3, n), motion%gradient(n))
         do i = 1, n
             call slow_quantities(span, span%time(i) - delay, slow)
+            motion%field(:, i) = slow(1:3)
             motion%rate(:, i) = slow(4:6)
             motion%up(:, i) = slow(7:9)
             motion%gradient(i) = slow(10)
@@ -127,32 +130,15 @@ contains
             values(:), vectors(:, :)
         integer, allocatable :: number(:)
         real(dp) :: condition, total(3), product(3), square(3), left
-        integer :: i, k, axis, m, n, first, parameters, rods
+        integer :: i, k, axis, n, parameters, rods
         logical :: driven_axis(3)
 
         number = pack([1, 2, 3], driven)
         rods = size(number)
-        parameters = 3 + 2*rods
-        n = 0
-        do i = 1, size(motion)
-            if (calibration%spans(i)%used) n = n + size(motion(i)%band, 2)
-        end do
-        allocate (rows(parameters, n), observed(n, 3), normal(parameters, parameters), rhs(parameters), x(parameters), &
-                  covariance(parameters, parameters))
-        first = 1
-        do i = 1, size(motion)
-            if (.not. calibration%spans(i)%used) cycle
-            m = size(motion(i)%band, 2)
-            rows(1:3, first:first + m - 1) = matmul(motion(i)%torque, motion(i)%band)
-            do k = 1, rods
-                rows(3 + k, first:first + m - 1) = matmul(motion(i)%current(number(k), :), motion(i)%band)
-                rows(3 + rods + k, first:first + m - 1) = matmul(motion(i)%current_rate(number(k), :), motion(i)%band)
-            end do
-            do axis = 1, 3
-                observed(first:first + m - 1, axis) = matmul(calibration%spans(i)%angular(axis, :), motion(i)%band)
-            end do
-            first = first + m
-        end do
+        call band_rows(calibration, motion, number, rows, observed)
+        parameters = size(rows, 1)
+        n = size(rows, 2)
+        allocate (normal(parameters, parameters), rhs(parameters), x(parameters), covariance(parameters, parameters))
         total = sum(observed**2, 1)
         call normal_equations(rows, observed(:, 1), normal, rhs)
         driven_axis = [(normal(k, k) > 0, k=1, 3)]
@@ -199,6 +185,86 @@ contains
             result%squares = result%squares + log(max(left, tiny(left)))*n
         end do
     end subroutine calibrate_angular_channels
+
+    !> Of all spans in the band: wd, currents of some rods and their rates (a row each), and the angular channels.
+    pure subroutine band_rows(calibration, motion, number, rows, observed)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_motion_t), intent(in) :: motion(:)
+        integer, intent(in) :: number(:)                            !! Of the rods
+        real(dp), allocatable, intent(out) :: rows(:, :)            !! Parameter, band column
+        real(dp), allocatable, intent(out) :: observed(:, :)        !! Band column, axis
+
+        integer :: i, first, last, rods
+
+        rods = size(number)
+        last = 0
+        do i = 1, size(motion)
+            if (calibration%spans(i)%used) last = last + size(motion(i)%band, 2)
+        end do
+        allocate (rows(3 + 2*rods, last), observed(last, 3))
+        last = 0
+        do i = 1, size(motion)
+            if (.not. calibration%spans(i)%used) cycle
+            first = last + 1
+            last = last + size(motion(i)%band, 2)
+            rows(1:3, first:last) = matmul(motion(i)%torque, motion(i)%band)
+            rows(4:3 + rods, first:last) = matmul(motion(i)%current(number, :), motion(i)%band)
+            rows(4 + rods:, first:last) = matmul(motion(i)%current_rate(number, :), motion(i)%band)
+            observed(first:last, :) = transpose(matmul(calibration%spans(i)%angular, motion(i)%band))
+        end do
+    end subroutine band_rows
+
+    !> Relative changes e of the gains that the angular channels ask for, with S, La and Ka of `result`: information N and
+    !> right-hand side b of N e = b, where matrix and leakage go along,
+    !>
+    !>     ang = S sum_k (1 + e_k) N_k I_k + La I + Ka dI/dt.
+    !>
+    !> A common e goes into S: N says nothing of it. All zero where S and La are not separable.
+    subroutine gains_by_channels(calibration, motion, driven, result, information, right, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_motion_t), intent(in) :: motion(:)              !! Of each span
+        logical, intent(in) :: driven(3)                            !! Rods
+        type(angular_calibration_t), intent(in) :: result           !! Of this motion
+        real(dp), intent(out) :: information(3, 3), right(3)        !! By rod
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: rows(:, :), observed(:, :), by_rod(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), &
+            left(:), mixed(:, :)
+        integer, allocatable :: number(:)
+        real(dp) :: condition, weight, part(3, 3), with_residual(3)
+        integer :: i, k, axis, first, last
+
+        information = 0
+        right = 0
+        if (.not. result%separable) return
+        number = pack([1, 2, 3], driven)
+        call band_rows(calibration, motion, number, rows, observed)
+        allocate (by_rod(3, size(rows, 2)), normal(size(rows, 1), size(rows, 1)), rhs(size(rows, 1)), x(size(rows, 1)), &
+                  covariance(size(rows, 1), size(rows, 1)))
+        do axis = 1, 3
+            by_rod = 0
+            last = 0
+            do i = 1, size(motion)
+                if (.not. calibration%spans(i)%used) cycle
+                first = last + 1
+                last = last + size(motion(i)%band, 2)
+                do k = 1, 3
+                    if (driven(k)) by_rod(k, first:last) = &
+                        matmul(matmul(result%scale(axis, :), motion(i)%by_rod(:, k, :)), motion(i)%band)
+                end do
+            end do
+            call normal_equations(rows, observed(:, axis), normal, rhs)
+            call solve_normal_equations(normal, rhs, x, covariance, condition, error)
+            if (allocated(error)) return
+            left = observed(:, axis) - matmul(x, rows)
+            weight = (size(left) - size(x))/sum(left**2)
+            mixed = matmul(by_rod, transpose(rows))
+            part = matmul(by_rod, transpose(by_rod)) - matmul(mixed, matmul(covariance, transpose(mixed)))
+            with_residual = matmul(by_rod, left)
+            information = information + weight*part
+            right = right + weight*with_residual
+        end do
+    end subroutine gains_by_channels
 
     !> The angular acceleration that the channels show, S^-1 (ang - La I - Ka dI/dt), without its mean.
     subroutine channels_at(span, motion, result, acceleration, error)

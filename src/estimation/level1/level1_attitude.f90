@@ -44,7 +44,9 @@ module gracecg_estimation_level1_attitude
         !! What the attitude says of the rods
         logical :: driven(3) = .false.                  !! Some span drives the rod: it has a gain
         real(dp) :: gain(3) = 1                         !! g, of the moment said: kappa = g kappa_said
-        real(dp) :: gain_sigma(3) = 0    !! Of g
+        real(dp) :: gain_sigma(3) = 0                   !! Of g
+        real(dp) :: covariance(3, 3) = 0                !! Of g; 0: of a rod that is not driven
+        logical :: by_channels = .false.                !! The angular channels have their part in the ratios of gains
         real(dp) :: delay = 0                           !! tau, s
         real(dp) :: delay_sigma = 0                     !! s
         real(dp) :: gyro_delay = 0                      !! The same by the gyros, s
@@ -406,10 +408,10 @@ contains
         rods%weighted_squares = squares/(sum(free) - parameters)
         rods%gain = 1
         rods%gain_sigma = 0
-        do k = 1, parameters
-            rods%gain(number(k)) = x(k)
-            rods%gain_sigma(number(k)) = sqrt(covariance(k, k)*rods%weighted_squares)
-        end do
+        rods%covariance = 0
+        rods%gain(number) = x
+        rods%covariance(number, number) = covariance*rods%weighted_squares
+        rods%gain_sigma = sqrt([(rods%covariance(k, k), k=1, 3)])
         do axis = 1, 3
             total = sum(observed**2, mask=class_of == axis)
             rods%rms(axis) = sqrt(sum(residuals**2, mask=class_of == axis)/(free(axis) - parameters/3.0_dp))

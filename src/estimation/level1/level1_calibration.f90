@@ -4,16 +4,27 @@ module gracecg_estimation_level1_calibration
     use gracecg_base_text, only: string_t, append
     implicit none
     private
-    public :: level1_calibration_t, level1_span_t, level1_gyro_t
-    public :: SPAN_MARGIN, keep_samples, leave_out, note, middle_of
+    public :: level1_calibration_t, level1_span_t, level1_gyro_t, level1_firing_t
+    public :: SPAN_MARGIN, FIRING_MARGIN, keep_samples, leave_out, note, middle_of
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
+
+    real(dp), parameter :: FIRING_MARGIN = 3    !! Samples and angles are used so long before and behind a firing, s
 
     type :: level1_gyro_t
         !! Angles of one gyro in a span and its margins
         real(dp), allocatable :: time(:)        !! s from the epoch
         real(dp), allocatable :: angle(:)       !! rad
     end type level1_gyro_t
+
+    type :: level1_firing_t
+        !! A firing of thrusters outside of the spans, with what instruments show of it
+        real(dp) :: time = 0                        !! Its tag, s from the epoch
+        real(dp) :: duration = 0                    !! s
+        real(dp), allocatable :: sample_time(:)     !! Of the accelerometer, s from the epoch
+        real(dp), allocatable :: linear(:, :)       !! m/s^2
+        type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
+    end type level1_firing_t
 
     type :: level1_span_t
         !! One sub-manoeuvre; times in s from the epoch of the calibration, vectors in SRF
@@ -49,6 +60,7 @@ module gracecg_estimation_level1_calibration
         integer(i8) :: epoch = 0                        !! s past 2000-01-01 12:00 GPS
         character(24) :: spans_from = ''                !! Where the spans come from
         type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
+        type(level1_firing_t), allocatable :: firings(:)    !! Thruster firings that tell of delays
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
         real(dp), allocatable :: measured_field(:, :)   !! T

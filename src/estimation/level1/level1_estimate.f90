@@ -4,14 +4,16 @@ module gracecg_estimation_level1_estimate
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, MICROMETRE, MILLIMETRE, NANOTESLA
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_angular, only: level1_motion_t, angular_calibration_t, rod_motion, &
-        calibrate_angular_channels, channels_at, differentiate_attitude, band_columns
+        calibrate_angular_channels, gains_by_channels, channels_at, differentiate_attitude, band_columns
     use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, new_drive, calibrate_rods
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, keep_samples
+    use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag, SAMPLE
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes, gyro_attitude
     use gracecg_estimation_level1_series, only: hold
     use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset, &
@@ -27,7 +29,6 @@ module gracecg_estimation_level1_estimate
     real(dp), parameter :: CLOSE_ENOUGH = 10*MICROMETRE     !! Sources agree within this or three sigma
     character(24), parameter :: VERDICTS(0:2) = [character(24) :: 'good', 'to be used with care', 'not to be used'] !! By flag
     real(dp), parameter :: REQUIREMENT = 0.1_dp*MILLIMETRE  !! Of |d| by axis (GCMD, Remote Sensing 14(16) 4030)
-    real(dp), parameter :: SAMPLE = 0.1_dp                  !! Interval of ACC1A, s
     real(dp), parameter :: STEP = 0.005_dp                  !! Of the search for the delay of held currents, s
     integer, parameter :: REACH = 10                        !! Of that search, steps: half a sample
     real(dp), parameter :: GOOD_SIGMA = 5*MICROMETRE        !! A source with a greater one is to be used with care
@@ -73,6 +74,7 @@ contains
         end if
         call fit_gyro_axes(calibration, estimate%gyros, failure)
         call choose_drive(calibration, setup, drive, estimate, error)
+        if (.not. allocated(error)) call tie_gains(calibration, setup, drive, estimate, error)
         if (allocated(error)) return
         do round = 1, EDIT_ROUNDS
             solution%source = LEVEL1_SOURCES(1)
@@ -152,6 +154,60 @@ contains
         end do
     end subroutine make_motion
 
+    !> Gains by the attitude and the angular channels together: these, whose scale is not known, tell the ratios of the
+    !> gains where rods turn the satellite about the same axis, as far as matrix and leakage are separable.
+    subroutine tie_gains(calibration, setup, drive, estimate, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(in) :: drive
+        type(level1_estimate_t), intent(inout) :: estimate
+        type(error_t), allocatable, intent(out) :: error
+
+        integer, parameter :: ROUNDS = 2
+        real(dp), allocatable :: by_attitude(:), known(:, :), gain(:), change(:), covariance(:, :), normal(:, :)
+        real(dp) :: information(3, 3), right(3), condition
+        integer, allocatable :: number(:)
+        integer :: round, n
+
+        if (.not. calibration%has_angular .or. .not. estimate%rods%estimated) return
+        number = pack([1, 2, 3], estimate%rods%driven)
+        n = size(number)
+        by_attitude = estimate%rods%gain(number)
+        allocate (known(n, n), covariance(n, n), change(n), normal(n, n))
+        call solve_normal_equations(estimate%rods%covariance(number, number), 0*by_attitude, change, known, condition, error)
+        if (allocated(error)) return
+        do round = 1, ROUNDS
+            call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
+            if (allocated(error) .or. .not. estimate%angular%separable) return
+            call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, information, right, &
+                                   error)
+            if (allocated(error)) return
+            gain = estimate%rods%gain(number)
+            normal = relative(information(number, number), gain) + known
+            call solve_normal_equations(normal, right(number)/gain + matmul(known, by_attitude - gain), change, covariance, &
+                                        condition, error)
+            if (allocated(error)) return
+            estimate%rods%gain(number) = gain + change
+            estimate%rods%covariance(number, number) = covariance
+            estimate%rods%gain_sigma = sqrt([(estimate%rods%covariance(n, n), n=1, 3)])
+            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
+        end do
+        estimate%rods%by_channels = .true.
+    end subroutine tie_gains
+
+    !> A matrix over the products of some gains.
+    pure function relative(matrix, gain)
+        real(dp), intent(in) :: matrix(:, :)
+        real(dp), intent(in) :: gain(:)
+        real(dp) :: relative(size(gain), size(gain))
+
+        real(dp), parameter :: LEAST = 1e-3_dp      ! A rod that does nothing
+        real(dp) :: divisor(size(gain))
+
+        divisor = sign(max(abs(gain), LEAST), gain)
+        relative = matrix/(spread(divisor, 1, size(gain))*spread(divisor, 2, size(gain)))
+    end function relative
+
     !> The delay of the accelerometer by its angular channels against the torque.
     subroutine find_accelerometer_delay(calibration, setup, drive, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
@@ -161,7 +217,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: REACH = 0.4_dp, STEPS(4) = [0.1_dp, 0.05_dp, 0.02_dp, 0.01_dp]
-        real(dp) :: squares(-1:1), noise(3), lowest, best, curvature, trial
+        real(dp) :: squares(-1:1), noise(3), lowest, best, curvature, trial, sigma
         integer :: i, k, size_of_band
         logical :: usable
 
@@ -209,7 +265,15 @@ contains
         estimate%accelerometer_delay_sigma = hypot(estimate%accelerometer_delay_sigma, SAMPLE/ &
                                                    sqrt(12.0_dp*count(calibration%spans%used)))
         call find_sharp_steps(calibration, setup, drive, estimate, error)
-        if (.not. allocated(error)) call refine_by_leakage(calibration, setup, drive, estimate, error)
+        if (allocated(error)) return
+        call delay_by_firings(calibration, setup, estimate, best, sigma)
+        if (sigma > 0 .and. sigma < estimate%accelerometer_delay_sigma) then
+            estimate%accelerometer_delay = best
+            estimate%accelerometer_delay_sigma = sigma
+            call make_motion(calibration, setup, drive, estimate, best, .false.)
+        else
+            call refine_by_leakage(calibration, setup, drive, estimate, error)
+        end if
 
     contains
 
@@ -333,6 +397,43 @@ contains
         end subroutine squares_at
     end subroutine refine_by_leakage
 
+    !> The delay of the accelerometer by the firings of thrusters: their lag in its samples less that behind their tags,
+    !> which is what the setup says or, where the gyros contradict it, what these show. A sigma of 0: not known.
+    subroutine delay_by_firings(calibration, setup, estimate, delay, sigma)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_estimate_t), intent(inout) :: estimate
+        real(dp), intent(out) :: delay      !! s
+        real(dp), intent(out) :: sigma      !! s
+
+        real(dp), parameter :: CONTRADICTION = 4        ! Sigma
+        real(dp) :: shown, shown_sigma, fired, fired_sigma, weight
+
+        sigma = 0
+        delay = 0
+        if (.not. (estimate%gyros%known .and. estimate%rods%by_gyros)) return   ! nothing says when they fired
+        call gyro_lag(calibration%firings, estimate%gyros%gyro, shown, shown_sigma)
+        call accelerometer_lag(calibration%firings, delay, sigma)
+        if (.not. (sigma > 0 .and. shown_sigma > 0)) then
+            sigma = 0
+            return
+        end if
+        shown = shown - (estimate%rods%gyro_delay - estimate%rods%delay)
+        shown_sigma = hypot(shown_sigma, estimate%rods%delay_sigma)
+        fired = shown
+        fired_sigma = shown_sigma
+        if (abs(shown - setup%firing_delay) < CONTRADICTION*hypot(shown_sigma, setup%firing_delay_sigma)) then
+            weight = setup%firing_delay_sigma**2/(setup%firing_delay_sigma**2 + shown_sigma**2)
+            fired = setup%firing_delay + weight*(shown - setup%firing_delay)
+            fired_sigma = sqrt(weight)*shown_sigma
+        else
+            call append(estimate%remarks, 'the gyros show thrusters to fire '//trim(milliseconds(shown))//' +- '// &
+                        trim(milliseconds(shown_sigma))//' ms behind their tags, not firing_delay')
+        end if
+        delay = delay - fired
+        sigma = hypot(sigma, fired_sigma)
+    end subroutine delay_by_firings
+
     !> Whether the angular channels show the steps of held currents: what of both a moving mean does not follow is the
     !> same.
     logical function shows_steps(calibration, estimate)
@@ -428,7 +529,7 @@ contains
         end do
         call list_considered(calibration, setup, estimate, source, series, considered)
         call solve_offset(calibration, estimate%motion, series, considered, estimate%rods%driven, leakage, &
-                          setup%leakage_prior, setup%scale_sigma, solution, error)
+                          setup%leakage_prior, setup%scale_sigma, solution, error, setup%proportional_leakage)
         call move_alloc(series, solution%series)
     end subroutine solve_by_source
 
@@ -442,19 +543,31 @@ contains
         type(consider_t), allocatable, intent(out) :: considered(:)
 
         type(consider_t) :: one
-        integer :: i, k, n
+        type(error_t), allocatable :: failure
+        real(dp) :: gains(3, 3), squares(3), directions(3, 3)
+        integer :: i, k, n, rod
 
         allocate (considered(0))
         n = size(series)
         select case (source)
         case ('torque+cal', 'torque', 'acc-cal')
-            do k = 1, 3         ! gains
-                if (.not. estimate%rods%driven(k)) cycle
-                one = consider_t(sigma=estimate%rods%gain_sigma(k)/max(abs(estimate%rods%gain(k)), 1e-3_dp), span=0)
-                if (source == 'torque') one%sigma = setup%gain_sigma
+            gains = 0           ! relative covariance
+            do k = 1, 3
+                if (estimate%rods%driven(k)) gains(k, k) = setup%gain_sigma**2
+            end do
+            if (source /= 'torque') gains = relative(estimate%rods%covariance, estimate%rods%gain)
+            call symmetric_eigen(gains, squares, directions, failure)
+            do k = 1, 3         ! its principal axes
+                if (allocated(failure) .or. .not. squares(k) > 0) cycle
+                one = consider_t(sigma=sqrt(squares(k)), span=0)
                 allocate (one%change(n))
                 do i = 1, n
-                    if (calibration%spans(i)%used) one%change(i)%acceleration = estimate%motion(i)%by_rod(:, k, :)
+                    if (.not. calibration%spans(i)%used) cycle
+                    one%change(i)%acceleration = 0*series(i)%acceleration
+                    do rod = 1, 3
+                        one%change(i)%acceleration = one%change(i)%acceleration + &
+                            directions(rod, k)*estimate%motion(i)%by_rod(:, rod, :)
+                    end do
                 end do
                 considered = [considered, one]
                 deallocate (one%change)
@@ -722,8 +835,11 @@ contains
                 end do
                 if (any(difference > allowed)) then
                     call lower(2, 'disagrees with '//trim(first%source))
-                    if (solution%source /= 'torque') first%flag = max(first%flag, 1)
-                    if (solution%source /= 'torque') first%reason = trim(solution%source)//' disagrees'
+                    ! A scale that is only said, of rods or angular channels, does not speak against one that is measured.
+                    if (solution%source /= 'torque' .and. solution%source /= 'acc-raw') then
+                        first%flag = max(first%flag, 1)
+                        first%reason = trim(solution%source)//' disagrees'
+                    end if
                 end if
                 if (solution%degrees > 0) then
                     if (solution%chi_square > solution%degrees + 5*sqrt(2.0_dp*solution%degrees)) &

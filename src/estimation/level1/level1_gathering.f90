@@ -57,7 +57,7 @@ contains
         windows = spans + real(calibration%epoch, dp)
         windows(1, :) = windows(1, :) - SPAN_MARGIN - READ_MARGIN
         windows(2, :) = windows(2, :) + SPAN_MARGIN + READ_MARGIN
-        call read_firings(paths, clock, calibration, windows, error)
+        call read_firings(paths, clock, calibration, error)
         if (.not. allocated(error)) call read_accelerometer(paths, setup, clock, calibration, windows, error)
         if (.not. allocated(error)) call read_attitude(paths, setup, clock, calibration, windows, error)
         if (.not. allocated(error)) call read_gyros(paths, clock, calibration, windows, error)

@@ -16,7 +16,9 @@ module gracecg_estimation_level1_instruments
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_time, only: level1_clock_t, to_gps_time, utc_of_gps
-    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN
+    use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, level1_firing_t, leave_out, &
+        note, middle_of, SPAN_MARGIN, FIRING_MARGIN
+    use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
     implicit none
     private
     public :: find_file, read_currents, read_firings, read_accelerometer, read_attitude, read_gyros
@@ -122,20 +124,23 @@ contains
                                    ', which is not the convention of this mission; the net current |A| - |B| does not use it')
     end subroutine read_currents
 
-    !> Thruster firings.
-    subroutine read_firings(paths, clock, calibration, windows, error)
+    !> Thruster firings: those at the spans, and of the others outside of them the nearest, which tell of delays.
+    subroutine read_firings(paths, clock, calibration, error)
         type(level1_folder_t), intent(in) :: paths
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), intent(in) :: windows(:, :)    !! (2, n): begin and end, s
         type(error_t), allocatable, intent(out) :: error
 
+        integer, parameter :: MOST = 40
+        real(dp), parameter :: MILLISECOND = 1e-3_dp
         character(16) :: fields(14)
         type(level1_records_t) :: records
-        real(dp), allocatable :: times(:)
+        real(dp), allocatable :: times(:), away(:)
+        logical, allocatable :: alone(:)
         character(:), allocatable :: path
-        integer :: i
+        integer :: i, n
 
+        allocate (calibration%firings(0))
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%firings(0))
         end do
@@ -145,18 +150,47 @@ contains
             return
         end if
         fields = [character(10) :: ('on_time_'//integer_text(i), i=1, 14)]
-        call read_product(path, clock, calibration, fields, records, error, windows)
+        call read_product(path, clock, calibration, fields, records, error)
         if (allocated(error)) return
         if (records%count == 0) return
         call records%drop(.not. any(records%values > 0, 2))
         call records%times_since(calibration%epoch, times)
+        n = size(times)
+        allocate (alone(n), source=.true.)
+        alone(2:) = alone(2:) .and. times(2:) - times(:n - 1) > 2*FIRING_MARGIN
+        alone(:n - 1) = alone(:n - 1) .and. times(2:) - times(:n - 1) > 2*FIRING_MARGIN
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 span%firings = pack(times, times > span%start - SPAN_MARGIN - 2 .and. times < span%stop + SPAN_MARGIN)
                 span%firings_inside = count(span%firings > span%start .and. span%firings < span%stop)
+                alone = alone .and. (times < span%start - FIRING_MARGIN .or. times > span%stop + FIRING_MARGIN)
             end associate
         end do
+        away = abs(times + real(calibration%epoch, dp) - middle_of(calibration))
+        do while (size(calibration%firings) < MOST .and. any(alone))
+            i = minloc(away, 1, mask=alone)
+            alone(i) = .false.
+            calibration%firings = [calibration%firings, level1_firing_t(time=times(i), &
+                                                                        duration=maxval(records%values(i, :))*MILLISECOND)]
+        end do
     end subroutine read_firings
+
+    !> The times of firings with their margins, beside those of the spans.
+    pure function with_firings(windows, calibration) result(wider)
+        real(dp), intent(in) :: windows(:, :)       !! (2, n), s past 2000-01-01 12:00
+        type(level1_calibration_t), intent(in) :: calibration
+        real(dp), allocatable :: wider(:, :)
+
+        integer :: i, n
+
+        n = size(windows, 2)
+        allocate (wider(2, n + size(calibration%firings)))
+        wider(:, :n) = windows
+        do i = 1, size(calibration%firings)
+            wider(:, n + i) = real(calibration%epoch, dp) + calibration%firings(i)%time + &
+                (FIRING_MARGIN + 1)*[-1, 1]         ! tags are up to a second from GPS time
+        end do
+    end function with_firings
 
     !> Samples of ACC1A in SRF.
     subroutine read_accelerometer(paths, setup, clock, calibration, windows, error)
@@ -184,7 +218,7 @@ contains
         call clock%gps_time(second, fraction)
         calibration%clock_correction = real(second - calibration%epoch, dp) + fraction
         call find_file(paths, ['ACC1A'], path)
-        call read_product(path, clock, calibration, FIELDS, acc, error, windows)
+        call read_product(path, clock, calibration, FIELDS, acc, error, with_firings(windows, calibration))
         if (allocated(error)) return
         if (acc%count < 10) then
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
@@ -218,6 +252,16 @@ contains
                 do k = 1, size(wanted)
                     span%linear(:, k) = srf_of_accelerometer(acc%values(wanted(k), 1:3), setup%accelerometer_axes)
                     span%angular(:, k) = srf_of_accelerometer(acc%values(wanted(k), 4:6), setup%accelerometer_axes)
+                end do
+            end associate
+        end do
+        do i = 1, size(calibration%firings)
+            associate (firing => calibration%firings(i))
+                wanted = pack([(k, k=1, size(times))], abs(times - firing%time) < FIRING_MARGIN .and. good)
+                firing%sample_time = times(wanted)
+                allocate (firing%linear(3, size(wanted)))
+                do k = 1, size(wanted)
+                    firing%linear(:, k) = srf_of_accelerometer(acc%values(wanted(k), 1:3), setup%accelerometer_axes)
                 end do
             end associate
         end do
@@ -256,8 +300,8 @@ contains
                                        model, error)
         end if
         if (allocated(error)) return
-        if (other == '') call note(calibration, 'no GNI1B: Earth-fixed to inertial axes by precession and mean sidereal time '// &
-                              '(some 20 arcsec)')
+        if (other == '') call note(calibration, 'no GNI1B: Earth-fixed to inertial axes by precession, nutation and UT1 = UTC '// &
+                              '(some arcsec)')
         do i = 1, size(calibration%spans)
             call span_attitude(calibration, calibration%spans(i), times, q, fixed, inertial, other /= '', model)
         end do
@@ -292,12 +336,15 @@ contains
         character(10), parameter :: FIELDS(7) = [character(10) :: 'quatangle', 'quaticoeff', 'quatjcoeff', 'quatkcoeff', &
                                                  'sca_id', 'qualflg', 'sca_mode']
         type(level1_records_t) :: sca, qsa
-        real(dp) :: mounting(4)
-        character(:), allocatable :: path, other
-        integer :: i, k, head, number(HEADS)
+        real(dp), allocatable :: joint_times(:), joint_q(:, :)
+        real(dp) :: mounting(4, HEADS)
+        character(:), allocatable :: path, other, names
+        logical :: heads_alone, known(HEADS)
+        integer :: i, k, head
 
         call find_file(paths, ['SCA1B'], path)
-        if (path /= '') then
+        heads_alone = path == ''
+        if (.not. heads_alone) then
             call read_product(path, clock, calibration, FIELDS(:6), sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop(.not. without_bits(sca, [0]))
@@ -314,12 +361,14 @@ contains
             call read_product(path, clock, calibration, FIELDS, sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop([(.not. btest(nint(sca%values(k, 7)), 0), k=1, sca%count)])
+            names = ''
             do head = 1, HEADS
-                number(head) = count(nint(sca%values(:, 5)) == head)
+                mounting(:, head) = mounting_of_head(qsa, head, calibration%epoch)
+                known(head) = norm2(mounting(:, head)) > 0.5_dp
+                if (any(nint(sca%values(:sca%count, 5)) == head) .and. known(head)) names = names//' '//integer_text(head)
             end do
-            head = maxloc(number, 1)
-            call note(calibration, 'no SCA1B: attitude by head '//integer_text(head)//' of SCA1A')
-            call sca%drop(nint(sca%values(:, 5)) /= head)
+            if (sca%count > 0) call sca%drop([(.not. any(nint(sca%values(k, 5)) == pack([1, 2, 3], known)), k=1, sca%count)])
+            if (sca%count > 0) call note(calibration, 'no SCA1B: attitude by the heads of SCA1A together:'//names)
         end if
         if (sca%count < 30) then
             call fail(error, sca%path//': no attitude within the spans of the manoeuvre')
@@ -327,17 +376,15 @@ contains
         end if
         call sca%times_since(calibration%epoch, times)
         allocate (q(4, sca%count))
-        mounting = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-        if (sca%layout%product == 'SCA1A') then
-            mounting = mounting_of_head(qsa, head, calibration%epoch)
-            if (norm2(mounting) < 0.5_dp) then
-                call fail(error, qsa%path//': no mounting of head '//integer_text(head))
-                return
-            end if
-        end if
         do i = 1, sca%count
-            q(:, i) = attitude_by_head(mounting, gracecg_quaternion(sca%values(i, 1:4)))
+            q(:, i) = gracecg_quaternion(sca%values(i, 1:4))
+            if (heads_alone) q(:, i) = attitude_by_head(mounting(:, nint(sca%values(i, 5))), q(:, i))
         end do
+        if (heads_alone) then
+            call combine_heads(times, nint(sca%values(:sca%count, 5)), q, mounting, joint_times, joint_q)
+            call move_alloc(joint_times, times)
+            call move_alloc(joint_q, q)
+        end if
         call continuous_quaternions(q)
     end subroutine star_cameras
 
@@ -392,18 +439,6 @@ contains
         span%mean_field = sum(span%field, 2)/n
     end subroutine span_attitude
 
-    !> The rotation vector of a quaternion with scalar part not negative.
-    pure function rotation_vector(q) result(phi)
-        real(dp), intent(in) :: q(4)
-        real(dp) :: phi(3)
-
-        real(dp) :: s
-
-        s = norm2(q(1:3))
-        phi = 2*q(1:3)
-        if (s > 1e-8_dp) phi = 2*atan2(s, q(4))/s*q(1:3)
-    end function rotation_vector
-
     !> Position and velocity between two records, by Hermite's cubic.
     pure subroutine state_at(orbit, epoch, time, r, v)
         type(level1_records_t), intent(in) :: orbit
@@ -447,9 +482,15 @@ contains
                 allocate (calibration%spans(i)%gyros(k)%time(0), calibration%spans(i)%gyros(k)%angle(0))
             end do
         end do
+        do i = 1, size(calibration%firings)
+            allocate (calibration%firings(i)%gyros(GYROS))
+            do k = 1, GYROS
+                allocate (calibration%firings(i)%gyros(k)%time(0), calibration%firings(i)%gyros(k)%angle(0))
+            end do
+        end do
         call find_file(paths, ['IMU1B', 'IMU1A'], path)
         if (path == '') return
-        call read_product(path, clock, calibration, FIELDS, imu, error, windows)
+        call read_product(path, clock, calibration, FIELDS, imu, error, with_firings(windows, calibration))
         if (allocated(error)) return
         if (imu%count == 0) return
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))
@@ -466,6 +507,15 @@ contains
                 end do
                 calibration%has_gyros = calibration%has_gyros .and. &
                     count([(size(span%gyros(k)%time) > 0, k=1, GYROS)]) >= 3
+            end associate
+        end do
+        do i = 1, size(calibration%firings)
+            associate (firing => calibration%firings(i))
+                do k = 1, GYROS
+                    wanted = nint(imu%values(:, 1)) == k .and. abs(times - firing%time) < FIRING_MARGIN
+                    firing%gyros(k)%time = pack(times, wanted)
+                    firing%gyros(k)%angle = pack(imu%values(:, 2), wanted)*DEGREE
+                end do
             end associate
         end do
     end subroutine read_gyros

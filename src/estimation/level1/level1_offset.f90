@@ -6,7 +6,7 @@
 !> frequencies, axes weighted by their residuals.
 module gracecg_estimation_level1_offset
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES
+    use gracecg_base_constants, only: AXES, NANOTESLA
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_text, only: integer_text
@@ -23,6 +23,8 @@ module gracecg_estimation_level1_offset
     integer, parameter :: WEIGHT_ROUNDS = 3
     real(dp), parameter :: WORST_CONDITION = 1e6_dp
     real(dp), parameter :: UNDECIDED = 2    !! Sigma without over with a-priori leakage: the data do not decide
+
+    real(dp), parameter :: FULL_CURRENT = 120, FULL_FIELD = 30000*NANOTESLA     !! Of a proportional leakage: mA, T
 
     type :: source_series_t
         !! The angular acceleration of one span
@@ -69,6 +71,7 @@ module gracecg_estimation_level1_offset
         real(dp), allocatable :: rows(:, :)     !! Parameter, band column
         real(dp), allocatable :: observed(:)
         real(dp), allocatable :: others(:, :)   !! Considered accelerations: band column, each
+        real(dp), allocatable :: products(:, :) !! I_k B_b of the rods driven, of 120 mA and 30 000 nT: band column, each
     end type block_t
 
 contains
@@ -119,7 +122,8 @@ contains
     end subroutine modelled_acceleration
 
     !> The offset by one source. Fails when no span is usable or d is not determined at all.
-    subroutine solve_offset(calibration, motion, source, considered, driven, leakage, prior, scale_sigma, solution, error)
+    subroutine solve_offset(calibration, motion, source, considered, driven, leakage, prior, scale_sigma, solution, error, &
+                            proportional)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_motion_t), intent(in) :: motion(:)          !! Of each span
         type(source_series_t), intent(in) :: source(:)          !! Of each span
@@ -130,6 +134,8 @@ contains
         real(dp), intent(in) :: scale_sigma                     !! Of the accelerometer, considered
         type(level1_solution_t), intent(inout) :: solution      !! Its source is kept
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: proportional          !! Sigma of what is proportional to I and B, considered:
+                                                                !! m/s^2 at 120 mA and 30 000 nT. Absent: 0
 
         type(block_t), allocatable :: blocks(:)
         real(dp), allocatable :: normal(:, :), rhs(:), x(:), covariance(:, :), priors(:)
@@ -198,7 +204,7 @@ contains
                 solution%leak_rate_sigma(a, rods(k)) = sqrt(covariance(i + r, i + r))
             end do
         end do
-        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution)
+        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, proportional)
         call span_solutions(calibration, blocks, weight, x, solution)
     end subroutine solve_offset
 
@@ -237,6 +243,13 @@ contains
                 do k = 1, r
                     blocks(b)%rows(at + k, :) = matmul(motion(i)%current(rods(k), :), motion(i)%band)
                     blocks(b)%rows(at + r + k, :) = matmul(motion(i)%current_rate(rods(k), :), motion(i)%band)
+                end do
+                allocate (blocks(b)%products(m, 3*r))
+                do k = 1, r
+                    do c = 1, 3
+                        blocks(b)%products(:, 3*(k - 1) + c) = &
+                            matmul(motion(i)%current(rods(k), :)/FULL_CURRENT*motion(i)%field(c, :)/FULL_FIELD, motion(i)%band)
+                    end do
                 end do
                 ! Of what is considered the row that belongs to d: [change x d]_a, three columns each.
                 allocate (blocks(b)%others(m, 3*size(considered)), source=0.0_dp)
@@ -384,13 +397,14 @@ contains
     end subroutine residual_weights
 
     !> Adds to the covariance of d what is considered: its effect on d by least squares, times its sigma.
-    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution)
+    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, proportional)
         type(block_t), intent(in) :: blocks(:)
         real(dp), intent(in) :: weight(3), x(:), covariance(:, :)
         type(consider_t), intent(in) :: considered(:)
         real(dp), intent(in) :: scale_sigma, prior(2)
         integer, intent(in) :: r                        !! Rods
         type(level1_solution_t), intent(inout) :: solution
+        real(dp), intent(in), optional :: proportional  !! Of what is proportional to I and B, m/s^2
 
         real(dp) :: effect(size(x))
         integer :: i, c, a, k
@@ -412,6 +426,18 @@ contains
             end do
             call add(effect, considered(c)%sigma)
         end do
+        if (present(proportional)) then
+            do a = 1, 3         ! force along an axis by each rod and component of the field
+                do c = 1, merge(3*r, 0, proportional > 0)
+                    effect = 0
+                    do i = 1, size(blocks)
+                        if (blocks(i)%axis == a) &
+                            effect = effect + weight(a)*matmul(blocks(i)%rows, blocks(i)%products(:, c))
+                    end do
+                    call add(effect, proportional)
+                end do
+            end do
+        end if
         if (solution%leakage /= 'none') return
         do k = 4, size(x)       ! leakage that is not estimated
             effect = 0

@@ -116,7 +116,7 @@ contains
     subroutine fit_best(knowledge, options, once, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
-        logical, intent(in) :: once
+        logical, intent(in) :: once     !! A few steps, and nothing changes
         type(whitened_problem_t), intent(in) :: start
         type(fit_t), intent(out) :: fit
         type(solution_t), intent(inout) :: solution

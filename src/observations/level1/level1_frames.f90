@@ -2,10 +2,11 @@
 !> Earth-fixed and inertial axes.
 module gracecg_observations_level1_frames
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: ARCSECOND, EARTH_ROTATION_RATE
-    use gracecg_base_vectors, only: cross, rotation_z
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE
+    use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_product, normalised
-    use gracecg_environment_time, only: utc_t, julian_centuries_tt, gmst_1982
+    use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, iau_orientation
+    use gracecg_environment_time, only: utc_t
     use gracecg_observations_level1_records, only: level1_records_t
     implicit none
     private
@@ -138,22 +139,16 @@ contains
         t(:, 2) = cross(t(:, 3), t(:, 1))
     end function triad
 
-    !> The rotation from Earth-fixed axes to those of J2000 by precession (IAU 1976; J. H. Lieske et al., Astron.
-    !> Astrophys. 58 (1977) 1) and GMST of 1982, UT1 = UTC: nutation, polar motion and UT1-UTC left out, some 20
-    !> arcsec. For GRACE, which has no GNI1B.
+    !> The rotation from Earth-fixed to inertial axes by precession and nutation of the IAU (the orientation `iau`) with
+    !> UT1 = UTC and without polar motion, some arcsec (13 arcsec at 0.9 s of UT1). For GRACE, which has no GNI1B.
     pure function inertial_of_earth_fixed(utc) result(c)
         type(utc_t), intent(in) :: utc
         real(dp) :: c(3, 3)
 
-        real(dp) :: t, zeta, z, theta, precession(3, 3), turn(3, 3)
+        type(earth_orientation_t) :: orientation
 
-        t = julian_centuries_tt(utc)
-        zeta = t*(2306.2181_dp + t*(0.30188_dp + t*0.017998_dp))*ARCSECOND
-        z = t*(2306.2181_dp + t*(1.09468_dp + t*0.018203_dp))*ARCSECOND
-        theta = t*(2004.3109_dp - t*(0.42665_dp + t*0.041833_dp))*ARCSECOND
-        turn = reshape([cos(theta), 0.0_dp, sin(theta), 0.0_dp, 1.0_dp, 0.0_dp, -sin(theta), 0.0_dp, cos(theta)], [3, 3])
-        precession = matmul(rotation_z(-z), matmul(turn, rotation_z(-zeta)))    ! J2000 to the equator of date
-        c = transpose(matmul(rotation_z(gmst_1982(utc, 0.0_dp)), precession))
+        orientation = iau_orientation(utc, earth_parameters_t())
+        c = transpose(orientation%from_inertial(0.0_dp))
     end function inertial_of_earth_fixed
 
     !> The inertial velocity of an Earth-fixed state, m/s along inertial axes.

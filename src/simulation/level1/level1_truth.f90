@@ -9,7 +9,7 @@
 !> sub-manoeuvres a controller keeps the satellite near the attitude that is held; it lets go, smoothly, well before
 !> each of them and takes over well after it. Torques of air and sunlight are those of the held attitude.
 !>
-!> Inertial axes are those of J2000; Earth-fixed ones follow by precession and sidereal time, and the orbit of a case
+!> Inertial axes are those of J2000; Earth-fixed ones follow by precession and nutation, and the orbit of a case
 !> is taken to be in them.
 module gracecg_simulation_level1_truth
     use gracecg_base_kinds, only: dp, i8
