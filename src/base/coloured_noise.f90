@@ -66,6 +66,7 @@ module gracecg_base_coloured_noise
     contains
         procedure :: generate       !! The next samples of the process
         procedure :: restart        !! Forgets the past: the next sample begins a new record
+        procedure :: draws_of_sample    !! Normal numbers that a sample takes
         procedure :: autocovariance !! Of the process, by lag
         procedure :: spectrum       !! Power spectral density of the process
         procedure :: markov_form    !! The process as a sum of first-order Gauss-Markov processes
@@ -144,6 +145,13 @@ contains
 
         self%started = .false.
     end subroutine restart
+
+    !> How many normal numbers `generate` draws for a sample.
+    pure integer function draws_of_sample(self) result(draws)
+        class(coloured_noise_t), intent(in) :: self
+
+        draws = merge(1 + N_POLES, 1, self%has_flicker)
+    end function draws_of_sample
 
     !> Autocovariance of the generated samples: exact for this process,
     !> r(k) = white variance (k = 0 only) + sum of s phi^|k|.

@@ -55,6 +55,7 @@ module gracecg_base_random
         procedure :: uniform    !! The next number uniform in (0, 1)
         procedure :: normal     !! The next normal number
         procedure :: normals    !! Many normal numbers
+        procedure :: skip_normals   !! Goes on behind so many of them
     end type random_stream_t
 
 contains
@@ -130,6 +131,23 @@ contains
         end do
         if (mod(size(x) - first, 2) == 0) x(size(x)) = self%normal()
     end subroutine normals
+
+    !> Goes on as if so many normal numbers had been drawn, at once: a block is always two of them.
+    subroutine skip_normals(self, count)
+        class(random_stream_t), intent(inout) :: self
+        integer(i8), intent(in) :: count    !! How many, >= 0
+
+        integer(i8) :: left
+        real(dp) :: passed_over
+
+        left = count
+        if (self%has_spare_normal .and. left > 0) then
+            passed_over = self%normal()
+            left = left - 1
+        end if
+        self%counter(1) = iand(self%counter(1) + left/2, MASK)
+        if (mod(left, 2_i8) == 1) passed_over = self%normal()
+    end subroutine skip_normals
 
     !> Two normal numbers from one block: G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958)
     !> 610-611. No number is rejected, so a block is always two numbers.

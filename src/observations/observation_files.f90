@@ -20,7 +20,7 @@ module gracecg_observations_observation_files
         SAMPLE_TOLERANCE
     implicit none
     private
-    public :: write_observations, read_observations, OBSERVATION_FILES, SETUP_FILE
+    public :: write_observations, observation_writer_t, read_observations, OBSERVATION_FILES, SETUP_FILE
     public :: read_setup, setup_from_text, setup_text
 
     integer, parameter :: ACCELEROMETER = 1, STAR_CAMERA = 2, MAGNETOMETER = 3, ORBIT = 4, RODS = 5
@@ -47,6 +47,20 @@ module gracecg_observations_observation_files
     character(8), parameter :: FORMER_MAGNETOMETER(4) = [character(8) :: 'time_s', 'bx', 'by', 'bz']
     character(8), parameter :: FORMER_ORBIT(4) = [character(8) :: 'time_s', 'rx', 'ry', 'rz']
 
+    !> The files of an observation set on their way: rows are written as they come, and the files stand under their
+    !> names after `commit`.
+    type :: observation_writer_t
+        integer :: rows(TABLE_COUNT) = 0        !! So far, of each of OBSERVATION_FILES
+        type(csv_writer_t), pointer, private :: tables(:) => null()
+        ! until `discard`; not a fixed array, which gfortran 12 finalises at wrong addresses
+        character(:), allocatable, private :: folder
+    contains
+        procedure :: open => open_tables        !! Begins the files in a folder, which is made if it is not there
+        procedure :: append => append_rows      !! Writes the samples of a set, which follow those before
+        procedure :: commit => commit_all       !! Ends the files and gives them their names
+        procedure :: discard => discard_all     !! Leaves nothing behind
+    end type observation_writer_t
+
     !> The rows of a file, and where they stand in it.
     type :: series_t
         type(table_file_t) :: file
@@ -64,100 +78,120 @@ contains
         character(*), intent(in) :: comments(:)     !! First lines of every file; may be none
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: tables(TABLE_COUNT)
-        integer :: i
+        type(observation_writer_t) :: writer
+
+        call writer%open(folder, error)
+        if (.not. allocated(error)) then
+            call writer%append(observations)
+            call writer%commit(observations%knowledge, comments, error)
+        end if
+        call writer%discard()
+    end subroutine write_observations
+
+    !> Begins the files. Fails when the folder cannot be made, or a file not be written.
+    subroutine open_tables(self, folder, error)
+        class(observation_writer_t), intent(inout) :: self
+        character(*), intent(in) :: folder      !! Is made if it is not there
+        type(error_t), allocatable, intent(out) :: error
 
         call make_directory(folder, error)
         if (allocated(error)) return
-        call open_tables(folder, tables, error)
-        if (.not. allocated(error)) then
-            call write_rows(observations, tables)
-            call commit_all(folder, observations, comments, tables, error)
-        end if
-        do i = 1, size(tables)
-            call tables(i)%discard()
-        end do
-    end subroutine write_observations
+        self%folder = folder
+        self%rows = 0
+        call self%discard()
+        allocate (self%tables(TABLE_COUNT))
+        call open_one(ACCELEROMETER, join(ACCELEROMETER_COLUMNS, ','))
+        call open_one(STAR_CAMERA, join(STAR_CAMERA_COLUMNS, ','))
+        call open_one(MAGNETOMETER, join(MAGNETOMETER_COLUMNS, ','))
+        call open_one(ORBIT, join(ORBIT_COLUMNS, ','))
+        call open_one(RODS, join(RODS_COLUMNS, ','))
 
-    subroutine open_tables(folder, tables, error)
-        character(*), intent(in) :: folder
-        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
-        type(error_t), allocatable, intent(out) :: error
+    contains
 
-        character(1), parameter :: NO_COMMENTS(0) = [character(1) ::]
+        subroutine open_one(number, columns)
+            integer, intent(in) :: number
+            character(*), intent(in) :: columns
 
-        call tables(ACCELEROMETER)%open(path_of(folder, ACCELEROMETER), join(ACCELEROMETER_COLUMNS, ','), &
-                                        NO_COMMENTS, error)
-        if (.not. allocated(error)) &
-            call tables(STAR_CAMERA)%open(path_of(folder, STAR_CAMERA), join(STAR_CAMERA_COLUMNS, ','), &
-                                          NO_COMMENTS, error)
-        if (.not. allocated(error)) &
-            call tables(MAGNETOMETER)%open(path_of(folder, MAGNETOMETER), join(MAGNETOMETER_COLUMNS, ','), &
-                                           NO_COMMENTS, error)
-        if (.not. allocated(error)) &
-            call tables(ORBIT)%open(path_of(folder, ORBIT), join(ORBIT_COLUMNS, ','), NO_COMMENTS, error)
-        if (.not. allocated(error)) &
-            call tables(RODS)%open(path_of(folder, RODS), join(RODS_COLUMNS, ','), NO_COMMENTS, error)
+            character(1), parameter :: NO_COMMENTS(0) = [character(1) ::]
+
+            if (.not. allocated(error)) &
+                call self%tables(number)%open(path_of(folder, number), columns, NO_COMMENTS, error)
+        end subroutine open_one
     end subroutine open_tables
 
-    subroutine write_rows(observations, tables)
+    !> Writes the samples of a set behind those before. The knowledge is not looked at.
+    subroutine append_rows(self, observations)
+        class(observation_writer_t), intent(inout) :: self
         type(observation_set_t), intent(in) :: observations
-        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
 
         integer :: i
 
         do i = 1, size(observations%accelerometer_time)
-            call tables(ACCELEROMETER)%row([observations%accelerometer_time(i), &
-                                            observations%acceleration(:, i)])
+            call self%tables(ACCELEROMETER)%row([observations%accelerometer_time(i), &
+                                                 observations%acceleration(:, i)])
         end do
         do i = 1, size(observations%star_camera_time)
-            call tables(STAR_CAMERA)%row([observations%star_camera_time(i), &
-                                          real(observations%star_camera_head(i), dp), &
-                                          observations%quaternion(:, i)])
+            call self%tables(STAR_CAMERA)%row([observations%star_camera_time(i), &
+                                               real(observations%star_camera_head(i), dp), &
+                                               observations%quaternion(:, i)])
         end do
         do i = 1, size(observations%magnetometer_time)
-            call tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
-                                           observations%field(:, i)])
+            call self%tables(MAGNETOMETER)%row([observations%magnetometer_time(i), &
+                                                observations%field(:, i)])
         end do
-        if (has_orbit(observations)) then
-            do i = 1, size(observations%orbit_time)
-                call tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
-            end do
-        end if
-        associate (measured => observations%knowledge%rods%measured)
-            if (.not. has_moments(measured)) return
-            do i = 1, size(measured%time)
-                call tables(RODS)%row([measured%time(i), measured%moment(:, i)])
-            end do
-        end associate
-    end subroutine write_rows
+        self%rows(ACCELEROMETER) = self%rows(ACCELEROMETER) + size(observations%accelerometer_time)
+        self%rows(STAR_CAMERA) = self%rows(STAR_CAMERA) + size(observations%star_camera_time)
+        self%rows(MAGNETOMETER) = self%rows(MAGNETOMETER) + size(observations%magnetometer_time)
+        if (.not. has_orbit(observations)) return
+        do i = 1, size(observations%orbit_time)
+            call self%tables(ORBIT)%row([observations%orbit_time(i), observations%orbit_position(:, i)])
+        end do
+        self%rows(ORBIT) = self%rows(ORBIT) + size(observations%orbit_time)
+    end subroutine append_rows
 
-    !> Gives the files their names. When one fails, those that have theirs are removed again. Of a
-    !> series without samples no file stands, not even an older one.
-    subroutine commit_all(folder, observations, comments, tables, error)
-        character(*), intent(in) :: folder, comments(:)
-        type(observation_set_t), intent(in) :: observations
-        type(csv_writer_t), intent(inout) :: tables(TABLE_COUNT)
+    !> Gives the files their names, and writes what the operator knows, with measured moments of the rods. When one
+    !> fails, those that have theirs are removed again. Of a series without samples no file stands, not even an older
+    !> one.
+    subroutine commit_all(self, knowledge, comments, error)
+        class(observation_writer_t), intent(inout) :: self
+        type(operator_knowledge_t), intent(in) :: knowledge
+        character(*), intent(in) :: comments(:)     !! First lines of the setup; may be none
         type(error_t), allocatable, intent(out) :: error
 
-        logical :: filled(TABLE_COUNT)
         integer :: i, committed
 
-        filled = [size(observations%accelerometer_time), size(observations%star_camera_time), &
-                  size(observations%magnetometer_time), 0, 0] > 0
-        filled(ORBIT) = has_orbit(observations)
-        filled(RODS) = has_moments(observations%knowledge%rods%measured)
+        associate (measured => knowledge%rods%measured)
+            if (has_moments(measured)) then
+                do i = 1, size(measured%time)
+                    call self%tables(RODS)%row([measured%time(i), measured%moment(:, i)])
+                end do
+                self%rows(RODS) = size(measured%time)
+            end if
+        end associate
         committed = 0
-        do i = 1, size(tables)
-            if (filled(i)) call tables(i)%commit(error)
+        do i = 1, TABLE_COUNT
+            if (self%rows(i) > 0) call self%tables(i)%commit(error)
             if (allocated(error)) exit
             committed = i
         end do
-        if (.not. allocated(error)) call write_setup(folder, observations%knowledge, comments, error)
+        if (.not. allocated(error)) call write_setup(self%folder, knowledge, comments, error)
         do i = 1, committed
-            if (allocated(error) .or. .not. filled(i)) call remove_file(path_of(folder, i))
+            if (allocated(error) .or. self%rows(i) == 0) call remove_file(path_of(self%folder, i))
         end do
     end subroutine commit_all
+
+    !> Gives up what is not committed; after `open`, always. Does nothing where nothing is open.
+    subroutine discard_all(self)
+        class(observation_writer_t), intent(inout) :: self
+
+        integer :: i
+
+        if (.not. associated(self%tables)) return
+        do i = 1, TABLE_COUNT
+            call self%tables(i)%discard()
+        end do
+        deallocate (self%tables)
+    end subroutine discard_all
 
     subroutine write_setup(folder, knowledge, comments, error)
         character(*), intent(in) :: folder, comments(:)

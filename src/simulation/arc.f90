@@ -10,18 +10,23 @@ module gracecg_simulation_arc
     use gracecg_simulation_nadir_pointing, only: nadir_pointing_t
     implicit none
     private
-    public :: truth_arc_t, propagate_arc, check_state, MAX_STEPS
+    public :: truth_arc_t, propagate_arc, begin_arc, continue_arc, check_state, MAX_STEPS
 
     integer, parameter :: MAX_STEPS = 1000000
     !! Of an arc: a day at ten epochs a second; some 0.5 GB
 
-    !> The propagated truth: states and loads at equal intervals from the epoch.
+    !> The propagated truth: states and loads at equal intervals from the epoch. All epochs are held, or, of a long
+    !> arc, those of a piece, each under its own number k; pieces share the epoch where they meet.
     type :: truth_arc_t
         integer :: steps = 0                        !! n; epochs are k = 0..n
         real(dp) :: interval = 0                    !! s
-        real(dp), allocatable :: state(:, :)        !! (13, 0:n), see gracecg_simulation_dynamics
-        real(dp), allocatable :: omega_dot(:, :)    !! (3, 0:n), body axes, rad/s^2
-        type(loads_t), allocatable :: loads(:)      !! (0:n)
+        integer :: first = 0, last = 0              !! Epochs that are held; 0 and n of a whole arc
+        real(dp), allocatable :: state(:, :)        !! (13, first:last), see gracecg_simulation_dynamics
+        real(dp), allocatable :: omega_dot(:, :)    !! (3, first:last), body axes, rad/s^2
+        type(loads_t), allocatable :: loads(:)      !! (first:last)
+        type(multistep_t), private :: adams         ! where the integration has got to
+        logical, private :: by_adams = .false., controlled = .false.    ! Runge and Kutta's steps
+        real(dp), private :: tolerance = 0
     end type truth_arc_t
 
     !> Scale of each state component for the error control: position, velocity, rate, quaternion.
@@ -51,54 +56,98 @@ contains
         real(dp), intent(in), optional :: tolerance !! Local error per step relative to SCALES
         logical, intent(in), optional :: runge_kutta    !! Every interval by Runge-Kutta-Fehlberg 7(8)
 
-        type(multistep_t) :: adams
-        real(dp) :: slope(STATE_SIZE)
-        logical :: by_adams, done
-        integer :: k
-
-        call make_room(interval, steps, arc, error)
-        if (allocated(error)) return
-        by_adams = .not. present(tolerance)
-        if (present(runge_kutta)) by_adams = by_adams .and. .not. runge_kutta
-        adams = new_multistep(ADAMS_ORDER, STATE_SIZE)
-        arc%state(:, 0) = initial_state
-        call hold_attitude(dynamics, 0.0_dp, arc%state(:, 0))
-        do k = 0, steps
-            done = .false.
-            if (k > 0) then
-                if (by_adams) call advance_by_adams(dynamics, adams, k, arc, done)
-                if (.not. done) then
-                    if (adams%is_ready()) call adams%restart()
-                    call advance(dynamics, k, arc, error, tolerance)
-                    if (allocated(error)) return
-                end if
-            end if
-            call check_state(dynamics, k*interval, arc%state(:, k), error)
-            if (allocated(error)) return
-            if (.not. done) call dynamics%loads(k*interval, arc%state(:, k), arc%loads(k))
-            arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
-            if (by_adams) then
-                call dynamics%rate_under(arc%state(:, k), arc%loads(k), slope)
-                call adams%keep(slope)
-            end if
-        end do
+        call begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
+        if (.not. allocated(error)) call continue_arc(dynamics, steps, arc, error)
     end subroutine propagate_arc
 
+    !> An arc that is propagated in pieces: its first epoch. Arguments and failures are those of `propagate_arc`.
+    subroutine begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        real(dp), intent(in) :: initial_state(:)
+        real(dp), intent(in) :: interval
+        integer, intent(in) :: steps
+        type(truth_arc_t), intent(out) :: arc
+        type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: tolerance
+        logical, intent(in), optional :: runge_kutta
+
+        if (.not. (interval > 0 .and. interval <= huge(interval))) then
+            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
+        else if (steps < 0 .or. steps > MAX_STEPS) then
+            call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
+        end if
+        if (allocated(error)) return
+        arc%steps = steps
+        arc%interval = interval
+        arc%controlled = present(tolerance)
+        if (present(tolerance)) arc%tolerance = tolerance
+        arc%by_adams = .not. arc%controlled
+        if (present(runge_kutta)) arc%by_adams = arc%by_adams .and. .not. runge_kutta
+        arc%adams = new_multistep(ADAMS_ORDER, STATE_SIZE)
+        allocate (arc%state(STATE_SIZE, 0:0), arc%omega_dot(3, 0:0), arc%loads(0:0))
+        arc%state(:, 0) = initial_state
+        call hold_attitude(dynamics, 0.0_dp, arc%state(:, 0))
+        call finish_epoch(dynamics, 0, .false., arc, error)
+    end subroutine begin_arc
+
+    !> The next epochs of an arc, in place of those that it holds, but for the last of these.
+    subroutine continue_arc(dynamics, epochs, arc, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics     !! As at the beginning
+        integer, intent(in) :: epochs                           !! How many further ones; fewer at the end
+        type(truth_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        logical :: done
+        integer :: k
+
+        call make_room(min(epochs, arc%steps - arc%last), arc, error)
+        if (allocated(error)) return
+        do k = arc%first + 1, arc%last
+            done = .false.
+            if (arc%by_adams) call advance_by_adams(dynamics, k, arc, done)
+            if (.not. done) then
+                if (arc%adams%is_ready()) call arc%adams%restart()
+                call advance(dynamics, k, arc, error)
+                if (allocated(error)) return
+            end if
+            call finish_epoch(dynamics, k, done, arc, error)
+            if (allocated(error)) return
+        end do
+    end subroutine continue_arc
+
+    !> What acts at epoch k, whose state is known.
+    subroutine finish_epoch(dynamics, k, has_loads, arc, error)
+        class(satellite_dynamics_t), intent(in) :: dynamics
+        integer, intent(in) :: k
+        logical, intent(in) :: has_loads    !! They are there already
+        type(truth_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: slope(STATE_SIZE)
+
+        call check_state(dynamics, k*arc%interval, arc%state(:, k), error)
+        if (allocated(error)) return
+        if (.not. has_loads) call dynamics%loads(k*arc%interval, arc%state(:, k), arc%loads(k))
+        arc%omega_dot(:, k) = dynamics%angular_acceleration(arc%state(OMEGA, k), arc%loads(k))
+        if (.not. arc%by_adams) return
+        call dynamics%rate_under(arc%state(:, k), arc%loads(k), slope)
+        call arc%adams%keep(slope)
+    end subroutine finish_epoch
+
     !> From epoch k - 1 to epoch k by Runge and Kutta: in one step, or in steps under control.
-    subroutine advance(dynamics, k, arc, error, tolerance)
+    subroutine advance(dynamics, k, arc, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
         integer, intent(in) :: k
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: tolerance
 
         real(dp) :: t
         integer :: taken
 
         t = (k - 1)*arc%interval
-        if (present(tolerance)) then
+        if (arc%controlled) then
             arc%state(:, k) = arc%state(:, k - 1)
-            call rkf78_integrate(dynamics, t, arc%state(:, k), k*arc%interval, tolerance, SCALES, taken, error, &
+            call rkf78_integrate(dynamics, t, arc%state(:, k), k*arc%interval, arc%tolerance, SCALES, taken, error, &
                                  largest_step(dynamics, t, k*arc%interval))
             if (allocated(error)) return
         else
@@ -110,23 +159,22 @@ contains
     !> From epoch k - 1 to epoch k by the method of Adams, with the loads at epoch k; or not, where its slopes do not
     !> suffice, or predictor and corrector differ. (The loads are those of the predicted state, which is within
     !> ADAMS_TOLERANCE of the corrected one.)
-    subroutine advance_by_adams(dynamics, adams, k, arc, done)
+    subroutine advance_by_adams(dynamics, k, arc, done)
         class(satellite_dynamics_t), intent(in) :: dynamics
-        type(multistep_t), intent(in) :: adams
         integer, intent(in) :: k
         type(truth_arc_t), intent(inout) :: arc
         logical, intent(out) :: done
 
         real(dp), dimension(STATE_SIZE) :: predicted, held, slope, corrected
 
-        done = adams%is_ready()
+        done = arc%adams%is_ready()
         if (.not. done) return
-        call adams%predict(arc%interval, arc%state(:, k - 1), predicted)
+        call arc%adams%predict(arc%interval, arc%state(:, k - 1), predicted)
         held = predicted
         call hold_attitude(dynamics, k*arc%interval, held)
         call dynamics%loads(k*arc%interval, held, arc%loads(k))
         call dynamics%rate_under(held, arc%loads(k), slope)
-        call adams%correct(arc%interval, arc%state(:, k - 1), slope, corrected)
+        call arc%adams%correct(arc%interval, arc%state(:, k - 1), slope, corrected)
         done = all(abs(corrected - predicted) <= ADAMS_TOLERANCE*SCALES)
         if (.not. done) return
         call hold_attitude(dynamics, k*arc%interval, corrected)
@@ -146,25 +194,31 @@ contains
         end select
     end subroutine hold_attitude
 
-    !> An arc without values yet.
-    subroutine make_room(interval, steps, arc, error)
-        real(dp), intent(in) :: interval            !! s
-        integer, intent(in) :: steps
+    !> Room for so many further epochs behind the last one, which stays.
+    subroutine make_room(epochs, arc, error)
+        integer, intent(in) :: epochs
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
+        real(dp), allocatable :: state(:, :), omega_dot(:, :)
+        type(loads_t), allocatable :: loads(:)
         integer :: status
 
-        if (.not. (interval > 0 .and. interval <= huge(interval))) then
-            call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')
-        else if (steps < 0 .or. steps > MAX_STEPS) then
-            call fail_out_of_range(error, 'number of steps of an arc', real(steps, dp), 0.0_dp, real(MAX_STEPS, dp))
-        end if
-        if (allocated(error)) return
-        arc%steps = steps
-        arc%interval = interval
-        allocate (arc%state(STATE_SIZE, 0:steps), arc%omega_dot(3, 0:steps), arc%loads(0:steps), stat=status)
-        if (status /= 0) call fail(error, 'no memory for an arc of '//number_text(real(steps, dp))//' steps')
+        associate (from => arc%last, to => arc%last + epochs)
+            allocate (state(STATE_SIZE, from:to), omega_dot(3, from:to), loads(from:to), stat=status)
+            if (status /= 0) then
+                call fail(error, 'no memory for an arc of '//number_text(real(epochs, dp))//' steps')
+                return
+            end if
+            state(:, from) = arc%state(:, from)
+            omega_dot(:, from) = arc%omega_dot(:, from)
+            loads(from) = arc%loads(from)
+        end associate
+        call move_alloc(state, arc%state)
+        call move_alloc(omega_dot, arc%omega_dot)
+        call move_alloc(loads, arc%loads)
+        arc%first = arc%last
+        arc%last = arc%last + epochs
     end subroutine make_room
 
     !> A tenth of the shortest period of the rods, whose torque the error estimate does not see, while they act; s.

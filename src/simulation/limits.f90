@@ -7,13 +7,9 @@ module gracecg_simulation_limits
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
-    use gracecg_spacecraft_torque_rods, only: moves_rods
-    use gracecg_simulation_dynamics, only: OMEGA, ATTITUDE
-    use gracecg_simulation_arc, only: truth_arc_t
-    use gracecg_simulation_case, only: case_t
     implicit none
     private
-    public :: attitude_motion_t, attitude_motion, exceeds_limits, check_motion, check_manoeuvre_limits
+    public :: attitude_motion_t, attitude_motion, follow_motion, exceeds_limits, check_motion
 
     !> The extremes of the attitude during an arc.
     type :: attitude_motion_t
@@ -32,13 +28,25 @@ contains
         real(dp), intent(in) :: quaternion(:, 0:)       !! (4, 0:n), inertial to body, scalar last
         type(attitude_motion_t) :: motion
 
+        call follow_motion(interval, angular_velocity(:, 0), quaternion(:, 0), 0, angular_velocity, quaternion, motion)
+    end function attitude_motion
+
+    !> The same piece by piece: the extremes so far, and those of some further epochs.
+    pure subroutine follow_motion(interval, rate, attitude, from, angular_velocity, quaternion, motion)
+        real(dp), intent(in) :: interval                    !! s
+        real(dp), intent(in) :: rate(3), attitude(4)        !! At t = 0: body axes, rad/s; inertial to body
+        integer, intent(in) :: from                         !! Number of the first of these epochs
+        real(dp), intent(in) :: angular_velocity(:, from:)  !! (3, from:n), body axes, rad/s
+        real(dp), intent(in) :: quaternion(:, from:)        !! (4, from:n), inertial to body, scalar last
+        type(attitude_motion_t), intent(inout) :: motion
+
         real(dp) :: speed, turn, axis(3), nominal_speed
         integer :: k
 
-        nominal_speed = norm2(angular_velocity(:, 0))
+        nominal_speed = norm2(rate)
         axis = [1, 0, 0]
-        if (nominal_speed > 0) axis = angular_velocity(:, 0)/nominal_speed
-        do k = 0, ubound(angular_velocity, 2)
+        if (nominal_speed > 0) axis = rate/nominal_speed
+        do k = from, ubound(angular_velocity, 2)
             speed = norm2(angular_velocity(:, k))
             if (.not. speed <= motion%rate) then
                 motion%rate = speed
@@ -46,13 +54,13 @@ contains
             end if
             turn = rotation_angle_between(quaternion(:, k)/norm2(quaternion(:, k)), &
                                           quaternion_product(quaternion_from_axis_angle(axis, &
-                                                             nominal_speed*k*interval), quaternion(:, 0)))
+                                                             nominal_speed*k*interval), attitude))
             if (.not. turn <= motion%excursion) then
                 motion%excursion = turn
                 motion%excursion_time = k*interval
             end if
         end do
-    end function attitude_motion
+    end subroutine follow_motion
 
     !> Does a motion go beyond the limits of a satellite?
     pure logical function exceeds_limits(limits, motion)
@@ -81,16 +89,4 @@ contains
                       'group &limits): take a smaller amplitude, a higher frequency or a taper')
         end if
     end subroutine check_motion
-
-    !> Fails when the manoeuvre of a case goes beyond its limits on an arc. An arc without a manoeuvre
-    !> passes.
-    subroutine check_manoeuvre_limits(case, arc, error)
-        type(case_t), intent(in) :: case
-        type(truth_arc_t), intent(in) :: arc
-        type(error_t), allocatable, intent(out) :: error
-
-        if (.not. moves_rods(case%satellite%rods, case%duration)) return
-        call check_motion(case%limits, &
-                          attitude_motion(arc%interval, arc%state(OMEGA, :), arc%state(ATTITUDE, :)), error)
-    end subroutine check_manoeuvre_limits
 end module gracecg_simulation_limits

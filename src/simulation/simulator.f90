@@ -1,4 +1,7 @@
 !> From a case to an observation set: the true arc once, the instruments' noise for every run.
+!>
+!> Everything can be done whole, or piece by piece where the arc is long: a flight goes on by so many epochs, the
+!> simulator then holds those, and what is drawn goes on where it has got to. The numbers are the same.
 module gracecg_simulation_simulator
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
@@ -8,11 +11,11 @@ module gracecg_simulation_simulator
     use gracecg_environment_time, only: time_tag
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_simulation_dynamics, only: satellite_dynamics_t, POSITION, VELOCITY, OMEGA, ATTITUDE
+    use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE, POSITION, VELOCITY, OMEGA, ATTITUDE
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series, FEWEST_MOMENTS
-    use gracecg_spacecraft_torque_rods, only: check_rod_sampling, rod_moments, take_measured_moments
-    use gracecg_simulation_arc, only: truth_arc_t, propagate_arc
-    use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
+    use gracecg_spacecraft_torque_rods, only: check_rod_sampling, rod_moments, take_measured_moments, moves_rods
+    use gracecg_simulation_arc, only: truth_arc_t, begin_arc, continue_arc
+    use gracecg_simulation_accelerometer, only: accelerometer_noise_t, pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_star_catalogue, only: star_catalogue_t
     use gracecg_simulation_star_camera, only: star_frame_t
     use gracecg_observations_knowledge, only: HEADS
@@ -21,29 +24,54 @@ module gracecg_simulation_simulator
     use gracecg_simulation_case_models, only: build_dynamics, initial_state, case_star_catalogue
     use gracecg_simulation_operator_errors, only: operator_t, drawn_operator, errors_of, STAR_CAMERA_NOISE
     use gracecg_simulation_operator_view, only: operator_knowledge, believed_position
-    use gracecg_simulation_limits, only: check_manoeuvre_limits
+    use gracecg_simulation_limits, only: attitude_motion_t, follow_motion, check_motion
     implicit none
     private
     public :: simulator_t, new_simulator, observe, observe_without_noise, drawn_wave
     public :: lose_magnetometer, measure_rods, tell_operator, operator_of_run
     public :: propagate_case, disturbance_at
+    public :: flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, PIECE_EPOCHS
 
     !> Streams of random numbers of one run
     integer, parameter :: STREAM_ACCELEROMETER = 1, STREAM_MAGNETOMETER = 2, STREAM_DENSITY = 3
     integer, parameter :: STREAM_STAR_CAMERA = 4    !! Head 1; head 2 follows
 
     real(dp), parameter :: ORBIT_INTERVAL = 1       !! Of the positions in an observation set, s
+    integer, parameter :: PIECE_EPOCHS = 2000
+    !! Epochs of a piece of a long arc: with all that is seen at them some 2 MB
 
     !> All of a case that is the same in every run.
     type :: simulator_t
         type(case_t) :: case                    !! What is simulated
-        type(truth_arc_t) :: arc                            !! The truth, propagated once
-        type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs, heads)
+        type(truth_arc_t) :: arc                            !! The truth, propagated once; or a piece of it
+        type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs of the arc, heads)
         real(dp) :: star_camera_sigma(3) = 0
         !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
         !! Sampling intervals in intervals of the arc
+        real(dp), private :: start(STATE_SIZE) = 0          !! The state at the epoch
     end type simulator_t
+
+    !> The truth of a case on its way: what propagates it, and what is known of it so far.
+    type :: flight_t
+        private
+        type(satellite_dynamics_t) :: dynamics
+        type(star_catalogue_t) :: catalogue
+        type(attitude_motion_t) :: motion       ! of the manoeuvre, for its limits
+        type(random_stream_t) :: any_stream     ! for the noise that an operator expects
+        real(dp) :: star_variance(3) = 0        ! sum over the used head's frames, rad^2
+    contains
+        procedure :: go_on                      !! The next epochs
+    end type flight_t
+
+    !> The instruments' noise of a run, and where it has got to.
+    type :: run_noise_t
+        private
+        type(density_wave_t) :: wave
+        type(accelerometer_noise_t) :: accelerometer
+        type(random_stream_t) :: magnetometer, star_camera(HEADS)
+        real(dp) :: felt(3) = 0     ! the field behind the magnetometer's filter at the last epoch, T
+    end type run_noise_t
 
     !> One noisy observation set, with a seed of 32 or 64 bits
     interface observe
@@ -59,6 +87,19 @@ contains
         type(simulator_t), intent(out) :: simulator
         type(error_t), allocatable, intent(out) :: error
 
+        type(flight_t) :: flight
+
+        call begin_flight(case, flight, simulator, error)
+        if (.not. allocated(error)) call flight%go_on(simulator%arc%steps, simulator, error)
+    end subroutine new_simulator
+
+    !> The first epoch of a flight. Fails as `new_simulator`.
+    subroutine begin_flight(case, flight, simulator, error)
+        type(case_t), intent(in) :: case
+        type(flight_t), intent(out) :: flight
+        type(simulator_t), intent(out) :: simulator     !! Holds the epoch
+        type(error_t), allocatable, intent(out) :: error
+
         simulator%case = case
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
         call add_context(error, 'case '//trim(case%name))
@@ -67,13 +108,32 @@ contains
         if (allocated(error)) return
         call find_earth_parameters(case, simulator%case%earth_parameters, error)
         if (allocated(error)) return
-        call propagate_case(case, simulator%arc, error)
+        call begin_case(case, flight%dynamics, simulator%arc, error)
         if (allocated(error)) return
-        call check_manoeuvre_limits(case, simulator%arc, error)
-        call add_context(error, 'case '//trim(case%name))
-        if (allocated(error)) return
-        call find_stars(simulator, error)
-    end subroutine new_simulator
+        simulator%start = simulator%arc%state(:, 0)
+        call case_star_catalogue(case, flight%catalogue, error)
+        flight%any_stream = new_stream(0, 0, 0, 0, 0)
+    end subroutine begin_flight
+
+    !> The next epochs of a flight, which the simulator then holds with what is seen at them. Fails as `new_simulator`;
+    !> the limits are looked at when the arc is at its end.
+    subroutine go_on(self, epochs, simulator, error)
+        class(flight_t), intent(inout) :: self
+        integer, intent(in) :: epochs                   !! How many; fewer at the end of the arc
+        type(simulator_t), intent(inout) :: simulator   !! Of `begin_flight`
+        type(error_t), allocatable, intent(out) :: error
+
+        associate (case => simulator%case, arc => simulator%arc)
+            call continue_arc(self%dynamics, epochs, arc, error)
+            if (.not. allocated(error) .and. moves_rods(case%satellite%rods, case%duration)) then
+                call follow_motion(arc%interval, simulator%start(OMEGA), simulator%start(ATTITUDE), arc%first, &
+                                   arc%state(OMEGA, :), arc%state(ATTITUDE, :), self%motion)
+                if (arc%last == arc%steps) call check_motion(case%limits, self%motion, error)
+            end if
+            call add_context(error, 'case '//trim(case%name))
+        end associate
+        if (.not. allocated(error)) call find_stars(self, simulator, error)
+    end subroutine go_on
 
     !> Propagates the true arc of a case.
     subroutine propagate_case(case, arc, error)
@@ -82,20 +142,33 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(satellite_dynamics_t) :: dynamics
+
+        call begin_case(case, dynamics, arc, error)
+        if (allocated(error)) return
+        call continue_arc(dynamics, arc%steps, arc, error)
+        call add_context(error, 'case '//trim(case%name))
+    end subroutine propagate_case
+
+    !> The first epoch of a case's arc, and its dynamics.
+    subroutine begin_case(case, dynamics, arc, error)
+        type(case_t), intent(in) :: case
+        type(satellite_dynamics_t), intent(out) :: dynamics
+        type(truth_arc_t), intent(out) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
         integer :: steps
 
         call build_dynamics(case, dynamics, error)
         if (allocated(error)) return
         steps = nint(case%duration/case%interval)
         if (case%integrator == 'adaptive') then
-            call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
-                               case%tolerance)
+            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error, case%tolerance)
         else
-            call propagate_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
-                               runge_kutta=case%integrator == 'rkf78')
+            call begin_arc(dynamics, initial_state(case), case%interval, steps, arc, error, &
+                           runge_kutta=case%integrator == 'rkf78')
         end if
         call add_context(error, 'case '//trim(case%name))
-    end subroutine propagate_case
+    end subroutine begin_case
 
     subroutine find_strides(simulator, error)
         type(simulator_t), intent(inout) :: simulator
@@ -127,20 +200,19 @@ contains
         end subroutine stride
     end subroutine find_strides
 
-    subroutine find_stars(simulator, error)
+    subroutine find_stars(flight, simulator, error)
+        type(flight_t), intent(inout) :: flight
         type(simulator_t), intent(inout) :: simulator
         type(error_t), allocatable, intent(out) :: error
 
-        type(star_catalogue_t) :: catalogue
-        integer :: n, i, head
+        integer :: first, last, i, head
 
-        call case_star_catalogue(simulator%case, catalogue, error)
-        if (allocated(error)) return
-        n = simulator%arc%steps/simulator%star_camera_stride
-        allocate (simulator%frames(n, HEADS))
+        call samples_of(simulator, simulator%star_camera_stride, first, last)
+        if (allocated(simulator%frames)) deallocate (simulator%frames)
+        allocate (simulator%frames(first:last, HEADS))
         do head = 1, HEADS
-            do i = 1, n
-                call simulator%case%satellite%star_camera%see(catalogue, attitude_at(simulator, i), head, &
+            do i = first, last
+                call simulator%case%satellite%star_camera%see(flight%catalogue, attitude_at(simulator, i), head, &
                                                     simulator%frames(i, head), error)
                 if (allocated(error)) then
                     call add_context(error, 'case '//trim(simulator%case%name)//', head '// &
@@ -150,28 +222,38 @@ contains
                 end if
             end do
         end do
-        call find_star_noise(simulator, error)
+        call find_star_noise(flight, simulator, error)
     end subroutine find_stars
 
     !> The noise that an operator would expect of the used head, from QUEST's covariance (3-21), which
-    !> is that of half the angles.
-    subroutine find_star_noise(simulator, error)
+    !> is that of half the angles: the mean so far.
+    subroutine find_star_noise(flight, simulator, error)
+        type(flight_t), intent(inout) :: flight
         type(simulator_t), intent(inout) :: simulator
         type(error_t), allocatable, intent(out) :: error
 
-        type(random_stream_t) :: any_stream
-        real(dp) :: q(4), covariance(3, 3), variance(3)
+        real(dp) :: q(4), covariance(3, 3)
         integer :: i, axis
 
-        any_stream = new_stream(0, 0, 0, 0, 0)
-        variance = 0
-        do i = 1, size(simulator%frames, 1)
-            call simulator%frames(i, simulator%case%operator%head)%draw(any_stream, q, covariance, error)
+        do i = lbound(simulator%frames, 1), ubound(simulator%frames, 1)
+            call simulator%frames(i, simulator%case%operator%head)%draw(flight%any_stream, q, covariance, error)
             if (allocated(error)) return
-            variance = variance + [(4*covariance(axis, axis), axis=1, 3)]
+            flight%star_variance = flight%star_variance + [(4*covariance(axis, axis), axis=1, 3)]
         end do
-        simulator%star_camera_sigma = sqrt(variance/size(simulator%frames, 1))
+        associate (frames => simulator%arc%last/simulator%star_camera_stride)
+            if (frames > 0) simulator%star_camera_sigma = sqrt(flight%star_variance/frames)
+        end associate
     end subroutine find_star_noise
+
+    !> The numbers of an instrument's samples that the arc holds: sample i is taken at epoch i*stride, none at epoch 0.
+    pure subroutine samples_of(simulator, stride, first, last)
+        type(simulator_t), intent(in) :: simulator
+        integer, intent(in) :: stride
+        integer, intent(out) :: first, last
+
+        first = simulator%arc%first/stride + 1
+        last = simulator%arc%last/stride
+    end subroutine samples_of
 
     !> True attitude at star-camera epoch i, of unit length.
     pure function attitude_at(simulator, i) result(q)
@@ -239,21 +321,54 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head
 
-        type(random_stream_t) :: stream
+        type(run_noise_t) :: noise
+
+        call begin_noise(self, seed, run, noise, error)
+        if (.not. allocated(error)) &
+            call observe_piece(self, operator_of_run(self%case, self%case%operator, seed, run), noise, observations, error, &
+                               only_used_head)
+    end subroutine observe_i8
+
+    !> The noise of a run, before its first sample. Fails when a setting of an instrument is not in its range.
+    subroutine begin_noise(self, seed, run, noise, error)
+        type(simulator_t), intent(in) :: self
+        integer(i8), intent(in) :: seed        !! Of the random numbers
+        integer, intent(in) :: run    !! Names them, too
+        type(run_noise_t), intent(out) :: noise
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: head
+
+        noise%wave = drawn_wave(self, seed, run)
+        call self%case%satellite%accelerometer%begin_noise(run_stream(self, seed, run, STREAM_ACCELEROMETER), &
+                                                           self%arc%steps/self%accelerometer_stride, &
+                                                           noise%accelerometer, error)
+        noise%magnetometer = run_stream(self, seed, run, STREAM_MAGNETOMETER)
+        do head = 1, HEADS
+            noise%star_camera(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
+        end do
+    end subroutine begin_noise
+
+    !> The observation set of the epochs that the simulator holds: of the whole arc, or of its next piece.
+    subroutine observe_piece(self, operator, noise, observations, error, only_used_head)
+        type(simulator_t), intent(in) :: self
+        type(operator_t), intent(in) :: operator        !! Of the run
+        type(run_noise_t), intent(inout) :: noise       !! Of the run; goes on where it has got to
+        type(observation_set_t), intent(out) :: observations
+        type(error_t), allocatable, intent(out) :: error
+        logical, intent(in), optional :: only_used_head     !! Leave out the other star-camera head
+
         real(dp), allocatable :: true_values(:, :)
 
-        call lay_out(self, operator_of_run(self%case, self%case%operator, seed, run), observations, &
-                     only_used_head)
-        true_values = true_accelerations(self, drawn_wave(self, seed, run))
-        stream = run_stream(self, seed, run, STREAM_ACCELEROMETER)
-        call self%case%satellite%accelerometer%measure(true_values, stream, observations%acceleration, error)
+        call lay_out(self, operator, observations, only_used_head)
+        call self%case%satellite%accelerometer%measure_piece(true_accelerations(self, noise%wave), noise%accelerometer, &
+                                                             observations%acceleration, error)
         if (allocated(error)) return
-        true_values = true_field(self)
-        stream = run_stream(self, seed, run, STREAM_MAGNETOMETER)
-        call self%case%satellite%magnetometer%measure(true_values, stream, observations%field, error)
+        call find_true_field(self, true_values, noise%felt)
+        call self%case%satellite%magnetometer%measure(true_values, noise%magnetometer, observations%field, error)
         if (allocated(error)) return
-        call draw_stars(self, seed, run, observations, error)
-    end subroutine observe_i8
+        call draw_stars(self, noise, observations, error)
+    end subroutine observe_piece
 
     !> The same with a seed of 32 bits.
     subroutine observe_i4(self, seed, run, observations, error, only_used_head)
@@ -272,6 +387,7 @@ contains
         type(density_wave_t), intent(in) :: wave    !! The density wave to apply
         type(observation_set_t), intent(out) :: observations
 
+        real(dp), allocatable :: field(:, :)
         integer :: i
 
         call lay_out(self, self%case%operator, observations, .true.)
@@ -281,7 +397,8 @@ contains
                 observations%acceleration(:, i) = satellite%accelerometer%digitised( &
                                                   satellite%accelerometer%response(observations%acceleration(:, i)))
             end do
-            observations%field = true_field(self)
+            call find_true_field(self, field)
+            observations%field = field
             do i = 1, size(observations%field, 2)
                 observations%field(:, i) = satellite%magnetometer%response(observations%field(:, i))
             end do
@@ -339,7 +456,7 @@ contains
         type(observation_set_t), intent(inout) :: observations
         logical, intent(in), optional :: only_used_head
 
-        integer :: n, i, head
+        integer :: first, last, i, head
         logical :: one_head
 
         one_head = .false.
@@ -348,14 +465,14 @@ contains
         observations%magnetometer_time = epochs(self, self%magnetometer_stride)
         allocate (observations%acceleration(3, size(observations%accelerometer_time)))
         allocate (observations%field(3, size(observations%magnetometer_time)))
-        n = size(self%frames, 1)
+        call samples_of(self, self%star_camera_stride, first, last)
         if (one_head) then
             observations%star_camera_time = epochs(self, self%star_camera_stride)
-            observations%star_camera_head = [(self%case%operator%head, i=1, n)]
+            observations%star_camera_head = [(self%case%operator%head, i=first, last)]
         else
             observations%star_camera_time = [((time_tag(i*self%star_camera_stride, self%arc%interval), &
-                                               head=1, HEADS), i=1, n)]
-            observations%star_camera_head = [((head, head=1, HEADS), i=1, n)]
+                                               head=1, HEADS), i=first, last)]
+            observations%star_camera_head = [((head, head=1, HEADS), i=first, last)]
         end if
         allocate (observations%quaternion(4, size(observations%star_camera_time)))
         call tell_operator(self, operator, observations)
@@ -383,8 +500,8 @@ contains
         drawn = drawn_operator(operator, seed, case%number, merge(1, 2, case%satellite%name == 'front'), run)
     end function operator_of_run
 
-    !> The orbit as GPS gives it: positions every second and at the end of the arc, true but for the operator's
-    !> errors.
+    !> The orbit as GPS gives it: positions every second from the epoch and at the end of the arc, true but for the
+    !> operator's errors.
     subroutine lay_out_orbit(self, operator, observations)
         type(simulator_t), intent(in) :: self
         type(operator_t), intent(in) :: operator
@@ -392,14 +509,17 @@ contains
 
         integer, allocatable :: epoch(:)
         real(dp), allocatable :: position_told(:, :)
-        integer :: stride, i
+        integer :: stride, first, last, i
 
         stride = max(1, nint(ORBIT_INTERVAL/self%arc%interval))
-        epoch = [(min(i*stride, self%arc%steps), i=0, (self%arc%steps + stride - 1)/stride)]
+        call samples_of(self, stride, first, last)
+        if (self%arc%first == 0) first = 0
+        if (self%arc%last == self%arc%steps) last = (self%arc%steps + stride - 1)/stride
+        epoch = [(min(i*stride, self%arc%steps), i=first, last)]
         observations%orbit_time = time_tag(epoch, self%arc%interval)
         allocate (position_told(3, size(epoch)))
         do i = 1, size(epoch)
-            position_told(:, i) = believed_position(operator, self%arc%state([POSITION, VELOCITY], 0), &
+            position_told(:, i) = believed_position(operator, self%start([POSITION, VELOCITY]), &
                                                     self%arc%state([POSITION, VELOCITY], epoch(i)), &
                                                     observations%orbit_time(i))
         end do
@@ -411,9 +531,10 @@ contains
         integer, intent(in) :: stride
         real(dp), allocatable :: times(:)   !! s
 
-        integer :: i
+        integer :: first, last, i
 
-        times = [(time_tag(i*stride, self%arc%interval), i=1, self%arc%steps/stride)]
+        call samples_of(self, stride, first, last)
+        times = [(time_tag(i*stride, self%arc%interval), i=first, last)]
     end function epochs
 
     pure function true_accelerations(self, wave) result(values)
@@ -422,50 +543,55 @@ contains
         real(dp), allocatable :: values(:, :)       !! (3, samples), m/s^2
 
         type(pmc_acceleration_t) :: acceleration
-        integer :: i
+        integer :: first, last, i
 
-        allocate (values(3, self%arc%steps/self%accelerometer_stride))
-        do i = 1, size(values, 2)
+        call samples_of(self, self%accelerometer_stride, first, last)
+        allocate (values(3, last - first + 1))
+        do i = first, last
             acceleration = disturbance_at(self%case, self%arc, wave, i*self%accelerometer_stride)
-            values(:, i) = acceleration%total
+            values(:, i - first + 1) = acceleration%total
         end do
     end function true_accelerations
 
     !> The field that the magnetometer feels, behind its filter if it has one.
-    pure function true_field(self) result(values)
+    pure subroutine find_true_field(self, values, felt)
         type(simulator_t), intent(in) :: self
-        real(dp), allocatable :: values(:, :)       !! (3, samples), T
+        real(dp), allocatable, intent(out) :: values(:, :)  !! (3, samples), T
+        real(dp), intent(inout), optional :: felt(3)        !! At the first epoch, unless that is 0; then at the last, T
 
         real(dp), allocatable :: field(:, :)
-        integer :: i
+        integer :: first, last, i
 
-        allocate (field(3, 0:self%arc%steps))
-        do i = 0, self%arc%steps
-            field(:, i) = self%arc%loads(i)%field
-        end do
-        field(:, :) = self%case%satellite%magnetometer%passed(field, self%arc%interval)
-        values = field(:, self%magnetometer_stride::self%magnetometer_stride)
-    end function true_field
+        associate (arc => self%arc, magnetometer => self%case%satellite%magnetometer)
+            allocate (field(3, arc%first:arc%last))
+            do i = arc%first, arc%last
+                field(:, i) = arc%loads(i)%field
+            end do
+            if (arc%first > 0 .and. present(felt)) then
+                field(:, :) = magnetometer%passed(field, arc%interval, felt)
+            else
+                field(:, :) = magnetometer%passed(field, arc%interval)
+            end if
+            if (present(felt)) felt = field(:, arc%last)
+            call samples_of(self, self%magnetometer_stride, first, last)
+            values = field(:, first*self%magnetometer_stride:arc%last:self%magnetometer_stride)
+        end associate
+    end subroutine find_true_field
 
     !> Star-camera quaternions.
-    subroutine draw_stars(self, seed, run, observations, error)
+    subroutine draw_stars(self, noise, observations, error)
         type(simulator_t), intent(in) :: self
-        integer(i8), intent(in) :: seed        !! Of the random numbers
-        integer, intent(in) :: run
+        type(run_noise_t), intent(inout) :: noise
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        type(random_stream_t) :: streams(HEADS)
         real(dp) :: covariance(3, 3)
         integer :: i, head, frame
 
-        do head = 1, HEADS
-            streams(head) = run_stream(self, seed, run, STREAM_STAR_CAMERA + head - 1)
-        end do
         do i = 1, size(observations%star_camera_time)
             head = observations%star_camera_head(i)
             frame = nint(observations%star_camera_time(i)/(self%star_camera_stride*self%arc%interval))
-            call self%frames(frame, head)%draw(streams(head), observations%quaternion(:, i), covariance, error)
+            call self%frames(frame, head)%draw(noise%star_camera(head), observations%quaternion(:, i), covariance, error)
             if (allocated(error)) return
         end do
     end subroutine draw_stars

@@ -10,7 +10,7 @@ module gracecg_simulation_truth_file
     use gracecg_files_csv, only: csv_writer_t
     implicit none
     private
-    public :: write_truth
+    public :: open_truth, append_truth
 
     character(*), parameter :: COLUMNS = &
         'time_s,rx_m,ry_m,rz_m,vx_m_s,vy_m_s,vz_m_s,q1,q2,q3,q4,wx_rad_s,wy_rad_s,wz_rad_s,'// &
@@ -18,24 +18,29 @@ module gracecg_simulation_truth_file
 
 contains
 
-    !> Writes every epoch of the arc: position (m) and velocity (m/s) in the inertial frame,
-    !> attitude (inertial to body), angular velocity (rad/s) and acceleration (rad/s^2), magnetic
-    !> flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
-    subroutine write_truth(path, simulator, wave, comments, error)
+    !> Begins the file. It stands when it is committed.
+    subroutine open_truth(file, path, comments, error)
+        type(csv_writer_t), intent(inout) :: file
         character(*), intent(in) :: path            !! Of the file to write; an existing one is replaced
-        type(simulator_t), intent(in) :: simulator
-        type(density_wave_t), intent(in) :: wave    !! The density wave of the run
         character(*), intent(in) :: comments(:)     !! For what tells of the file beside it
         type(error_t), allocatable, intent(out) :: error
 
-        type(csv_writer_t) :: file
+        call file%open(path, COLUMNS, comments, error)
+    end subroutine open_truth
+
+    !> Writes every epoch of the arc, or of a piece of it those that the piece before did not have: position (m) and
+    !> velocity (m/s) in the inertial frame, attitude (inertial to body), angular velocity (rad/s) and acceleration
+    !> (rad/s^2), magnetic flux density (T) and non-gravitational acceleration (m/s^2), the last four in body axes.
+    subroutine append_truth(file, simulator, wave)
+        type(csv_writer_t), intent(inout) :: file   !! Of `open_truth`
+        type(simulator_t), intent(in) :: simulator
+        type(density_wave_t), intent(in) :: wave    !! The density wave of the run
+
         type(pmc_acceleration_t) :: acceleration
         integer :: k
 
-        call file%open(path, COLUMNS, comments, error)
-        if (allocated(error)) return
         associate (arc => simulator%arc)
-            do k = 0, arc%steps
+            do k = merge(0, arc%first + 1, arc%first == 0), arc%last
                 acceleration = disturbance_at(simulator%case, arc, wave, k)
                 associate (state => arc%state(:, k))
                     call file%row([time_tag(k, arc%interval), state(POSITION), state(VELOCITY), &
@@ -44,6 +49,5 @@ contains
                 end associate
             end do
         end associate
-        call file%commit(error)
-    end subroutine write_truth
+    end subroutine append_truth
 end module gracecg_simulation_truth_file

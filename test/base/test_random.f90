@@ -21,11 +21,34 @@ contains
                     new_unittest('seeds-of-64-bits', test_long_seeds), &
                     new_unittest('streams-are-uncorrelated', test_streams), &
                     new_unittest('array-equals-single-draws', test_array), &
+                    new_unittest('numbers-passed-over', test_skip), &
                     new_unittest('uniform-distribution', test_uniform), &
                     new_unittest('normal-moments', test_moments), &
                     new_unittest('normal-distribution', test_normal), &
                     new_unittest('normal-whiteness', test_whiteness)]
     end subroutine collect_random
+
+    !> Passing over numbers leads where drawing them does: even and odd counts, with and without one left of a block.
+    subroutine test_skip(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(random_stream_t) :: drawn, passed
+        real(dp) :: x(9)
+        integer :: before, n
+
+        do before = 0, 1
+            do n = 0, size(x)
+                drawn = new_stream(5, 4, 1, 3, 2)
+                call drawn%normals(x(:before))
+                passed = drawn
+                call drawn%normals(x(:n))
+                call passed%skip_normals(int(n, i8))
+                call check(error, abs(drawn%normal() - passed%normal()) <= 0)
+                if (allocated(error)) return
+                call check(error, abs(drawn%normal() - passed%normal()) <= 0)
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_skip
 
     !> Random123 1.x, file kat_vectors, lines `philox4x32 10`.
     subroutine test_known_answers(error)

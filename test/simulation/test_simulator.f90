@@ -13,7 +13,10 @@ module test_simulation
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
-        drawn_wave
+        drawn_wave, flight_t, begin_flight, run_noise_t, begin_noise, observe_piece, operator_of_run
+    use gracecg_simulation_simulation_files, only: simulation_order_t, simulation_summary_t, simulate_into
+    use gracecg_observations_observation_files, only: read_observations
+    use gracecg_files_file, only: file_exists, remove_file
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -32,6 +35,8 @@ contains
                     new_unittest('epochs', test_epochs), &
                     new_unittest('same-again', test_same_again), &
                     new_unittest('different-names-different-numbers', test_different), &
+                    new_unittest('pieces-make-the-whole', test_pieces), &
+                    new_unittest('files-are-those-of-the-whole', test_files), &
                     new_unittest('used-head-alone', test_used_head), &
                     new_unittest('observables-from-the-truth', test_observables), &
                     new_unittest('accelerometer-noise', test_accelerometer_noise), &
@@ -58,6 +63,99 @@ contains
         if (.not. allocated(failure)) call new_simulator(case, simulator, failure)
         call check_passes(error, message_of(failure))
     end subroutine prepare
+
+    !> A short case whose magnetometer has a filter, and whose last second is not whole.
+    subroutine short_case(case, failure)
+        type(case_t), intent(out) :: case
+        type(error_t), allocatable, intent(out) :: failure
+
+        call report_case('front-1', case, failure)
+        case%duration = 4.4_dp
+        case%satellite%magnetometer%bandwidth = 0.5_dp
+    end subroutine short_case
+
+    !> A flight in pieces of any length, and what is drawn on it, are those of the whole arc, to the last bit.
+    subroutine test_pieces(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: LENGTHS(6) = [1, 7, 10, 0, 9, 100]
+        type(case_t) :: case
+        type(flight_t) :: flight
+        type(run_noise_t) :: noise
+        type(simulator_t) :: whole, simulator
+        type(observation_set_t) :: all_samples, piece
+        type(error_t), allocatable :: failure
+        integer :: i, at(4), n(4)
+
+        call short_case(case, failure)
+        if (.not. allocated(failure)) call new_simulator(case, whole, failure)
+        if (.not. allocated(failure)) call observe(whole, SEED, 2, all_samples, failure)
+        if (.not. allocated(failure)) call begin_flight(case, flight, simulator, failure)
+        if (.not. allocated(failure)) call begin_noise(simulator, SEED, 2, noise, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        at = 0
+        do i = 1, size(LENGTHS)
+            call flight%go_on(LENGTHS(i), simulator, failure)
+            if (.not. allocated(failure)) &
+                call observe_piece(simulator, operator_of_run(case, case%operator, SEED, 2), noise, piece, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            if (i == 4) cycle   ! no new epoch: nothing is drawn, the epoch where it stands has no sample twice
+            n = [size(piece%accelerometer_time), size(piece%magnetometer_time), size(piece%star_camera_time), &
+                 size(piece%orbit_time)]
+            call check(error, all(abs(piece%acceleration - all_samples%acceleration(:, at(1) + 1:at(1) + n(1))) <= 0) .and. &
+                       all(abs(piece%field - all_samples%field(:, at(2) + 1:at(2) + n(2))) <= 0) .and. &
+                       all(abs(piece%quaternion - all_samples%quaternion(:, at(3) + 1:at(3) + n(3))) <= 0) .and. &
+                       all(abs(piece%star_camera_time - all_samples%star_camera_time(at(3) + 1:at(3) + n(3))) <= 0) .and. &
+                       all(abs(piece%orbit_position - all_samples%orbit_position(:, at(4) + 1:at(4) + n(4))) <= 0))
+            if (allocated(error)) return
+            at = at + n
+        end do
+        call check(error, all(at == [44, 4, 16, 6]))
+        if (allocated(error)) return
+        call check(error, all(abs(simulator%arc%state(:, 44) - whole%arc%state(:, 44)) <= 0) .and. &
+                   all(abs(simulator%star_camera_sigma - whole%star_camera_sigma) <= 0))
+    end subroutine test_pieces
+
+    !> The files of a run read back as what `observe` gives; an arc that cannot be flown leaves none.
+    subroutine test_files(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(*), parameter :: FOLDER = 'build/test-output/simulated'
+        type(simulation_order_t) :: order
+        type(simulation_summary_t) :: summary
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: expected, found
+        type(error_t), allocatable :: failure
+
+        order%folder = FOLDER
+        order%run = 3
+        allocate (order%comments(1))
+        order%comments(1) = 'a test'
+        call short_case(order%case, failure)
+        order%case%limits%rate = 1e-4_dp        ! less than nadir pointing takes
+        if (.not. allocated(failure)) call simulate_into(order, summary, failure)
+        call check_fails(error, message_of(failure), [character(16) :: 'front-1', 'rate_deg_s'])
+        if (allocated(error)) return
+        call check(error, .not. file_exists(FOLDER//'/truth.csv') .and. .not. file_exists(FOLDER//'/accelerometer.csv') .and. &
+                   .not. file_exists(FOLDER//'/truth.csv.part1'))
+        if (allocated(error)) return
+        call short_case(order%case, failure)
+        if (.not. allocated(failure)) call simulate_into(order, summary, failure)
+        if (.not. allocated(failure)) call new_simulator(order%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, order%seed, order%run, expected, failure)
+        if (.not. allocated(failure)) call read_observations(FOLDER, found, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(summary%rows == [44, 16, 4, 6, 0]) .and. summary%moves_rods)
+        if (allocated(error)) return
+        call check(error, all(abs(found%acceleration - expected%acceleration) <= 0) .and. &
+                   all(abs(found%field - expected%field) <= 0) .and. &
+                   all(abs(found%quaternion - expected%quaternion) <= 0) .and. &
+                   all(abs(found%orbit_position - expected%orbit_position) <= 0) .and. &
+                   all(abs(found%knowledge%star_camera_sigma - expected%knowledge%star_camera_sigma) <= 0))
+        call remove_file(FOLDER//'/truth.csv')
+        call remove_file(FOLDER//'/accelerometer.csv')
+    end subroutine test_files
 
     !> An accelerometer whose full scale lies below its bias delivers samples at the full scale, and no estimator
     !> takes them; with the report's full scale nothing is refused. The same for the magnetometer.

@@ -5,7 +5,7 @@
 !> coloured noise.
 module gracecg_simulation_accelerometer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_vectors, only: cross
@@ -13,7 +13,7 @@ module gracecg_simulation_accelerometer
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t
     implicit none
     private
-    public :: accelerometer_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
+    public :: accelerometer_t, accelerometer_noise_t, pmc_acceleration_t, pmc_acceleration, WARNING_LENGTH
 
     integer, parameter :: WARNING_LENGTH = 100  !! Characters of a warning
 
@@ -52,11 +52,20 @@ module gracecg_simulation_accelerometer
         real(dp) :: resolution = RESOLUTION     !! Step of rounded samples, section 3.2.1, m/s^2
     contains
         procedure :: measure            !! Noisy samples of true accelerations
+        procedure :: begin_noise        !! The noise of a record that is drawn in pieces
+        procedure :: measure_piece      !! Noisy samples of a piece of it
         procedure :: noise_of_axis      !! The noise generator of an axis
         procedure :: response           !! Scale factors and biases put on an acceleration
         procedure :: digitised          !! Samples as they are put out: saturated and rounded
         procedure :: exceeded_limits    !! What is beyond its limit of section 3.2.1
     end type accelerometer_t
+
+    !> The noise of a record, and where it has got to.
+    type :: accelerometer_noise_t
+        private
+        type(coloured_noise_t) :: axis(3)       ! x, y, z
+        type(random_stream_t) :: stream(3)      ! one stream at three places: the axes are drawn one after the other
+    end type accelerometer_noise_t
 
     !> The acceleration of the PMC and its parts, body frame, m/s^2.
     type :: pmc_acceleration_t
@@ -97,13 +106,47 @@ contains
         real(dp), intent(out) :: measured(:, :)     !! m/s^2; of the same shape
         type(error_t), allocatable, intent(out) :: error
 
-        type(coloured_noise_t) :: noise
+        type(accelerometer_noise_t) :: noise
+
+        call self%begin_noise(stream, size(acceleration, 2), noise, error)
+        if (allocated(error)) return
+        call self%measure_piece(acceleration, noise, measured, error)
+        stream = noise%stream(3)
+    end subroutine measure
+
+    !> The noise of a record of so many samples, which may be measured in pieces. Fails when a setting of the noise is
+    !> not in its range.
+    subroutine begin_noise(self, stream, samples, noise, error)
+        class(accelerometer_t), intent(in) :: self
+        type(random_stream_t), intent(in) :: stream     !! Where the record's numbers begin
+        integer, intent(in) :: samples                  !! Of the whole record
+        type(accelerometer_noise_t), intent(out) :: noise
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        noise%stream = stream
+        do i = 1, 3
+            noise%axis(i) = self%noise_of_axis(i, error)
+            if (allocated(error)) return
+            if (i == 3) exit
+            noise%stream(i + 1) = noise%stream(i)
+            call noise%stream(i + 1)%skip_normals(int(samples, i8)*noise%axis(i)%draws_of_sample())
+        end do
+    end subroutine begin_noise
+
+    !> The next samples of a record, CSR-TM-00-01 eq. (3-1). Fails when a sample is not finite.
+    subroutine measure_piece(self, acceleration, noise, measured, error)
+        class(accelerometer_t), intent(in) :: self
+        real(dp), intent(in) :: acceleration(:, :)          !! At the PMC, body frame, m/s^2; (3, samples)
+        type(accelerometer_noise_t), intent(inout) :: noise !! Goes on where it has got to
+        real(dp), intent(out) :: measured(:, :)             !! m/s^2; of the same shape
+        type(error_t), allocatable, intent(out) :: error
+
         integer :: i
 
         do i = 1, 3
-            noise = self%noise_of_axis(i, error)
-            if (allocated(error)) return
-            call noise%generate(stream, measured(i, :))
+            call noise%axis(i)%generate(noise%stream(i), measured(i, :))
         end do
         do i = 1, size(acceleration, 2)
             measured(:, i) = self%response(acceleration(:, i)) + measured(:, i)
@@ -113,7 +156,7 @@ contains
                       'acceleration, the scale factors and the bias')
         end if
         measured = self%digitised(measured)
-    end subroutine measure
+    end subroutine measure_piece
 
     !> A generator of one axis' noise, eq. (3-2). Fails when a setting of the noise is not in its range.
     function noise_of_axis(self, i, error) result(noise)

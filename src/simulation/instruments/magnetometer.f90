@@ -84,20 +84,26 @@ contains
 
     !> A series of the field behind a low-pass filter of first order, dy/dt = 2 pi f (B - y): exact for a field
     !> that changes linearly between the epochs, and begun as if it had always changed as in the first interval.
-    pure function passed(self, field, interval) result(output)
+    !> Of a piece of a series the output at its first epoch may be given, where the piece before ended.
+    pure function passed(self, field, interval, first) result(output)
         class(magnetometer_t), intent(in) :: self
         real(dp), intent(in) :: field(:, :)     !! T; (3, epochs)
         real(dp), intent(in) :: interval        !! Between the epochs, s
+        real(dp), intent(in), optional :: first(3)  !! Output at the first epoch, T
         real(dp) :: output(3, size(field, 2))   !! T
 
         real(dp) :: time_constant, decay, slope(3)
         integer :: k
 
         output = field
-        if (.not. self%bandwidth > 0 .or. size(field, 2) < 2) return
+        if (.not. self%bandwidth > 0) return
         time_constant = 1/(TWO_PI*self%bandwidth)
         decay = exp(-interval/time_constant)
-        output(:, 1) = field(:, 1) - time_constant*(field(:, 2) - field(:, 1))/interval
+        if (present(first)) then
+            output(:, 1) = first
+        else if (size(field, 2) > 1) then
+            output(:, 1) = field(:, 1) - time_constant*(field(:, 2) - field(:, 1))/interval
+        end if
         do k = 2, size(field, 2)
             slope = (field(:, k) - field(:, k - 1))/interval
             output(:, k) = field(:, k) - time_constant*slope + &
