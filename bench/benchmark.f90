@@ -7,6 +7,7 @@ program benchmark
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t
+    use gracecg_environment_geopotential, only: geopotential_t, egm96
     use gracecg_environment_thermosphere, only: atmosphere_point_t, atmosphere_state_t
     use gracecg_environment_sun, only: sun_position
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
@@ -36,11 +37,17 @@ program benchmark
     type(simulator_t) :: simulator
     type(observation_set_t) :: observations
     type(error_t), allocatable :: error
+    type(geopotential_t) :: degree_20, degree_70
     real(dp) :: state(STATE_SIZE), sink
 
     call prepare()
     write (output_unit, '(a)') 'best of 7 repeats, one thread'
     call report_time('gravity, EGM96 20x20, acceleration', 200000, time_gravity)
+    call report_time('gravity, 20x20, with potential and gradient', 100000, time_gravity_20_all)
+    call report_time('gravity, 20x20, many places, each', 200000, time_gravity_20_many)
+    call report_time('gravity, EGM96 70x70, acceleration', 20000, time_gravity_70)
+    call report_time('gravity, 70x70, with potential and gradient', 20000, time_gravity_70_all)
+    call report_time('gravity, 70x70, many places, each', 20000, time_gravity_70_many)
     call report_time('geomagnetic field, IGRF-95, degree 10', 200000, time_field)
     call report_time('thermosphere, DTM-77', 200000, time_density)
     call report_time('Sun, position', 200000, time_sun)
@@ -69,6 +76,8 @@ contains
         if (.not. allocated(error)) call build_dynamics(case, dynamics, error)
         if (.not. allocated(error)) call new_simulator(case, simulator, error)
         if (.not. allocated(error)) call observe(simulator, 1, 1, observations, error)
+        if (.not. allocated(error)) call egm96(20, 20, degree_20, error)
+        if (.not. allocated(error)) call egm96(70, 70, degree_70, error)
         if (allocated(error)) then
             write (error_unit, '(a)') error%message
             error stop 1
@@ -120,6 +129,65 @@ contains
             sink = sink + a(1)
         end do
     end subroutine time_gravity
+
+    subroutine time_gravity_70(evaluations)
+        integer, intent(in) :: evaluations
+        real(dp) :: a(3)
+        integer :: i
+
+        do i = 1, evaluations
+            call degree_70%acceleration(place(:, modulo(i, PLACES) + 1), a)
+            sink = sink + a(1)
+        end do
+    end subroutine time_gravity_70
+
+    subroutine time_gravity_20_all(evaluations)
+        integer, intent(in) :: evaluations
+
+        call evaluate_all(degree_20, evaluations)
+    end subroutine time_gravity_20_all
+
+    subroutine time_gravity_70_all(evaluations)
+        integer, intent(in) :: evaluations
+
+        call evaluate_all(degree_70, evaluations)
+    end subroutine time_gravity_70_all
+
+    subroutine evaluate_all(model, evaluations)
+        type(geopotential_t), intent(in) :: model
+        integer, intent(in) :: evaluations
+        real(dp) :: u, a(3), tensor(3, 3)
+        integer :: i
+
+        do i = 1, evaluations
+            call model%all_derivatives(place(:, modulo(i, PLACES) + 1), u, a, tensor)
+            sink = sink + a(1) + tensor(1, 1)
+        end do
+    end subroutine evaluate_all
+
+    subroutine time_gravity_20_many(evaluations)
+        integer, intent(in) :: evaluations
+
+        call evaluate_many(degree_20, evaluations)
+    end subroutine time_gravity_20_many
+
+    subroutine time_gravity_70_many(evaluations)
+        integer, intent(in) :: evaluations
+
+        call evaluate_many(degree_70, evaluations)
+    end subroutine time_gravity_70_many
+
+    subroutine evaluate_many(model, evaluations)
+        type(geopotential_t), intent(in) :: model
+        integer, intent(in) :: evaluations      ! a multiple of PLACES
+        real(dp) :: a(3, PLACES)
+        integer :: i
+
+        do i = 1, evaluations/PLACES
+            call model%accelerations(place, a)
+            sink = sink + a(1, 1)
+        end do
+    end subroutine evaluate_many
 
     subroutine time_field(evaluations)
         integer, intent(in) :: evaluations

@@ -126,7 +126,8 @@ gracecg_status gracecg_gravity_free(gracecg_gravity **gravity, gracecg_error *er
 
 /* Of Earth-fixed positions [n][3] (m, at least 1 km from the centre): acceleration [n][3] (m/s^2,
    Earth-fixed, without the centrifugal part), potential [n] (m^2/s^2), and the second derivatives of
-   the potential [n][3][3] (1/s^2, symmetric), each or NULL. */
+   the potential [n][3][3] (1/s^2, symmetric), each or NULL. All three come from one recursion; without
+   second derivatives many points in a call take half the time each. */
 gracecg_status gracecg_gravity_evaluate(const gracecg_gravity *gravity, size_t n, const double *position,
                                         double *acceleration, double *potential, double *gradient,
                                         gracecg_error *error);

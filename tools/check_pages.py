@@ -237,6 +237,11 @@ def make_pages(program, report, folder):
     run(program, "estimate", "designed", "--algorithm", "sequential", "--report", "designed.html", folder=folder)
     yield "a designed manoeuvre", folder / "designed.html"
 
+    (folder / "level1.nml").write_text("&level1_simulation\n spans = 2\n/\n", encoding="utf-8")
+    run(program, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", "level1", folder=folder)
+    run(program, "level1", "estimate", "level1", "--setup", "level1/setup.nml", "--report", "level1.html", folder=folder)
+    yield "a calibration from Level-1 files", folder / "level1.html"
+
 
 def check(program, report):
     program, axe, browser, found = os.path.abspath(program), axe_source(), Browser(), 0

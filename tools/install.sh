@@ -86,10 +86,11 @@ Libs.private: $(dependencies)
 EOF
 }
 
-# The sources of the library: what its doors use, directly or not, with the submodules of these modules. A
-# module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
+# The sources of the library: what its doors use, directly or not, with the submodules of these modules, and the
+# kernels in C. A module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
 library_sources() {
     local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
+    find src -name '*.c'
     while [ "${#waiting[@]}" -gt 0 ]; do
         source=${waiting[0]}
         waiting=("${waiting[@]:1}")
@@ -119,7 +120,8 @@ build() {
     # fpm does not link a program anew when another of its commands has rebuilt the library since.
     rm -rf build/gfortran_*/app/gracecg "$stage" "$library"
     mkdir -p "$library"
-    "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
+    # fpm gives gcc no flags of its own; the shared library wants position-independent objects.
+    FPM_CFLAGS="-fPIC ${FPM_CFLAGS:-}" "$fpm" install --profile release --prefix "$stage" >build/install.log 2>&1 || {
         cat build/install.log >&2
         return 1
     }

@@ -2,6 +2,7 @@
 """Round trips through simulated Level-1 files: how well `gracecg level1 estimate` gives back what was put in.
 
     tools/level1_study.py [--gracecg PROGRAM] [--seeds 20] [--first-seed 1] [--scenario NAME ...] [--case CASE] [--out FILE]
+    tools/level1_study.py --faults ...      puts faults into the files of each seed and looks whether each is told by its name
 
 Each scenario is a namelist for `gracecg simulate --format level1`; each seed draws gains, inertia, leakage, scales, field, clocks
 and all noise anew. Reported: for every source how many of the seeds that claim it (flag 0) are within 10 um on all axes; for
@@ -10,6 +11,7 @@ sampling error if sigma is right; gains within 0.5 %, delays within 10 ms. Exit 
 """
 import argparse
 import csv
+import glob
 import json
 import math
 import os
@@ -34,6 +36,23 @@ SCENARIOS = {
 SOURCES = ["torque+cal", "torque", "acc-cal", "acc-raw", "sca", "imu"]
 
 
+# Faults: what is changed (a key of the setup with its value; or files and what becomes of the words of their lines), what
+# must be told of it, and the least flag
+IN_PHASE = ", spans = 1, amplitude_ma = 0, 120, 120, cycles = 0, 6, 6"
+QUIET = ", spans = 0, duration = 1200"
+FAULTS = {
+    "rod-sign": ("rod_sign = 1, -1, 1", "wrong sign of rod y", 2),
+    "af-as-srf": ("accelerometer_axes = 1, 2, 3", "AF taken as SRF", 2),
+    "obc-tags": ({"ACC1A": lambda w: [*w[:2], "G", *w[3:]]}, "left in OBC time", 0),
+    "obc-currents": ({"MAG1B": None, "MAG1A": lambda w: ["G" if v == "R" else v for v in w]}, "left in OBC time", 0),
+    "b-sign": ({"MAG1?": lambda w: [*w[:10], *(str(-float(v)) for v in w[10:13]), *w[13:]]}, "B currents with the wrong sign", 0),
+    "transplanted": ({"ACC1A": lambda w: [*w[:9], "0", "0", "0", *w[12:]]}, "transplanted", 2),
+    "other-time": ({"ACC1A": lambda w: [str(int(w[0]) - 300), *w[1:]]}, "transplanted", 2),
+    "in-phase": (IN_PHASE, "not separable", 1),
+    "no-manoeuvre": (QUIET, "no manoeuvre found", None),
+}
+
+
 def number(text, key):
     """The numbers of a key of a namelist."""
     match = re.search(rf"^\s*{key} = ([^!\n]*)", text, re.M)
@@ -47,14 +66,87 @@ def run(program, *arguments):
     return done.stdout
 
 
-def one(program, case, settings, spans, seed, folder, binary):
-    """Simulates a seed and estimates; the errors of all that was estimated."""
+def simulate(program, case, settings, spans, seed, folder, binary=False):
+    """The folder of the files of a seed."""
     namelist = os.path.join(folder, "level1.nml")
     with open(namelist, "w") as file:
         file.write(f"&level1_simulation\n {settings}\n/\n{spans}")
     day = os.path.join(folder, "day")
     run(program, "simulate", case, "--format", "level1", "--level1", namelist, "--out", day, "--seed", str(seed),
         *(["--binary"] if binary else []))
+    return day
+
+
+def change(day, fault):
+    """Puts a fault into setup or files; what they were."""
+    before = {}
+    if isinstance(fault, str):
+        path = os.path.join(day, "setup.nml")
+        with open(path) as file:
+            before[path] = file.read()
+        with open(path, "w") as file:
+            file.write(re.sub(rf"^ *{fault.split()[0]} .*$", " " + fault, before[path], flags=re.M))
+        return before
+    for product, words in fault.items():
+        for path in glob.glob(os.path.join(day, product + "_*")):
+            with open(path) as file:
+                before[path] = file.read()
+            if words is None:
+                os.remove(path)
+                continue
+            lines = before[path].splitlines()
+            first = 1 + next(i for i, line in enumerate(lines) if line.startswith(("# End of YAML header", "END OF HEADER")))
+            with open(path, "w") as file:
+                file.write("\n".join([*lines[:first], *(" ".join(words(line.split())) for line in lines[first:])]) + "\n")
+    return before
+
+
+def told(program, day, words, least_flag):
+    """Whether an estimate says these words, with such a flag; and what it says."""
+    done = subprocess.run([program, "level1", "estimate", day, "--setup", os.path.join(day, "setup.nml"), "--format", "json"],
+                          capture_output=True, text=True)
+    if least_flag is None:
+        return done.returncode == 1 and words in done.stderr, done.stderr
+    if done.returncode or not done.stdout:
+        return words in done.stderr, done.stderr
+    document = json.loads(done.stdout)
+    said = "\n".join([*document["findings"], *document["warnings"], document["reason"]])
+    return words in said and document["flag"] >= least_flag, f"flag {document['flag']}: {said}"
+
+
+def study_faults(options):
+    """Every fault in every seed of every scenario; what was not told."""
+    missed = []
+    for name in options.scenario:
+        settings, spans = SCENARIOS[name][:2]
+        satellite = settings if settings.startswith("satellite") else "clock_drift = -1.5e-8"
+        counts = dict.fromkeys(FAULTS, (0, 0))
+        for seed in range(options.first_seed, options.first_seed + options.seeds):
+            with tempfile.TemporaryDirectory() as folder:
+                day = simulate(options.gracecg, options.case, settings, spans, seed, folder)
+                for fault, (what, words, least_flag) in FAULTS.items():
+                    if what in (IN_PHASE, QUIET):
+                        with tempfile.TemporaryDirectory() as other:
+                            found = told(options.gracecg, simulate(options.gracecg, options.case, satellite + what, "", seed, other),
+                                         words, least_flag)
+                    elif fault == "obc-currents" and not glob.glob(os.path.join(day, "MAG1A_*")):
+                        continue        # GRACE's MAG1A is in the magnetometer's own axes and is not used
+                    else:
+                        before = change(day, what)
+                        found = told(options.gracecg, day, words, least_flag)
+                        for path, text in before.items():
+                            with open(path, "w") as file:
+                                file.write(text)
+                    counts[fault] = (counts[fault][0] + found[0], counts[fault][1] + 1)
+                    if not found[0]:
+                        missed.append(f"{name}, seed {seed}, {fault}: {found[1]}")
+        print(f"{name:16}", ", ".join(f"{fault} {a} of {n}" for fault, (a, n) in counts.items() if n), flush=True)
+    return missed
+
+
+def one(program, case, settings, spans, seed, folder, binary):
+    """Simulates a seed and estimates; the errors of all that was estimated."""
+    day = simulate(program, case, settings, spans, seed, folder, binary)
     with open(os.path.join(day, "truth.nml")) as file:
         truth = file.read()
     document = json.loads(run(program, "level1", "estimate", day, "--setup", os.path.join(day, "setup.nml"), "--format", "json"))
@@ -72,7 +164,13 @@ def main():
     parser.add_argument("--case", default="front-1")
     parser.add_argument("--binary", action="store_true")
     parser.add_argument("--out", help="a CSV file with all errors")
+    parser.add_argument("--faults", action="store_true", help="faults in place of errors")
     options = parser.parse_args()
+    if options.faults:
+        missed = study_faults(options)
+        for line in missed:
+            print("missed:", line)
+        return 1 if missed else 0
     rows, missed = [], []
     for name in options.scenario:
         settings, spans, torque_delay, accelerometer_delay = SCENARIOS[name]

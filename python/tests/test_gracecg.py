@@ -56,6 +56,7 @@ def test_time():
 
 def test_laplace_and_symmetry():
     acceleration, potential, gradient = gracecg.Gravity("egm96", 20).evaluate(POSITION)
+    assert np.array_equal(gracecg.Gravity("egm96", 20).acceleration(POSITION), acceleration)
     assert acceleration.shape == (2, 3) and potential.shape == (2,)
     assert np.allclose(np.trace(gradient, axis1=1, axis2=2), 0, atol=1e-20)
     assert np.array_equal(gradient, gradient.transpose(0, 2, 1))

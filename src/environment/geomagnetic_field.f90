@@ -8,8 +8,8 @@ module gracecg_environment_geomagnetic_field
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_RADIUS_IGRF, NANOTESLA
     use gracecg_base_error, only: error_t, add_context, fail, fail_out_of_range, fail_unknown_name
-    use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, &
-        harmonic_function, differentiate
+    use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_function_t, &
+        new_harmonic_function
     use gracecg_environment_table_igrf, only: IGRF14_DEGREE, IGRF14_EPOCHS, IGRF14_FIELDS, IGRF14_RATE, &
         IGRF95_DEGREE, IGRF95_FIELD, IGRF95_RATE
     implicit none
@@ -37,7 +37,7 @@ module gracecg_environment_geomagnetic_field
         !! igrf, read_shc or new_igrf
         character(:), allocatable :: name               !! 'igrf14', or as its file says
         integer :: degree = 0                           !! Highest of the expansion
-        type(harmonic_triple_t), private :: field_sums  !! B_x, B_y, B_z
+        type(harmonic_function_t), private :: potential     !! -V, T m
     contains
         procedure :: evaluate => igrf_evaluate
     end type igrf_t
@@ -153,7 +153,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), allocatable :: g(:, :), h(:, :)
-        complex(dp), allocatable, dimension(:, :) :: x, y, z
         real(dp) :: factor
         integer :: n
 
@@ -174,10 +173,9 @@ contains
             g(n, 1:n) = factor*list(n**2 + 1:n**2 + 2*n - 1:2)
             h(n, 1:n) = factor*list(n**2 + 2:n**2 + 2*n:2)
         end do
-        call differentiate(harmonic_function(g, h), x, y, z)
         model%name = name
         model%degree = degree
-        model%field_sums = new_harmonic_triple(radius, x, y, z)
+        model%potential = new_harmonic_function(radius, radius, g, h)
     end subroutine new_igrf
 
     pure subroutine igrf_evaluate(self, position, b)
@@ -185,7 +183,7 @@ contains
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: b(3)
 
-        call self%field_sums%evaluate(position, b)
+        call self%potential%gradient(position, b)
     end subroutine igrf_evaluate
 
     !> The components of a vector along the local vertical (up), south and east, as in CSR-TM-00-01

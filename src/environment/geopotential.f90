@@ -3,13 +3,12 @@
 !> Positions and results are in the Earth-fixed frame (z along the axis of rotation, x in the
 !> meridian of Greenwich).
 module gracecg_environment_geopotential
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM
     use gracecg_base_error, only: error_t, fail, fail_out_of_range, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, &
-        harmonic_function, differentiate
+    use gracecg_environment_spherical_harmonics, only: MAX_DEGREE, harmonic_function_t, &
+        new_harmonic_function
     use gracecg_environment_table_egm96, only: EGM96_DEGREE, EGM96_GM, EGM96_RADIUS, EGM96_C, EGM96_S
     implicit none
     private
@@ -23,6 +22,8 @@ module gracecg_environment_geopotential
         procedure(potential_interface), deferred :: potential       !! Positive, zero at infinity
         procedure(gradient_tensor_interface), deferred :: gradient_tensor
         !! Second derivatives of the potential
+        procedure :: all_derivatives => derivatives_one_by_one      !! The three of them at a place
+        procedure :: accelerations => accelerations_one_by_one      !! At many places, with the potential if wanted
     end type gravity_model_t
 
     abstract interface
@@ -67,14 +68,13 @@ module gracecg_environment_geopotential
         integer :: order = 0                                    !! Up to which the sum goes, 0..degree
         real(dp) :: mu = 0          !! m^3/s^2
         real(dp) :: radius = 0      !! Reference radius, m
-        type(harmonic_triple_t), private :: potential_sum       !! The first of the three is U
-        type(harmonic_triple_t), private :: acceleration_sums   !! dU/dx, dU/dy, dU/dz
-        type(harmonic_triple_t), private :: diagonal_sums       !! U_xx, U_yy, U_zz
-        type(harmonic_triple_t), private :: off_diagonal_sums   !! U_yz, U_zx, U_xy
+        type(harmonic_function_t), private :: harmonics     !! U
     contains
         procedure :: acceleration => geopotential_acceleration
         procedure :: potential => geopotential_potential
         procedure :: gradient_tensor => geopotential_gradient_tensor
+        procedure :: all_derivatives => geopotential_all_derivatives    !! By one recursion
+        procedure :: accelerations => geopotential_accelerations        !! Several places together
     end type geopotential_t
 
 contains
@@ -119,7 +119,6 @@ contains
         type(geopotential_t), intent(out) :: model
         type(error_t), allocatable, intent(out) :: error
 
-        complex(dp), allocatable, dimension(:, :) :: u, x, y, z, xx, xy, xz, yy, yz, zz
         integer :: available
 
         available = min(MAX_DEGREE, ubound(c, 1), ubound(s, 1))
@@ -135,26 +134,16 @@ contains
                       ' m^3/s^2) and the radius ('//number_text(radius)//' m) must be positive')
             return
         end if
-        u = harmonic_function(c(:degree, :order), s(:degree, :order))*(mu/radius)
-        if (.not. all(ieee_is_finite(abs(u)))) then
+        model%harmonics = new_harmonic_function(radius, mu/radius, c(:degree, :order), s(:degree, :order))
+        if (.not. model%harmonics%is_finite()) then
             call fail(error, name//': a coefficient is not a finite number')
             return
         end if
-        call differentiate(u, x, y, z)
-        call differentiate(x, xx, xy, xz)
-        call differentiate(y, xy, yy, yz)
-        call differentiate(z, xz, yz, zz)
-
         model%name = name
         model%degree = degree
         model%order = order
         model%mu = mu
         model%radius = radius
-        model%potential_sum = new_harmonic_triple(radius, u, 0*u, 0*u)
-        model%acceleration_sums = new_harmonic_triple(radius, x/radius, y/radius, z/radius)
-        model%diagonal_sums = new_harmonic_triple(radius, xx/radius**2, yy/radius**2, zz/radius**2)
-        model%off_diagonal_sums = new_harmonic_triple(radius, yz/radius**2, xz/radius**2, &
-                                                      xy/radius**2)
     end subroutine new_geopotential
 
     !> Fails unless 0 <= degree <= highest and 0 <= order <= degree.
@@ -175,7 +164,7 @@ contains
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: a(3)
 
-        call self%acceleration_sums%evaluate(position, a)
+        call self%harmonics%gradient(position, a)
     end subroutine geopotential_acceleration
 
     pure subroutine geopotential_potential(self, position, u)
@@ -183,10 +172,7 @@ contains
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: u
 
-        real(dp) :: values(3)
-
-        call self%potential_sum%evaluate(position, values)
-        u = values(1)
+        call self%harmonics%value(position, u)
     end subroutine geopotential_potential
 
     pure subroutine geopotential_gradient_tensor(self, position, tensor)
@@ -194,14 +180,59 @@ contains
         real(dp), intent(in) :: position(3)
         real(dp), intent(out) :: tensor(3, 3)
 
-        real(dp) :: diagonal(3), off_diagonal(3)
+        real(dp) :: u, a(3)
 
-        call self%diagonal_sums%evaluate(position, diagonal)
-        call self%off_diagonal_sums%evaluate(position, off_diagonal)
-        tensor(:, 1) = [diagonal(1), off_diagonal(3), off_diagonal(2)]
-        tensor(:, 2) = [off_diagonal(3), diagonal(2), off_diagonal(1)]
-        tensor(:, 3) = [off_diagonal(2), off_diagonal(1), diagonal(3)]
+        call self%harmonics%derivatives(position, u, a, tensor)
     end subroutine geopotential_gradient_tensor
+
+    !> Potential, acceleration and second derivatives by one recursion, in about twice the time of the acceleration. The
+    !> bits are those of the procedures for one of them.
+    pure subroutine geopotential_all_derivatives(self, position, u, a, tensor)
+        class(geopotential_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)
+        real(dp), intent(out) :: u, a(3), tensor(3, 3)
+
+        call self%harmonics%derivatives(position, u, a, tensor)
+    end subroutine geopotential_all_derivatives
+
+    !> In half the time a place that one takes by itself where vectors are wide; the bits are those of `acceleration` and
+    !> `potential`.
+    pure subroutine geopotential_accelerations(self, positions, a, u)
+        class(geopotential_t), intent(in) :: self
+        real(dp), intent(in) :: positions(:, :)
+        real(dp), intent(out) :: a(:, :)
+        real(dp), intent(out), optional :: u(:)
+
+        call self%harmonics%gradients(positions, a, u)
+    end subroutine geopotential_accelerations
+
+    !> Potential, acceleration and second derivatives of any model.
+    pure subroutine derivatives_one_by_one(self, position, u, a, tensor)
+        class(gravity_model_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)     !! Earth-fixed, m
+        real(dp), intent(out) :: u              !! Potential, m^2/s^2
+        real(dp), intent(out) :: a(3)           !! Acceleration, Earth-fixed, m/s^2
+        real(dp), intent(out) :: tensor(3, 3)   !! Second derivatives, Earth-fixed, 1/s^2
+
+        call self%potential(position, u)
+        call self%acceleration(position, a)
+        call self%gradient_tensor(position, tensor)
+    end subroutine derivatives_one_by_one
+
+    !> Accelerations of any model at many places, and its potential if wanted.
+    pure subroutine accelerations_one_by_one(self, positions, a, u)
+        class(gravity_model_t), intent(in) :: self
+        real(dp), intent(in) :: positions(:, :)     !! Earth-fixed, m, shape (3, n)
+        real(dp), intent(out) :: a(:, :)            !! Earth-fixed, m/s^2, shape (3, n)
+        real(dp), intent(out), optional :: u(:)     !! Potentials, m^2/s^2, n
+
+        integer :: i
+
+        do i = 1, size(positions, 2)
+            call self%acceleration(positions(:, i), a(:, i))
+            if (present(u)) call self%potential(positions(:, i), u(i))
+        end do
+    end subroutine accelerations_one_by_one
 
     pure subroutine point_mass_acceleration(self, position, a)
         class(point_mass_gravity_t), intent(in) :: self

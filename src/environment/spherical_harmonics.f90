@@ -1,208 +1,301 @@
 !> Sums of solid spherical harmonics and of their derivatives, in Cartesian coordinates: fast, and
 !> without a singular place anywhere outside the centre.
 !>
-!> An exterior harmonic function is sum_nm (R/r)^(n+1) Pbar_nm(sin lat) [C cos m lon + S sin m lon].
-!> The inversion q = 2 R (x, y, z)/r^2 turns each term, but for a factor R/r, into a polynomial:
+!> An exterior harmonic function is U = sum_nm (R/r)^(n+1) Pbar_nm(sin lat) [C cos m lon + S sin m lon].
+!> The inversion q = 2 R (x, y, z)/r^2 turns it, but for a factor R/r, into a polynomial:
 !>
-!>     B_nm = (R/r) h_(n-m)(q) (q_x + i q_y)^m,    h_0 = 1,  h_1 = q_z,
-!>     h_(k+1) = q_z h_k - beta q^2 h_(k-1),       beta = k (k + 2m)/(4 (m + k)^2 - 1)
+!>     U = (|q|/2) Phi,   Phi = sum_nm Re(f_nm h_(n-m)(q) (q_x + i q_y)^m),
+!>     h_0 = 1,  h_1 = q_z,  h_(k+1) = q_z h_k - beta q^2 h_(k-1),   beta = k (k + 2m)/(4 (m + k)^2 - 1)
 !>
 !> The h are the derived Legendre functions of S. Pines (AIAA J. 11 (1973) 1508-1511), scaled so
 !> that their first coefficient is one and multiplied by powers of 2R/r; the recursion with rising
 !> degree at fixed order is the stable one (J. B. Lundberg and B. E. Schutz, J. Guidance 11 (1988)
-!> 31-38). The scale is taken into the coefficients when a model is built, and so are the
-!> derivatives: a derivative of B_nm is a combination of functions B of degree n + 1
-!> (L. E. Cunningham, Celestial Mechanics 2 (1970) 207-216). Hence potential, gradient and second
-!> derivatives are all plain sums over B with coefficients of their own, and one procedure
-!> evaluates them, three at a time.
+!> 31-38). The scale is taken into the coefficients when a function is built.
+!>
+!> Derivatives need sums of one kind more, and no other recursion. At fixed q^2 the derivative of h_k of order m by
+!> q_z is k h_(k-1) of order m + 1, which the recursion of that order has anyway: d = (Phi_x, Phi_y, Phi_z) at
+!> fixed q^2 takes sums over order m of the coefficients f_nm and (n - m + 1) f_n,m-1. What is missing, the
+!> derivative by q^2, follows from Euler's theorem for the terms of degree n; for that the sums are also taken
+!> with a factor n or n^2, which an index N or NN tells. With u = q/|q|
+!>
+!>     grad U = (|q|/4R) [q^2 d - (Phi + Phi_N + q.d) q]
+!>     grad grad U = (|q| q^2/8R^2) {q^2 dd - (q v^T + v q^T) - (Phi + Phi_N + q.d) 1
+!>                   + [3 Phi + 4 Phi_N + Phi_NN + 5 q.d + 2 q.d_N + q.(dd q)] u u^T},
+!>     v = 2 d + d_N + dd q
+!>
+!> with the matrix dd of the second derivatives of Phi at fixed q^2. That the trace is 0 is Laplace's equation, and not put in.
+!> The sums themselves stand in harmonic_sums.c.
 module gracecg_environment_spherical_harmonics
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: MAX_DEGREE, harmonic_triple_t, new_harmonic_triple, harmonic_function, differentiate
+    public :: MAX_DEGREE, harmonic_function_t, new_harmonic_function
 
-    integer, parameter :: MAX_DEGREE = 360
-    !! Highest degree of a function that can be differentiated twice and evaluated
-    integer, parameter :: LANES = 4
-    !! Orders summed side by side, so that the compiler can use the processor's vector instructions
-    integer, parameter :: MAX_BLOCKS = 91   !! Blocks of orders: enough for orders 0..MAX_DEGREE + 2
+    ! The last three as in harmonic_sums.c
+    integer, parameter :: MAX_DEGREE = 360  !! Highest degree of a function
+    integer, parameter :: LANES = 8         !! Orders that lie side by side in memory, for vector instructions
+    integer, parameter :: PLACES = 8        !! Places worked on together
+    integer, parameter :: FIRST_SUMS = 5, ALL_SUMS = 14
+    !! Sums for first derivatives: Phi, Phi_N, d; for second ones also Phi_NN, d_N, dd (xx, xy, xz, yz, zz)
 
-    type :: harmonic_triple_t
-        !! Three exterior harmonic functions that are evaluated together
+    type :: harmonic_function_t
+        !! An exterior harmonic function
         private
-        real(dp) :: radius = 1                      !! R, m
-        integer, allocatable :: first(:)            !! First step of each block of orders in `steps`
-        real(dp), allocatable :: steps(:, :, :)
-        !! One step of the recursion for LANES orders m, shape (LANES, 0:6, steps): beta, three
-        !! coefficients of Re B_nm, three of Im B_nm
+        real(dp) :: radius = 1                          !! R, m
+        integer(c_int32_t) :: blocks = 0, orders = 0    !! Blocks of LANES orders; orders with a sum
+        integer(c_int32_t) :: widest = LANES            !! Most numbers of a vector; fewer where the processor has no such
+        integer(c_int32_t), allocatable :: first(:)     !! Steps before each block, and all steps
+        real(c_double), allocatable :: steps(:, :, :)
+        !! One step of the recursion for LANES orders m, shape (LANES, 0:6, steps): beta; of degree n = m + k,
+        !! cos and sin: f_nm, (k + 1) f_n,m-1, (k + 1) (k + 2) f_n,m-2
     contains
-        procedure :: evaluate   !! The three values at a place
-    end type harmonic_triple_t
+        procedure :: limit_vectors  !! To less wide vectors than the processor has
+        procedure :: is_finite      !! Whether all coefficients are numbers
+        procedure :: value          !! At a place
+        procedure :: gradient       !! At a place
+        procedure :: derivatives    !! Value, gradient and second derivatives at a place
+        procedure :: gradients      !! Values and gradients at many places
+    end type harmonic_function_t
+
+    interface
+        !> The first FIRST_SUMS sums at a place.
+        pure subroutine harmonic_sums_first(widest, blocks, orders, first, steps, q, sums) bind(c)
+            import :: c_double, c_int32_t, FIRST_SUMS, LANES
+            integer(c_int32_t), intent(in), value :: widest, blocks, orders
+            integer(c_int32_t), intent(in) :: first(*)
+            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(3)
+            real(c_double), intent(out) :: sums(FIRST_SUMS)
+        end subroutine harmonic_sums_first
+
+        !> All sums at a place; the first ones with the same bits.
+        pure subroutine harmonic_sums_second(widest, blocks, orders, first, steps, q, sums) bind(c)
+            import :: c_double, c_int32_t, ALL_SUMS, LANES
+            integer(c_int32_t), intent(in), value :: widest, blocks, orders
+            integer(c_int32_t), intent(in) :: first(*)
+            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(3)
+            real(c_double), intent(out) :: sums(ALL_SUMS)
+        end subroutine harmonic_sums_second
+
+        !> The first FIRST_SUMS sums at PLACES places, with the same bits.
+        pure subroutine harmonic_sums_places(widest, orders, first, steps, q, sums) bind(c)
+            import :: c_double, c_int32_t, FIRST_SUMS, LANES, PLACES
+            integer(c_int32_t), intent(in), value :: widest, orders
+            integer(c_int32_t), intent(in) :: first(*)
+            real(c_double), intent(in) :: steps(LANES, 0:6, *), q(PLACES, 3)
+            real(c_double), intent(out) :: sums(PLACES, FIRST_SUMS)
+        end subroutine harmonic_sums_places
+    end interface
 
 contains
 
-    !> The coefficients f_nm of a function sum_nm Re(f_nm B_nm), n = 0..degree, m = 0..order, from
-    !> fully normalised ones. They are multiplied by the first coefficient of Pbar_nm, as a
-    !> polynomial in sin lat times cos^m lat, over 2^n:
+    !> A function of given fully normalised coefficients, n = 0..degree, m = 0..order. They are multiplied by the
+    !> first coefficient of Pbar_nm, as a polynomial in sin lat times cos^m lat, over 2^n:
     !>
     !>     sqrt((2 - delta_0m)(2n + 1)(n - m)!/(n + m)!) (2n - 1)!!/((n - m)! 2^n)
-    pure function harmonic_function(c, s) result(f)
-        real(dp), intent(in) :: c(0:, 0:)   !! Of cos m lon; (n, m), n >= m used
+    pure function new_harmonic_function(radius, scale, c, s) result(harmonic)
+        real(dp), intent(in) :: radius      !! R, m
+        real(dp), intent(in) :: scale       !! Factor of all coefficients
+        real(dp), intent(in) :: c(0:, 0:)   !! Of cos m lon; (n, m), n >= m used; shape (0:degree, 0:order)
         real(dp), intent(in) :: s(0:, 0:)   !! Of sin m lon; those of m = 0 are not used
-        complex(dp), allocatable :: f(:, :) !! Shape (0:degree, 0:order), zero for m > n
+        type(harmonic_function_t) :: harmonic
 
         real(dp) :: sectorial, factor
-        integer :: n, m
+        integer :: degree, order, m, k, n, block, lane
 
-        allocate (f(0:ubound(c, 1), 0:ubound(c, 2)), source=(0.0_dp, 0.0_dp))
-        sectorial = 1
-        do m = 0, min(ubound(c, 2), ubound(c, 1))
+        degree = ubound(c, 1)
+        order = min(ubound(c, 2), degree)
+        harmonic%radius = radius
+        harmonic%orders = min(order + 2, degree) + 1
+        harmonic%blocks = (harmonic%orders - 1)/LANES + 1
+        allocate (harmonic%first(0:harmonic%blocks))
+        harmonic%first(0) = 0
+        do block = 0, harmonic%blocks - 1
+            harmonic%first(block + 1) = harmonic%first(block) + degree + 1 - LANES*block
+        end do
+        allocate (harmonic%steps(LANES, 0:6, harmonic%first(harmonic%blocks)), source=0.0_dp)
+        do m = 0, harmonic%orders - 1
+            do k = 0, degree - m
+                harmonic%steps(modulo(m, LANES) + 1, 0, step_of(m, k)) = k*(k + 2*m)/(4.0_dp*(m + k)**2 - 1)
+            end do
+        end do
+
+        sectorial = scale
+        do m = 0, order
             if (m == 1) sectorial = sectorial*sqrt(3.0_dp)/2
             if (m > 1) sectorial = sectorial*sqrt((2*m + 1)/(2.0_dp*m))/2
             factor = sectorial
-            do n = m, ubound(c, 1)
-                if (n > m) factor = factor*sqrt((4.0_dp*n**2 - 1)/((n - m)*(n + m)))/2
-                f(n, m) = factor*cmplx(c(n, m), -s(n, m), dp)
-            end do
-        end do
-        f(:, 0) = real(f(:, 0))
-    end function harmonic_function
-
-    !> The derivatives of a function with respect to x/R, y/R and z/R, one degree and order higher.
-    !> Cunningham's relations become
-    !>
-    !>     d/dz B_nm = -2 w B_(n+1,m),                            w = (2n + 1)/4
-    !>     d/dx B_nm = -w B_(n+1,m+1) + w B_(n+1,m-1)
-    !>     d/dy B_nm = i w B_(n+1,m+1) + i w B_(n+1,m-1)
-    !>
-    !> and for m = 0 the first term doubled in place of the second.
-    pure subroutine differentiate(f, dx, dy, dz)
-        complex(dp), intent(in) :: f(0:, 0:)    !! Of harmonic_function, or of a derivative
-        complex(dp), allocatable, intent(out) :: dx(:, :), dy(:, :), dz(:, :)   !! Likewise
-
-        complex(dp) :: term
-        integer :: n, m, degree, order
-
-        degree = ubound(f, 1)
-        order = ubound(f, 2)
-        allocate (dx(0:degree + 1, 0:order + 1), source=(0.0_dp, 0.0_dp))
-        allocate (dy, dz, source=dx)
-        do m = 0, order
             do n = m, degree
-                term = (2*n + 1)*f(n, m)/4
-                dz(n + 1, m) = -2*term
-                if (m == 0) then
-                    term = 2*term
-                else
-                    dx(n + 1, m - 1) = dx(n + 1, m - 1) + term
-                    dy(n + 1, m - 1) = dy(n + 1, m - 1) + (0, 1)*term
-                end if
-                dx(n + 1, m + 1) = dx(n + 1, m + 1) - term
-                dy(n + 1, m + 1) = dy(n + 1, m + 1) + (0, 1)*term
-            end do
-        end do
-        dx(:, 0) = real(dx(:, 0))   ! B_n0 is real
-        dy(:, 0) = real(dy(:, 0))
-    end subroutine differentiate
-
-    !> Arranges the coefficients of three functions of equal shape for `evaluate`.
-    pure function new_harmonic_triple(radius, f1, f2, f3) result(triple)
-        real(dp), intent(in) :: radius                              !! R, m
-        complex(dp), intent(in), dimension(0:, 0:) :: f1, f2, f3    !! Shape (0:degree, 0:order)
-        type(harmonic_triple_t) :: triple
-
-        complex(dp) :: f(3)
-        integer :: degree, order, block, lane, k, m, step
-
-        degree = ubound(f1, 1)
-        order = min(ubound(f1, 2), degree)
-        triple%radius = radius
-        allocate (triple%first(order/LANES + 2))
-        triple%first(1) = 1
-        do block = 1, size(triple%first) - 1
-            triple%first(block + 1) = triple%first(block) + degree + 1 - LANES*(block - 1)
-        end do
-        allocate (triple%steps(LANES, 0:6, triple%first(size(triple%first)) - 1), source=0.0_dp)
-        do block = 1, size(triple%first) - 1
-            do lane = 1, LANES
-                m = LANES*(block - 1) + lane - 1
-                if (m > order) exit
-                do k = 0, degree - m
-                    step = triple%first(block) + k
-                    triple%steps(lane, 0, step) = k*(k + 2*m)/(4.0_dp*(m + k)**2 - 1)
-                    f = [f1(m + k, m), f2(m + k, m), f3(m + k, m)]
-                    triple%steps(lane, 1:3, step) = real(f)
-                    triple%steps(lane, 4:6, step) = -aimag(f)
+                if (n > m) factor = factor*sqrt((4.0_dp*n**2 - 1)/((n - m)*(n + m)))/2
+                do lane = m, min(m + 2, n)  ! the order whose recursion has it
+                    k = n - lane
+                    associate (step => harmonic%steps(modulo(lane, LANES) + 1, :, step_of(lane, k)))
+                        select case (lane - m)
+                        case (0)
+                            step(2:3) = factor*[c(n, m), s(n, m)]
+                        case (1)
+                            step(4:5) = (k + 1)*factor*[c(n, m), s(n, m)]
+                        case (2)
+                            step(6:7) = (k + 1)*(k + 2)*factor*[c(n, m), s(n, m)]
+                        end select
+                        if (m == 0) step(2*(lane - m) + 3) = 0
+                    end associate
                 end do
             end do
         end do
-    end function new_harmonic_triple
 
-    !> The values of the three functions at a place other than the centre.
-    pure subroutine evaluate(self, position, values)
-        class(harmonic_triple_t), intent(in) :: self
+    contains
+
+        !> The place in `steps` of h_k of an order.
+        pure integer function step_of(order, k)
+            integer, intent(in) :: order, k
+
+            step_of = harmonic%first(order/LANES) + k + 1
+        end function step_of
+    end function new_harmonic_function
+
+    !> Lets the sums do without wide vectors, which gives the same bits.
+    pure subroutine limit_vectors(self, widest)
+        class(harmonic_function_t), intent(inout) :: self
+        integer, intent(in) :: widest   !! 2, 4 or 8 numbers
+
+        self%widest = widest
+    end subroutine limit_vectors
+
+    !> Whether all coefficients are finite numbers, as they were given and times what stands before them.
+    pure logical function is_finite(self)
+        class(harmonic_function_t), intent(in) :: self
+
+        is_finite = all(ieee_is_finite(self%steps))
+    end function is_finite
+
+    !> The value at a place other than the centre.
+    pure subroutine value(self, position, u)
+        class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
-        real(dp), intent(out) :: values(3)      !! Of the three functions, in their order
+        real(dp), intent(out) :: u              !! In the unit of `scale` of new_harmonic_function
 
+        real(dp) :: q(3), sums(FIRST_SUMS)
+
+        q = inverted(self, position)
+        call harmonic_sums_first(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        u = value_of(q, sums)
+    end subroutine value
+
+    !> The gradient at a place other than the centre.
+    pure subroutine gradient(self, position, g)
+        class(harmonic_function_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)     !! m
+        real(dp), intent(out) :: g(3)           !! 1/m
+
+        real(dp) :: q(3), sums(FIRST_SUMS)
+
+        q = inverted(self, position)
+        call harmonic_sums_first(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        g = gradient_of(self%radius, q, sums)
+    end subroutine gradient
+
+    !> Value, gradient and second derivatives at a place other than the centre, by one recursion. Value and gradient
+    !> have the bits of `value` and `gradient`.
+    pure subroutine derivatives(self, position, u, g, tensor)
+        class(harmonic_function_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)     !! m
+        real(dp), intent(out) :: u              !! In the unit of `scale` of new_harmonic_function
+        real(dp), intent(out) :: g(3)           !! 1/m
+        real(dp), intent(out) :: tensor(3, 3)   !! 1/m^2
+
+        real(dp) :: q(3), sums(ALL_SUMS)
+
+        q = inverted(self, position)
+        call harmonic_sums_second(self%widest, self%blocks, self%orders, self%first, self%steps, q, sums)
+        u = value_of(q, sums)
+        g = gradient_of(self%radius, q, sums)
+        tensor = second_derivatives_of(self%radius, q, sums)
+    end subroutine derivatives
+
+    !> Values and gradients at many places other than the centre, PLACES of them together: half the time for each, and
+    !> the bits of `value` and `gradient`.
+    pure subroutine gradients(self, positions, g, u)
+        class(harmonic_function_t), intent(in) :: self
+        real(dp), intent(in) :: positions(:, :)     !! m, shape (3, n)
+        real(dp), intent(out) :: g(:, :)            !! 1/m, shape (3, n)
+        real(dp), intent(out), optional :: u(:)     !! Values, n
+
+        real(dp) :: q(PLACES, 3), sums(PLACES, FIRST_SUMS), q_here(3), sums_here(FIRST_SUMS)
+        integer :: i, p, before
+
+        do before = 0, size(positions, 2) - 1, PLACES
+            do p = 1, PLACES    ! behind the last place, that again
+                q(p, :) = inverted(self, positions(:, min(before + p, size(positions, 2))))
+            end do
+            call harmonic_sums_places(self%widest, self%orders, self%first, self%steps, q, sums)
+            do p = 1, min(PLACES, size(positions, 2) - before)
+                i = before + p
+                q_here = q(p, :)
+                sums_here = sums(p, :)
+                g(:, i) = gradient_of(self%radius, q_here, sums_here)
+                if (present(u)) u(i) = value_of(q_here, sums_here)
+            end do
+        end do
+    end subroutine gradients
+
+    !> q = 2 R (x, y, z)/r^2.
+    pure function inverted(self, position) result(q)
+        class(harmonic_function_t), intent(in) :: self
+        real(dp), intent(in) :: position(3)     !! m
         real(dp) :: q(3)
 
         q = position*(2*self%radius/dot_product(position, position))
-        call sum_harmonics(size(self%first) - 1, self%first, self%steps, q, values)
-        values = values*(sqrt(dot_product(q, q))/2)
-    end subroutine evaluate
+    end function inverted
 
-    !> sum_nm Re(f_nm h_(n-m) (q_x + i q_y)^m). First the sums over the degree, for LANES orders at
-    !> once; then the sum over the orders.
-    pure subroutine sum_harmonics(blocks, first, steps, q, values)
-        integer, intent(in) :: blocks
-        integer, intent(in) :: first(blocks + 1)
-        real(dp), intent(in) :: steps(LANES, 0:6, *)
-        real(dp), intent(in) :: q(3)
-        real(dp), intent(out) :: values(3)
+    pure real(dp) function value_of(q, sums)
+        real(dp), intent(in) :: q(3), sums(FIRST_SUMS)
 
-        ! The arrays have constant shapes, and each sum a name of its own, for the compiler's sake:
-        ! it keeps them in registers.
-        real(dp), dimension(LANES) :: h, previous, next, re1, re2, re3, im1, im2, im3
-        real(dp) :: sums(LANES, MAX_BLOCKS, 6), q_squared
-        complex(dp) :: power
-        integer :: block, lane, i
+        value_of = norm_of(q)/2*sums(1)
+    end function value_of
+
+    pure function gradient_of(radius, q, sums) result(g)
+        real(dp), intent(in) :: radius              !! R, m
+        real(dp), intent(in) :: q(3), sums(FIRST_SUMS)
+        real(dp) :: g(3)                            !! 1/m
+
+        associate (phi => sums(1), phi_n => sums(2), d => sums(3:5))
+            g = norm_of(q)/(4*radius)*(dot_product(q, q)*d - (phi + phi_n + dot_product(q, d))*q)
+        end associate
+    end function gradient_of
+
+    pure function second_derivatives_of(radius, q, sums) result(tensor)
+        real(dp), intent(in) :: radius          !! R, m
+        real(dp), intent(in) :: q(3), sums(ALL_SUMS)
+        real(dp) :: tensor(3, 3)                !! 1/m^2
+
+        real(dp) :: dd(3, 3), dd_q(3), v(3), u(3), q_squared, diagonal, along_u
+        integer :: i, j
 
         q_squared = dot_product(q, q)
-        do block = 1, blocks
-            previous = 0
-            h = 1
-            re1 = 0
-            re2 = 0
-            re3 = 0
-            im1 = 0
-            im2 = 0
-            im3 = 0
-            do i = first(block), first(block + 1) - 1
-                re1 = re1 + h*steps(:, 1, i)
-                re2 = re2 + h*steps(:, 2, i)
-                re3 = re3 + h*steps(:, 3, i)
-                im1 = im1 + h*steps(:, 4, i)
-                im2 = im2 + h*steps(:, 5, i)
-                im3 = im3 + h*steps(:, 6, i)
-                next = q(3)*h - q_squared*steps(:, 0, i)*previous
-                previous = h
-                h = next
+        u = q/max(norm_of(q), tiny(q))   ! 0 where q is, beyond 1e160 m
+        dd = reshape(sums([10, 11, 12, 11, 10, 13, 12, 13, 14]), [3, 3])
+        dd(2, 2) = -dd(1, 1)
+        dd_q = dd(:, 1)*q(1) + dd(:, 2)*q(2) + dd(:, 3)*q(3)
+        associate (phi => sums(1), phi_n => sums(2), d => sums(3:5), phi_nn => sums(6), d_n => sums(7:9))
+            v = 2*d + d_n + dd_q
+            diagonal = phi + phi_n + dot_product(q, d)
+            along_u = 3*phi + 4*phi_n + phi_nn + 5*dot_product(q, d) + 2*dot_product(q, d_n) + dot_product(q, dd_q)
+        end associate
+        do j = 1, 3
+            do i = 1, j
+                tensor(i, j) = q_squared*dd(i, j) - (q(i)*v(j) + v(i)*q(j)) + along_u*u(i)*u(j)
+                if (i == j) tensor(i, j) = tensor(i, j) - diagonal
+                tensor(i, j) = norm_of(q)*q_squared/(8*radius**2)*tensor(i, j)
+                tensor(j, i) = tensor(i, j)
             end do
-            sums(:, block, 1) = re1
-            sums(:, block, 2) = re2
-            sums(:, block, 3) = re3
-            sums(:, block, 4) = im1
-            sums(:, block, 5) = im2
-            sums(:, block, 6) = im3
         end do
+    end function second_derivatives_of
 
-        values = 0
-        power = 1
-        do block = 1, blocks
-            do lane = 1, LANES
-                values = values + power%re*sums(lane, block, 1:3) + power%im*sums(lane, block, 4:6)
-                power = power*cmplx(q(1), q(2), dp)
-            end do
-        end do
-    end subroutine sum_harmonics
+    pure real(dp) function norm_of(q)
+        real(dp), intent(in) :: q(3)
+
+        norm_of = sqrt(dot_product(q, q))
+    end function norm_of
 end module gracecg_environment_spherical_harmonics

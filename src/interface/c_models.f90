@@ -122,9 +122,11 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
+        integer(c_size_t), parameter :: PIECE = 64      ! places that are handed to the model together
         class(object_t), pointer :: object
-        real(dp) :: vector(3), value(1), tensor(3, 3)
-        integer(c_size_t) :: i
+        real(dp) :: a(3, PIECE), u(PIECE), tensor(3, 3, PIECE)
+        integer(c_size_t) :: first, last
+        integer :: i, m
 
         call start_points(n, present(position), status, error)
         if (status == STATUS_OK .and. n > 0) call check_distance(position, n, status, error)
@@ -132,21 +134,25 @@ contains
         call acquire(int(handle, i8), object)
         select type (object)
         type is (gravity_object_t)
-            do i = 1, n
+            do first = 1, n, PIECE
+                last = min(first + PIECE - 1, n)
+                m = int(last - first + 1)
+                if (present(gradient)) then
+                    do i = 1, m
+                        call object%model%all_derivatives(position(:, first + i - 1), u(i), a(:, i), tensor(:, :, i))
+                    end do
+                    call check_result([tensor(:, :, :m)], 'the gradient', status, error)
+                    gradient(:, :, first:last) = tensor(:, :, :m)
+                else
+                    call object%model%accelerations(position(:, first:last), a(:, :m), u(:m))
+                end if
                 if (present(acceleration)) then
-                    call object%model%acceleration(position(:, i), vector)
-                    call check_result(vector, 'the acceleration', status, error)
-                    acceleration(:, i) = vector
+                    call check_result([a(:, :m)], 'the acceleration', status, error)
+                    acceleration(:, first:last) = a(:, :m)
                 end if
                 if (present(potential)) then
-                    call object%model%potential(position(:, i), value(1))
-                    call check_result(value, 'the potential', status, error)
-                    potential(i) = value(1)
-                end if
-                if (present(gradient)) then
-                    call object%model%gradient_tensor(position(:, i), tensor)
-                    call check_result([tensor], 'the gradient', status, error)
-                    gradient(:, :, i) = tensor
+                    call check_result(u(:m), 'the potential', status, error)
+                    potential(first:last) = u(:m)
                 end if
                 if (status /= STATUS_OK) exit
             end do

@@ -217,6 +217,29 @@ subroutine gcgrav(igrv, xfix, a, u, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcgrav
 
+!> Gravitational accelerations and potentials at many places, in less time for each.
+subroutine gcgrvn(igrv, n, xfix, a, u, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_c_models, only: c_gravity_evaluate
+    use gracecg_interface_c_support, only: c_error_t
+    use gracecg_interface_f77_support, only: c_handle, finish
+    implicit none
+    integer, intent(in) :: igrv    !! Handle: gravity model
+    integer, intent(in) :: n    !! Places
+    real(dp), intent(in) :: xfix(3, *)    !! Earth-fixed, m
+    real(dp), intent(inout) :: a(3, *)    !! Earth-fixed, m/s^2
+    real(dp), intent(inout) :: u(*)    !! m^2/s^2
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_gravity_evaluate(c_handle(igrv), int(n, c_size_t), xfix, a, u, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcgrvn
+
 !> Second derivatives of the gravitational potential.
 subroutine gcgrad(igrv, xfix, g, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_size_t

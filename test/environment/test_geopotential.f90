@@ -1,12 +1,13 @@
 !> The geopotential: identities, independently computed values, and the reader of .gfc files.
 module test_geopotential
-    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: DEGREE
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_vectors, only: rotation_z
     use gracecg_environment_geopotential
     use gracecg_environment_gfc_file, only: read_gfc
+    use gracecg_environment_spherical_harmonics, only: harmonic_function_t, new_harmonic_function
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -39,6 +40,10 @@ contains
                     new_unittest('acceleration-is-gradient-of-potential', test_gradient), &
                     new_unittest('tensor-is-gradient-of-acceleration', test_tensor), &
                     new_unittest('tensor-is-trace-free', test_trace), &
+                    new_unittest('all-derivatives-have-the-bits-of-each', test_all_derivatives), &
+                    new_unittest('many-places-have-the-bits-of-each', test_many_places), &
+                    new_unittest('vectors-of-any-width-give-the-same-bits', test_vectors), &
+                    new_unittest('no-number-in-no-number-out', test_no_number), &
                     new_unittest('poles-are-ordinary-places', test_poles), &
                     new_unittest('turned-coefficients-turn-the-field', test_rotation), &
                     new_unittest('order-cuts-the-sum', test_order), &
@@ -244,6 +249,141 @@ contains
             call check(error, all(abs(tensor - transpose(tensor)) <= 0), 'not symmetric')
         end do
     end subroutine test_trace
+
+    !> One recursion for all, and each by itself; of a model that has the one by the others, too.
+    subroutine test_all_derivatives(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        type(point_mass_gravity_t) :: point
+        integer :: i
+
+        call make_egm96(70, 67, model, error)
+        do i = 1, size(PLACES, 2)
+            if (.not. allocated(error)) call compare(model, PLACES(:, i))
+            if (.not. allocated(error)) call compare(point, PLACES(:, i))
+        end do
+
+    contains
+
+        subroutine compare(model, place)
+            class(gravity_model_t), intent(in) :: model
+            real(dp), intent(in) :: place(3)
+            real(dp) :: u(2), a(3, 2), tensor(3, 3, 2)
+
+            call model%all_derivatives(place, u(1), a(:, 1), tensor(:, :, 1))
+            call model%potential(place, u(2))
+            call model%acceleration(place, a(:, 2))
+            call model%gradient_tensor(place, tensor(:, :, 2))
+            call check(error, all(same([u(1), a(:, 1), tensor(:, :, 1)], [u(2), a(:, 2), tensor(:, :, 2)])), 'other bits')
+        end subroutine compare
+    end subroutine test_all_derivatives
+
+    !> However many places are asked for at once.
+    subroutine test_many_places(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: MOST = 19
+        type(geopotential_t) :: model
+        type(point_mass_gravity_t) :: point
+        real(dp) :: places_of(3, MOST)
+        integer :: i, n
+
+        places_of = reshape([(PLACES(:, modulo(i, size(PLACES, 2)) + 1)*(1 + 0.01_dp*i), i=1, MOST)], [3, MOST])
+        do n = 0, MOST
+            call make_egm96(min(4*n, 70), 3*n, model, error)
+            if (.not. allocated(error)) call compare(model, n)
+            if (.not. allocated(error)) call compare(point, n)
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine compare(model, n)
+            class(gravity_model_t), intent(in) :: model
+            integer, intent(in) :: n
+            real(dp) :: a(3, n), b(3, n), u(n), v
+            integer :: i
+
+            call model%accelerations(places_of(:, :n), a, u)
+            call model%accelerations(places_of(:, :n), b)
+            call check(error, all(same(a, b)), 'with and without potential')
+            do i = 1, n
+                if (allocated(error)) return
+                call model%acceleration(places_of(:, i), b(:, i))
+                call model%potential(places_of(:, i), v)
+                call check(error, all(same(a(:, i), b(:, i))) .and. same(u(i), v), 'other bits')
+            end do
+        end subroutine compare
+    end subroutine test_many_places
+
+    !> What the processor can do does not enter the results: vectors of 2, 4 and 8 numbers.
+    subroutine test_vectors(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: N = 45
+        type(harmonic_function_t) :: harmonic
+        real(dp), dimension(0:N, 0:N) :: c, s
+        real(dp) :: found(13 + 4*size(PLACES, 2), 3)
+        integer :: i, width
+
+        call lively_coefficients(c, s)
+        harmonic = new_harmonic_function(6.4e6_dp, 6e7_dp, c, s)
+        do i = 1, size(PLACES, 2)
+            do width = 1, 3
+                call harmonic%limit_vectors(2**width)
+                call evaluate(found(:, width))
+            end do
+            call check(error, all(same(found(:, 1), found(:, 2)) .and. same(found(:, 1), found(:, 3))), 'other bits')
+            if (allocated(error)) return
+        end do
+
+    contains
+
+        subroutine evaluate(values)
+            real(dp), intent(out) :: values(:)
+            real(dp) :: u, g(3), tensor(3, 3), many_u(size(PLACES, 2)), many_g(3, size(PLACES, 2))
+
+            call harmonic%derivatives(PLACES(:, i), u, g, tensor)
+            call harmonic%gradients(PLACES, many_g, many_u)
+            values = [u, g, tensor, many_g, many_u]
+        end subroutine evaluate
+    end subroutine test_vectors
+
+    !> A place that is not a number gives none, and leaves its neighbours alone; beyond all distances there is nothing.
+    subroutine test_no_number(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(geopotential_t) :: model
+        real(dp) :: u, a(3), tensor(3, 3), places_of(3, size(PLACES, 2)), many(3, size(PLACES, 2)), nan
+        integer :: axis, i
+
+        nan = ieee_value(nan, ieee_quiet_nan)
+        call make_egm96(20, 20, model, error)
+        do axis = 1, 3
+            if (allocated(error)) return
+            places_of = PLACES
+            places_of(axis, 2) = nan
+            call model%all_derivatives(places_of(:, 2), u, a, tensor)
+            call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number at no place')
+            if (allocated(error)) return
+            call model%accelerations(places_of, many)
+            call check(error, all(ieee_is_nan(many(:, 2))), 'a number at no place, among others')
+            do i = 1, size(PLACES, 2)
+                if (allocated(error)) return
+                if (i == 2) cycle
+                call model%acceleration(PLACES(:, i), a)
+                call check(error, all(same(a, many(:, i))), 'the neighbour of no number')
+            end do
+        end do
+        call model%all_derivatives([0.0_dp, 0.0_dp, 0.0_dp], u, a, tensor)
+        call check(error, ieee_is_nan(u) .and. all(ieee_is_nan(a)) .and. all(ieee_is_nan(tensor)), 'a number at the centre')
+        if (allocated(error)) return
+        call model%all_derivatives([1e200_dp, 0.0_dp, -1e200_dp], u, a, tensor)
+        call check(error, all(abs([u, a, tensor]) <= 0), 'gravity beyond all distances')
+    end subroutine test_no_number
+
+    elemental logical function same(a, b)
+        real(dp), intent(in) :: a, b
+
+        same = abs(a - b) <= 0
+    end function same
 
     !> Over a metre and less a field changes as its tensor says, also across the axis of rotation.
     subroutine test_poles(error)

@@ -398,8 +398,8 @@ contains
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         real(dp), parameter :: TOO_LARGE = 0.01_dp
-        real(dp) :: information(3, 3), right(3), determinant, e(2)
-        integer :: i
+        real(dp) :: information(3, 3), uncertain(3, 3), right(3), determinant, e(2)
+        integer :: i, k
 
         call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))
@@ -415,7 +415,7 @@ contains
         end do
         call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, failure)
         if (.not. allocated(failure)) call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, &
-                                                             estimate%angular, information, right, failure)
+                                                             estimate%angular, 0.0_dp, information, right, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return
         call check(error, maxval(abs(sum(information, 2))) < 2e-2_dp*information(1, 1), 'a common factor is hardly seen')
@@ -424,6 +424,13 @@ contains
         e = [information(3, 3)*right(2) - information(2, 3)*right(3), &
              information(2, 2)*right(3) - information(2, 3)*right(2)]/determinant
         call check(error, abs(e(1)) < 0.1_dp*TOO_LARGE .and. abs(e(2) + TOO_LARGE) < 0.1_dp*TOO_LARGE, 'ratios of gains')
+        if (allocated(error)) return
+        call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, 1e-6_dp, uncertain, right, &
+                               failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all([(uncertain(k, k) > 0 .and. uncertain(k, k) < 0.5_dp*information(k, k), k=1, 3)]), &
+                   'a field that is not known')
     end subroutine test_ratios
 
     !> Firings at any place between samples, of random sign and strength, in noise and drift: their lags.

@@ -3,7 +3,7 @@
 module f77_entries
     implicit none
     private
-    public :: gcvers, gcfree, gcutc, gcuadd, gcudif, gcgmst, gcrotz, gcgrvo, gcgrav, gcgrad
+    public :: gcvers, gcfree, gcutc, gcuadd, gcudif, gcgmst, gcrotz, gcgrvo, gcgrav, gcgrvn, gcgrad
     public :: gcdenm, gcdnmi
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
@@ -60,6 +60,12 @@ module f77_entries
             integer :: igrv, istat
             double precision :: xfix(3), a(3), u
         end subroutine gcgrav
+
+        subroutine gcgrvn(igrv, n, xfix, a, u, istat, msg)
+            integer :: igrv, n, istat
+            double precision :: xfix(3, *), a(3, *), u(*)
+            character(*) :: msg
+        end subroutine gcgrvn
 
         subroutine gcgrad(igrv, xfix, g, istat, msg)
             character(*) :: msg

@@ -42,7 +42,7 @@ contains
         type(error_t), allocatable :: failure
         integer :: ih, istat, m
         double precision :: a(3), u, g(3, 3), b(3), rho, temp, xn(3), east, north, sun(3), free, flux(3), s, theta
-        double precision :: expected(3), potential, fixed(3)
+        double precision :: expected(3), potential, fixed(3), many_places(3, 11), many(3, 11), potentials(11)
 
         call gcvers(version)
         call check(error, version, LIBRARY_VERSION)
@@ -65,6 +65,12 @@ contains
         if (allocated(error)) return
         call gcgrav(ih, PLACE, a, u, istat, msg)
         call gcgrad(ih, PLACE, g, istat, msg)
+        many_places = spread(PLACE, 2, 11)
+        many_places(3, 11) = -many_places(3, 11)
+        call gcgrvn(ih, 11, many_places, many, potentials, istat, msg)
+        call check(error, istat == 0 .and. all(abs(many(:, :10) - spread(a, 2, 10)) <= 0) .and. &
+                   all(abs(potentials(:10) - u) <= 0) .and. any(abs(many(:, 11) - a) > 0), 'gcgrvn '//msg)
+        if (allocated(error)) return
         call gcfree(ih, istat, msg)
         call egm96(20, 20, model, failure)
         call model%acceleration(PLACE, expected)

@@ -215,42 +215,49 @@ contains
     end subroutine band_rows
 
     !> Relative changes e of the gains that the angular channels ask for, with S, La and Ka of `result`: information N and
-    !> right-hand side b of N e = b, where matrix and leakage go along,
+    !> right-hand side b of N e = b, where matrix and leakage go along, and the field's error of each span by axis, with
+    !> its sigma,
     !>
-    !>     ang = S sum_k (1 + e_k) N_k I_k + La I + Ka dI/dt.
+    !>     ang = S [sum_k (1 + e_k) N_k I_k + sum_c db_jc dwd/dB_c] + La I + Ka dI/dt.
     !>
     !> A common e goes into S: N says nothing of it. All zero where S and La are not separable.
-    subroutine gains_by_channels(calibration, motion, driven, result, information, right, error)
+    subroutine gains_by_channels(calibration, motion, driven, result, field_sigma, information, right, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_motion_t), intent(in) :: motion(:)              !! Of each span
         logical, intent(in) :: driven(3)                            !! Rods
         type(angular_calibration_t), intent(in) :: result           !! Of this motion
+        real(dp), intent(in) :: field_sigma                         !! T, of a span by axis
         real(dp), intent(out) :: information(3, 3), right(3)        !! By rod
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: rows(:, :), observed(:, :), by_rod(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), &
-            left(:), mixed(:, :)
+        real(dp), allocatable :: rows(:, :), observed(:, :), effect(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), &
+            left(:), mixed(:, :), n(:, :), b(:), by_field(:), inverse(:, :)
         integer, allocatable :: number(:)
-        real(dp) :: condition, weight, part(3, 3), with_residual(3)
-        integer :: i, k, axis, first, last
+        real(dp) :: condition, weight
+        integer :: i, k, axis, first, last, parameters, fields
 
         information = 0
         right = 0
         if (.not. result%separable) return
         number = pack([1, 2, 3], driven)
         call band_rows(calibration, motion, number, rows, observed)
-        allocate (by_rod(3, size(rows, 2)), normal(size(rows, 1), size(rows, 1)), rhs(size(rows, 1)), x(size(rows, 1)), &
-                  covariance(size(rows, 1), size(rows, 1)))
+        parameters = size(rows, 1)
+        fields = 3*size(motion)
+        allocate (effect(3 + fields, size(rows, 2)), normal(parameters, parameters), rhs(parameters), x(parameters), &
+                  covariance(parameters, parameters), by_field(fields), inverse(fields, fields))
+        allocate (n(3 + fields, 3 + fields), b(3 + fields), source=0.0_dp)
         do axis = 1, 3
-            by_rod = 0
+            effect = 0
             last = 0
             do i = 1, size(motion)
                 if (.not. calibration%spans(i)%used) cycle
                 first = last + 1
                 last = last + size(motion(i)%band, 2)
                 do k = 1, 3
-                    if (driven(k)) by_rod(k, first:last) = &
+                    if (driven(k)) effect(k, first:last) = &
                         matmul(matmul(result%scale(axis, :), motion(i)%by_rod(:, k, :)), motion(i)%band)
+                    effect(3*i + k, first:last) = &
+                        matmul(matmul(result%scale(axis, :), motion(i)%by_field(:, k, :)), motion(i)%band)*field_sigma
                 end do
             end do
             call normal_equations(rows, observed(:, axis), normal, rhs)
@@ -258,12 +265,17 @@ contains
             if (allocated(error)) return
             left = observed(:, axis) - matmul(x, rows)
             weight = (size(left) - size(x))/sum(left**2)
-            mixed = matmul(by_rod, transpose(rows))
-            part = matmul(by_rod, transpose(by_rod)) - matmul(mixed, matmul(covariance, transpose(mixed)))
-            with_residual = matmul(by_rod, left)
-            information = information + weight*part
-            right = right + weight*with_residual
+            mixed = matmul(effect, transpose(rows))
+            n = n + weight*(matmul(effect, transpose(effect)) - matmul(mixed, matmul(covariance, transpose(mixed))))
+            b = b + weight*matmul(effect, left)
         end do
+        do k = 4, size(b)       ! errors of the field, in their sigma
+            n(k, k) = n(k, k) + 1
+        end do
+        call solve_normal_equations(n(4:, 4:), b(4:), by_field, inverse, condition, error)
+        if (allocated(error)) return
+        information = n(:3, :3) - matmul(n(:3, 4:), matmul(inverse, n(4:, :3)))
+        right = b(:3) - matmul(n(:3, 4:), by_field)
     end subroutine gains_by_channels
 
     !> The angular acceleration that the channels show, S^-1 (ang - La I - Ka dI/dt), without its mean.

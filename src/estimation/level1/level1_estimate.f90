@@ -179,8 +179,8 @@ contains
         do round = 1, ROUNDS
             call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
             if (allocated(error) .or. .not. estimate%angular%separable) return
-            call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, information, right, &
-                                   error)
+            call gains_by_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, &
+                                   field_sigma(calibration, setup), information, right, error)
             if (allocated(error)) return
             gain = estimate%rods%gain(number)
             normal = relative(information(number, number), gain) + known
@@ -716,6 +716,9 @@ contains
                             trim(milliseconds(-estimate%rods%delay))//' ms, the clock correction that the tags of the '// &
                             'currents lack')
         end associate
+        if (.not. estimate%steps .and. estimate%rods%delay < -max(LEAST_CORRECTION, 5*estimate%rods%delay_sigma)) &
+            call append(estimate%remarks, 'the torque is ahead of the currents by '//trim(milliseconds(-estimate%rods%delay))// &
+                        ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations are zero, and the linear ones may be those of the other satellite')
         if (calibration%has_angular) call check_axes(calibration, setup, estimate)
@@ -815,6 +818,7 @@ contains
         ! Fitted to the simulated set four60: 5 flagged `sca`, which was 1 to 2 um off
         real(dp), parameter :: MOST_COLOURED = 8
         real(dp) :: sigma(3), difference(3), allowed(3)
+        logical :: mixed
         integer :: i, k
 
         do i = 1, size(estimate%solutions)
@@ -822,9 +826,12 @@ contains
                 sigma = sigma_of(solution)
                 solution%flag = 0
                 if (maxval(sigma) > GOOD_SIGMA) call lower(1, 'sigma above 5 um')
-                if (maxval(sigma) > POOR_SIGMA) call lower(2, 'sigma above 50 um')
-                if (solution%leakage == 'a priori' .and. solution%condition > WORST_CONDITION) &
-                    call lower(1, 'leakage and d are not separable')
+                mixed = solution%leakage == 'a priori' .and. solution%condition > WORST_CONDITION
+                if (mixed) call lower(1, 'leakage and d are not separable')
+                if (maxval(sigma) > POOR_SIGMA) then
+                    call lower(2, 'sigma above 50 um')
+                    if (mixed) solution%reason = 'leakage and d are not separable: '//solution%reason
+                end if
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (abs(log(solution%whiteness)) > log(MOST_COLOURED)) call lower(1, 'the residuals are not white in the band')

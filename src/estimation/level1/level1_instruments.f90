@@ -59,6 +59,8 @@ contains
             call fail(error, path//': its records are of satellite '//records%satellite//', not '//calibration%satellite)
             return
         end if
+        if (records%layout%product(5:5) == 'A' .and. records%time_ref == 'G') call note(calibration, records%layout%product// &
+            ': its tags say GPS time, a 1A product has those of the on-board computer: they may be tags left in OBC time')
         call to_gps_time(records, clock, extrapolated)
         if (extrapolated > 0) call note(calibration, records%layout%product//': '//integer_text(extrapolated)// &
                                         ' tags are beyond CLK1B, which is extrapolated')

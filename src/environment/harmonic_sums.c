@@ -1,0 +1,107 @@
+/* Sums over degree and order of solid spherical harmonics: the inner loops of the module
+   gracecg_environment_spherical_harmonics, which says what is summed and has the interfaces. The loops themselves
+   stand in harmonic_sums_variant.h, which is compiled for each width of vectors.
+
+   They are in C because a C compiler makes several variants of a function, of which the one for the processor's
+   widest vectors (2, 4 or 8 numbers) is taken when the program runs; gfortran does not. All variants give
+   the same bits: what lies side by side in a vector, orders or places, knows nothing of its neighbours; sums have one
+   order; a product and a sum are rounded each (no FMA).
+
+   It needs the vector types of GNU C: gcc, clang and their relatives. */
+#include <stdint.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#else
+/* fpm calls the compiler without flags: there would be no optimisation. */
+#pragma GCC optimize("O3", "fp-contract=off")
+#endif
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* As in the Fortran module */
+enum { LANES = 8, COLUMNS = 7, PLACES = 8, MOST_BLOCKS = 46 };
+
+/* The sums: Phi and its derivatives at fixed q^2; N_, NN_: with n, n^2 before each term. */
+enum { PHI, N_PHI, DX, DY, DZ, FIRST_DERIVATIVES,
+       NN_PHI = FIRST_DERIVATIVES, N_DX, N_DY, N_DZ, DXX, DXY, DXZ, DYZ, DZZ, SECOND_DERIVATIVES };
+
+/* The columns of a step: beta; coefficients of cos and sin for Phi, its derivative and its second derivative by q_z */
+enum { BETA, F, DF = 3, DDF = 5 };
+
+typedef const double (*steps_t)[COLUMNS][LANES];
+
+/* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < orders, 0 before and behind them. */
+INLINE void powers_of(double x, double y, int blocks, int orders, double *re, double *im)
+{
+    re[0] = re[1] = im[0] = im[1] = 0;
+    re += 2;
+    im += 2;
+    re[0] = 1;
+    im[0] = 0;
+    re[1] = x;
+    im[1] = y;
+    for (int m = 2; m <= LANES; m++) {
+        int i = m/2, k = m - m/2;
+        re[m] = re[i]*re[k] - im[i]*im[k];
+        im[m] = re[i]*im[k] + im[i]*re[k];
+    }
+    double step_re = re[LANES], step_im = im[LANES];
+    for (int m = LANES; m < LANES*blocks; m++) {
+        re[m] = re[m - LANES]*step_re - im[m - LANES]*step_im;
+        im[m] = re[m - LANES]*step_im + im[m - LANES]*step_re;
+    }
+    for (int m = orders; m <= LANES*blocks; m++) re[m] = im[m] = 0;
+}
+
+/* The sum of LANES numbers, in pairs */
+INLINE double total_of(const double *value)
+{
+    return ((value[0] + value[4]) + (value[2] + value[6])) + ((value[1] + value[5]) + (value[3] + value[7]));
+}
+
+#define WIDTH 2
+#define TARGET
+#define VARIANT(name) name##_plain
+#include "harmonic_sums_variant.h"
+
+#ifdef __x86_64__
+#define WIDTH 4
+#define TARGET __attribute__((target("avx2")))
+#define VARIANT(name) name##_avx2
+#include "harmonic_sums_variant.h"
+
+#define WIDTH 8
+#define TARGET __attribute__((target("avx512f")))
+#define VARIANT(name) name##_avx512
+#include "harmonic_sums_variant.h"
+
+/* The processor's answer is read from a table that was filled when the program started. */
+#define CALL(name, ...) \
+    if (widest >= 8 && __builtin_cpu_supports("avx512f")) name##_avx512(__VA_ARGS__); \
+    else if (widest >= 4 && __builtin_cpu_supports("avx2")) name##_avx2(__VA_ARGS__); \
+    else name##_plain(__VA_ARGS__)
+#else
+#define CALL(name, ...) (void)widest, name##_plain(__VA_ARGS__)
+#endif
+
+/* Sums PHI to DZ at the place q; vectors of at most `widest` numbers */
+void harmonic_sums_first(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                         const double *q, double *sums)
+{
+    CALL(sum_first, blocks, orders, first, steps, q, sums);
+}
+
+/* All sums at the place q */
+void harmonic_sums_second(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                          const double *q, double *sums)
+{
+    CALL(sum_second, blocks, orders, first, steps, q, sums);
+}
+
+/* Sums PHI to DZ at PLACES places */
+void harmonic_sums_places(int32_t widest, int32_t orders, const int32_t *first, steps_t steps,
+                          const double (*q)[PLACES], double (*sums)[PLACES])
+{
+    CALL(sum_places, orders, first, steps, q, sums);
+}

@@ -1,0 +1,169 @@
+/* The loops of harmonic_sums.c for vectors of WIDTH numbers. TARGET: the instructions that have them; VARIANT(name):
+   a name of its own for each function.
+
+   What the machine does. The recursion is a chain of a product and a difference, 6 cycles a degree on Zen 4. Beside
+   it a degree takes 8 products and 6 sums of a vector for first derivatives, two of each a cycle, half as many of
+   8 numbers: they hide behind the chain, or with 8 numbers take a little longer than it. For that the recursion
+   stands first in the loop: behind the other products, it waits for them (1.4 times as long).
+   Coefficients are 40 bytes an order and degree: those of 20x20 stay in the first cache, those of 70x70 (112 KB) come
+   from the second at each place, or once for PLACES. */
+typedef double VARIANT(vector) __attribute__((vector_size(8*WIDTH), aligned(8), may_alias));
+#define VECTOR VARIANT(vector)
+#define AT(numbers) (*(VECTOR *)(numbers))
+#define READ(numbers) (*(const VECTOR *)(numbers))
+
+/* At one place, WIDTH orders side by side; `sums` up to FIRST_DERIVATIVES or SECOND_DERIVATIVES */
+TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, const int32_t *first, steps_t steps,
+                                      const double *q, double *sums)
+{
+    const VECTOR zero = {0}, q_z = zero + q[2], minus_q_squared = zero - (q[0]*q[0] + q[1]*q[1] + q[2]*q[2]);
+    double power_re[LANES*MOST_BLOCKS + 3], power_im[LANES*MOST_BLOCKS + 3];
+    double total[SECOND_DERIVATIVES][LANES], order[LANES];
+
+    powers_of(q[0], q[1], blocks, orders, power_re, power_im);
+    for (int s = 0; s < count; s++)
+        for (int l = 0; l < LANES; l++) total[s][l] = 0;
+    for (int l = 0; l < LANES; l++) order[l] = l;
+
+    for (int block = 0; block < blocks; block++)
+        for (int l = 0; l < LANES; l += WIDTH) {
+            /* k = 0: h is 1 */
+            int i = first[block];
+            VECTOR h = zero + 1, next = q_z, k = zero + 1;
+            VECTOR re = READ(&steps[i][F][l]), im = READ(&steps[i][F + 1][l]);
+            VECTOR d_re = READ(&steps[i][DF][l]), d_im = READ(&steps[i][DF + 1][l]);
+            VECTOR dd_re = READ(&steps[i][DDF][l]), dd_im = READ(&steps[i][DDF + 1][l]);
+            VECTOR k_re = zero, k_im = zero, kk_re = zero, kk_im = zero, kd_re = zero, kd_im = zero;
+            for (i++; i < first[block + 1]; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*READ(&steps[i][BETA][l])*h;
+                h = next;
+                next = after;
+                const VECTOR f_re = h*READ(&steps[i][F][l]), f_im = h*READ(&steps[i][F + 1][l]);
+                const VECTOR df_re = h*READ(&steps[i][DF][l]), df_im = h*READ(&steps[i][DF + 1][l]);
+                re += f_re;
+                im += f_im;
+                k_re += k*f_re;
+                k_im += k*f_im;
+                d_re += df_re;
+                d_im += df_im;
+                if (count == SECOND_DERIVATIVES) {
+                    kk_re += k*(k*f_re);
+                    kk_im += k*(k*f_im);
+                    kd_re += k*df_re;
+                    kd_im += k*df_im;
+                    dd_re += h*READ(&steps[i][DDF][l]);
+                    dd_im += h*READ(&steps[i][DDF + 1][l]);
+                }
+                k += 1;
+            }
+            /* The powers m, m - 1 and m - 2 of q_x + i q_y; sums with n = m + k in place of k */
+            const int m_first = block*LANES + l;
+            const VECTOR m = READ(&order[l]) + (double)(block*LANES);
+            const VECTOR p_re = READ(&power_re[2 + m_first]), p_im = READ(&power_im[2 + m_first]);
+            const VECTOR b_re = READ(&power_re[1 + m_first]), b_im = READ(&power_im[1 + m_first]);
+            const VECTOR n_re = m*re + k_re, n_im = m*im + k_im;
+            AT(&total[PHI][l]) += p_re*re + p_im*im;
+            AT(&total[N_PHI][l]) += p_re*n_re + p_im*n_im;
+            AT(&total[DX][l]) += m*(b_re*re + b_im*im);
+            AT(&total[DY][l]) += m*(b_re*im - b_im*re);
+            AT(&total[DZ][l]) += b_re*d_re + b_im*d_im;
+            if (count == SECOND_DERIVATIVES) {
+                const VECTOR c_re = READ(&power_re[m_first]), c_im = READ(&power_im[m_first]);
+                AT(&total[NN_PHI][l]) += p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im);
+                AT(&total[N_DX][l]) += m*(b_re*n_re + b_im*n_im);
+                AT(&total[N_DY][l]) += m*(b_re*n_im - b_im*n_re);
+                AT(&total[N_DZ][l]) += b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im);
+                AT(&total[DXX][l]) += m*(m - 1)*(c_re*re + c_im*im);
+                AT(&total[DXY][l]) += m*(m - 1)*(c_re*im - c_im*re);
+                AT(&total[DXZ][l]) += (m - 1)*(c_re*d_re + c_im*d_im);
+                AT(&total[DYZ][l]) += (m - 1)*(c_re*d_im - c_im*d_re);
+                AT(&total[DZZ][l]) += c_re*dd_re + c_im*dd_im;
+            }
+        }
+    for (int s = 0; s < count; s++) sums[s] = total_of(total[s]);
+}
+
+TARGET static void VARIANT(sum_first)(int blocks, int orders, const int32_t *first, steps_t steps, const double *q,
+                                      double *sums)
+{
+    VARIANT(sum_place)(FIRST_DERIVATIVES, blocks, orders, first, steps, q, sums);
+}
+
+TARGET static void VARIANT(sum_second)(int blocks, int orders, const int32_t *first, steps_t steps, const double *q,
+                                       double *sums)
+{
+    VARIANT(sum_place)(SECOND_DERIVATIVES, blocks, orders, first, steps, q, sums);
+}
+
+/* At PLACES places, WIDTH of them side by side, order by order: each with the operations that sum_place has for it */
+TARGET static void VARIANT(sum_places)(int orders, const int32_t *first, steps_t steps, const double (*q)[PLACES],
+                                       double (*sums)[PLACES])
+{
+    const VECTOR zero = {0};
+
+    for (int place = 0; place < PLACES; place += WIDTH) {
+        /* The powers for the orders of a block, behind the one before them; total[s][lane] */
+        VECTOR power_re[LANES + 1], power_im[LANES + 1], step_re, step_im, total[FIRST_DERIVATIVES][LANES];
+        const VECTOR q_x = READ(&q[0][place]), q_y = READ(&q[1][place]), q_z = READ(&q[2][place]);
+        const VECTOR minus_q_squared = -(q_x*q_x + q_y*q_y + q_z*q_z);
+
+        for (int s = 0; s < FIRST_DERIVATIVES; s++)
+            for (int l = 0; l < LANES; l++) total[s][l] = zero;
+        for (int p = 0; p < WIDTH; p++) {
+            double re[LANES + 3], im[LANES + 3];
+            powers_of(q_x[p], q_y[p], 1, LANES + 1, re, im);
+            for (int l = 0; l <= LANES; l++) {
+                power_re[l][p] = re[1 + l];
+                power_im[l][p] = im[1 + l];
+            }
+            step_re[p] = re[2 + LANES];
+            step_im[p] = im[2 + LANES];
+        }
+        for (int order = 0; order < orders; order++) {
+            const int block = order/LANES, l = order%LANES;
+            int i = first[block];
+            VECTOR h = zero + 1, next = q_z, k = zero + 1, m = zero + (double)order;
+            VECTOR re = zero + steps[i][F][l], im = zero + steps[i][F + 1][l];
+            VECTOR d_re = zero + steps[i][DF][l], d_im = zero + steps[i][DF + 1][l], k_re = zero, k_im = zero;
+            for (i++; i < first[block + 1] - l; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*steps[i][BETA][l]*h;
+                h = next;
+                next = after;
+                const VECTOR f_re = h*steps[i][F][l], f_im = h*steps[i][F + 1][l];
+                re += f_re;
+                im += f_im;
+                k_re += k*f_re;
+                k_im += k*f_im;
+                d_re += h*steps[i][DF][l];
+                d_im += h*steps[i][DF + 1][l];
+                k += 1;
+            }
+            if (l == 0 && block > 0) {
+                power_re[0] = power_re[LANES];
+                power_im[0] = power_im[LANES];
+                for (int i = 1; i <= LANES; i++) {
+                    const VECTOR old_re = power_re[i], old_im = power_im[i];
+                    power_re[i] = old_re*step_re - old_im*step_im;
+                    power_im[i] = old_re*step_im + old_im*step_re;
+                }
+            }
+            const VECTOR p_re = power_re[l + 1], p_im = power_im[l + 1], b_re = power_re[l], b_im = power_im[l];
+            total[PHI][l] += p_re*re + p_im*im;
+            total[N_PHI][l] += p_re*(m*re + k_re) + p_im*(m*im + k_im);
+            total[DX][l] += m*(b_re*re + b_im*im);
+            total[DY][l] += m*(b_re*im - b_im*re);
+            total[DZ][l] += b_re*d_re + b_im*d_im;
+        }
+        for (int s = 0; s < FIRST_DERIVATIVES; s++) {
+            const VECTOR *v = total[s];
+            AT(&sums[s][place]) = ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+        }
+    }
+}
+
+#undef VECTOR
+#undef AT
+#undef READ
+#undef WIDTH
+#undef TARGET
+#undef VARIANT
