@@ -158,7 +158,7 @@ contains
     !> Lets the sums do without wide vectors, which gives the same bits.
     pure subroutine limit_vectors(self, widest)
         class(harmonic_function_t), intent(inout) :: self
-        integer, intent(in) :: widest   !! Numbers: 2, 4 or 8
+        integer, intent(in) :: widest   !! 2, 4 or 8 numbers
 
         self%widest = widest
     end subroutine limit_vectors
@@ -174,7 +174,7 @@ contains
     pure subroutine value(self, position, u)
         class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
-        real(dp), intent(out) :: u
+        real(dp), intent(out) :: u              !! In the unit of `scale` of new_harmonic_function
 
         real(dp) :: q(3), sums(FIRST_SUMS)
 
@@ -201,7 +201,7 @@ contains
     pure subroutine derivatives(self, position, u, g, tensor)
         class(harmonic_function_t), intent(in) :: self
         real(dp), intent(in) :: position(3)     !! m
-        real(dp), intent(out) :: u
+        real(dp), intent(out) :: u              !! In the unit of `scale` of new_harmonic_function
         real(dp), intent(out) :: g(3)           !! 1/m
         real(dp), intent(out) :: tensor(3, 3)   !! 1/m^2
 
@@ -222,7 +222,7 @@ contains
         real(dp), intent(out) :: g(:, :)            !! 1/m, shape (3, n)
         real(dp), intent(out), optional :: u(:)     !! Values, n
 
-        real(dp) :: q(PLACES, 3), sums(PLACES, FIRST_SUMS)
+        real(dp) :: q(PLACES, 3), sums(PLACES, FIRST_SUMS), q_here(3), sums_here(FIRST_SUMS)
         integer :: i, p, before
 
         do before = 0, size(positions, 2) - 1, PLACES
@@ -232,8 +232,10 @@ contains
             call harmonic_sums_places(self%widest, self%orders, self%first, self%steps, q, sums)
             do p = 1, min(PLACES, size(positions, 2) - before)
                 i = before + p
-                g(:, i) = gradient_of(self%radius, q(p, :), sums(p, :))
-                if (present(u)) u(i) = value_of(q(p, :), sums(p, :))
+                q_here = q(p, :)
+                sums_here = sums(p, :)
+                g(:, i) = gradient_of(self%radius, q_here, sums_here)
+                if (present(u)) u(i) = value_of(q_here, sums_here)
             end do
         end do
     end subroutine gradients
