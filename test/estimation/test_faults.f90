@@ -20,6 +20,7 @@ module test_faults
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_plausibility, only: refuse_implausible
+    use gracecg_estimation_arc_length, only: longest_arc
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise, &
@@ -69,6 +70,7 @@ contains
                     new_unittest('weak-rods', test_weak_rods), &
                     new_unittest('rods-off-in-the-setup', test_rods_off), &
                     new_unittest('stuck-axis', test_stuck_axis), &
+                    new_unittest('too-long', test_too_long), &
                     new_unittest('spike', test_spike), &
                     new_unittest('wrong-unit', test_wrong_unit), &
                     new_unittest('wrong-attitude', test_wrong_attitude), &
@@ -644,6 +646,35 @@ contains
         call refused(error, observations, [character(W) :: 'normal matrix is singular', &
                                            'not determined by the observations', 'd_x', 'd_z', 'beta_x'])
     end subroutine test_rods_off
+
+    !> Every algorithm refuses an arc in which a torque that nobody models turns the satellite by more than 2.5 mrad.
+    !> The turn is found by adding up: a torque that grows steadily to 1e-6 N m acts on 70 kg m^2.
+    subroutine test_too_long(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: STEPS = 2000
+        type(observation_set_t) :: observations
+        real(dp) :: longest, step, gain, rate, turn
+        integer :: i
+
+        call fault_free(observations, error)
+        if (allocated(error)) return
+        longest = longest_arc(observations%knowledge)
+        step = longest/STEPS
+        rate = 0
+        turn = 0
+        associate (knowledge => observations%knowledge)
+            do i = 1, STEPS
+                gain = step*knowledge%a_priori%sigma_torque*(i - 0.5_dp)/STEPS/knowledge%inertia(1, 1)
+                turn = turn + step*(rate + gain/2)
+                rate = rate + gain
+            end do
+        end associate
+        call check(error, abs(turn - 2.5e-3_dp) < 1e-6_dp)
+        if (allocated(error)) return
+        observations%knowledge%duration = 1.001_dp*longest
+        call refused(error, observations, [character(W) :: 'too long', 'without state noise', 'sigma_torque', &
+                                           '0.143 deg', 'estimate RUN1 RUN2'])
+    end subroutine test_too_long
 
     subroutine test_stuck_axis(error)
         type(error_type), allocatable, intent(out) :: error

@@ -4,6 +4,7 @@ submodule (gracecg_estimation_estimators) gracecg_estimation_estimators_choice
     use gracecg_base_error, only: fail
     use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
+    use gracecg_estimation_arc_length, only: refuse_long_arc
     use gracecg_estimation_assest, only: estimate_assest
     use gracecg_estimation_combined, only: estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
@@ -22,6 +23,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(out), optional :: record
 
+        call refuse_long_arc(observations%knowledge, error)
+        if (allocated(error)) return
         select case (algorithm)
         case ('assest-fde')
             call estimate_assest(observations, options, .false., solution, error, record)
