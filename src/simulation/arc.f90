@@ -62,14 +62,14 @@ contains
 
     !> An arc that is propagated in pieces: its first epoch. Arguments and failures are those of `propagate_arc`.
     subroutine begin_arc(dynamics, initial_state, interval, steps, arc, error, tolerance, runge_kutta)
-        class(satellite_dynamics_t), intent(in) :: dynamics
-        real(dp), intent(in) :: initial_state(:)
-        real(dp), intent(in) :: interval
-        integer, intent(in) :: steps
-        type(truth_arc_t), intent(out) :: arc
+        class(satellite_dynamics_t), intent(in) :: dynamics     !! With all its models
+        real(dp), intent(in) :: initial_state(:)    !! (13)
+        real(dp), intent(in) :: interval            !! s
+        integer, intent(in) :: steps                !! Of the whole arc
+        type(truth_arc_t), intent(out) :: arc       !! Holds its first epoch
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: tolerance
-        logical, intent(in), optional :: runge_kutta
+        real(dp), intent(in), optional :: tolerance     !! Of the error control
+        logical, intent(in), optional :: runge_kutta    !! Steps of Runge, Kutta and Fehlberg, not of Adams
 
         if (.not. (interval > 0 .and. interval <= huge(interval))) then
             call fail(error, 'the interval of an arc is '//number_text(interval)//' s: it has to be positive')

@@ -24,7 +24,7 @@ module gracecg_simulation_simulation_files
     !> What is to be simulated, and written.
     type :: simulation_order_t
         character(:), allocatable :: folder             !! For the files; is made if it is not there
-        type(case_t) :: case
+        type(case_t) :: case                            !! What is simulated
         integer(i8) :: seed = 1                         !! Of the random numbers
         integer :: run = 1                              !! Names them, too
         real(dp) :: rods_interval = 0                   !! s, of the measured moments of the rods; 0: none

@@ -124,7 +124,7 @@ contains
         type(level1_firing_t), intent(in) :: firings(:)
         integer, intent(in) :: gyros(:)
         real(dp), intent(in) :: lag             !! s
-        real(dp), intent(out) :: squares        !! Huge: no angles
+        real(dp), intent(out) :: squares        !! huge(1.0) without angles
 
         integer, parameter :: DEGREE = 3
         real(dp), allocatable :: basis(:, :), column(:), values(:)

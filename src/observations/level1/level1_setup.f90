@@ -38,7 +38,7 @@ module gracecg_observations_level1_setup
         real(dp) :: gain_sigma = 0.1_dp         !! Relative, of rod_gain
         real(dp) :: angular_scale_sigma = 0.03_dp       !! Of the angular channels
         real(dp) :: field_sigma = 150*NANOTESLA !! Of the field model by axis, T
-        real(dp) :: proportional_leakage = 0    !! Considered: acceleration proportional to I and B, m/s^2 at 120 mA
+        real(dp) :: proportional_leakage = 0    !! Acceleration that is considered, proportional to I and B, m/s^2 at 120 mA
                                                 !! and 30 000 nT
         real(dp) :: tank(3, 2) = reshape([-0.6_dp, 0.0_dp, 0.0_dp, 0.6_dp, 0.0_dp, 0.0_dp], [3, 2])    !! From the centre
                                                 !! of mass, SRF, m
