@@ -1,5 +1,5 @@
 !> An orbit about an Earth that does not turn.
-module peers_orbit
+module gracecg_peer_orbit
     use gracecg_base_kinds, only: dp
     use gracecg_base_runge_kutta, only: ode_system_t
     use gracecg_environment_geopotential, only: gravity_model_t
@@ -23,15 +23,15 @@ contains
         dydt(1:3) = y(4:6) + 0*t
         call self%gravity%acceleration(y(1:3), dydt(4:6))
     end subroutine orbit_rate
-end module peers_orbit
+end module gracecg_peer_orbit
 
 !> What bench/peers.py compares with other programs: seconds a call, and numbers by which their answers are compared.
 !>
-!>     fpm run --example peers --profile release -- gravity 20 | field | density | derivative | orbit
+!>     gracecg_peer gravity 20 | field | density | derivative | orbit
 !>
 !> Prints `seconds S` (the best of several repeats), `value X Y Z` for the first places, and for `orbit` a line
 !> `run TOLERANCE SECONDS X Y Z` each tolerance.
-program peers
+program gracecg_peer
     use, intrinsic :: iso_fortran_env, only: int64
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
@@ -46,7 +46,7 @@ program peers
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_report_cases, only: report_case
-    use peers_orbit, only: orbit_t
+    use gracecg_peer_orbit, only: orbit_t
     implicit none
 
     integer, parameter :: PLACES = 1000, SHOWN = 5, REPEATS = 5
@@ -190,4 +190,4 @@ contains
             print '(a, 2es14.6, 3es25.16)', 'run', TOLERANCE(k), best, y(:3)
         end do
     end subroutine fly
-end program peers
+end program gracecg_peer
