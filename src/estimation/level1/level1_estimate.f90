@@ -167,7 +167,7 @@ contains
         real(dp), allocatable :: by_attitude(:), known(:, :), gain(:), change(:), covariance(:, :), normal(:, :)
         real(dp) :: information(3, 3), right(3), condition
         integer, allocatable :: number(:)
-        integer :: round, n
+        integer :: round, n, k
 
         if (.not. calibration%has_angular .or. .not. estimate%rods%estimated) return
         number = pack([1, 2, 3], estimate%rods%driven)
@@ -189,7 +189,7 @@ contains
             if (allocated(error)) return
             estimate%rods%gain(number) = gain + change
             estimate%rods%covariance(number, number) = covariance
-            estimate%rods%gain_sigma = sqrt([(estimate%rods%covariance(n, n), n=1, 3)])
+            estimate%rods%gain_sigma = sqrt([(estimate%rods%covariance(k, k), k=1, 3)])
             call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
         end do
         estimate%rods%by_channels = .true.

@@ -72,7 +72,7 @@ contains
         type(fit_record_t), intent(inout), optional :: record   !! For diagnostics
         type(whitened_problem_t), intent(out), optional :: problem  !! At the estimate, for a joint one
         logical, intent(in), optional :: once
-        !! A few steps of one fit, no wave searched and no sample left out: enough to tell that a hypothesis is hopeless
+        !! A few steps of one fit, no wave or jump searched and no sample left out: enough to tell that a hypothesis is hopeless
 
         type(whitened_problem_t) :: start
         type(fitting_data_t) :: data
