@@ -4,6 +4,8 @@ module test_optimal
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: ARCSECOND, TWO_PI
     use gracecg_base_error, only: error_t, message_of
+    use gracecg_base_text, only: integer_text
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -12,6 +14,8 @@ module test_optimal
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, information_matrix
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_variance_components, only: estimate_spectrum
     use test_estimators, only: example, OFFSET
@@ -39,6 +43,7 @@ contains
                     new_unittest('noise-levels-of-a-calibration-from-its-data', test_levels), &
                     new_unittest('a-wave-is-found-and-removed', test_wave), &
                     new_unittest('a-jump-is-found-and-removed', test_jump), &
+                    new_unittest('another-step-changes-nothing', test_settled), &
                     new_unittest('curved-drag-does-not-pull-a-wave', test_curved_drag), &
                     new_unittest('rod-gain-and-magnetometer-bias-are-estimated', test_extra), &
                     new_unittest('without-rods', test_without_rods), &
@@ -375,6 +380,43 @@ contains
         call check_passes(error, message_of(failure))
         if (.not. allocated(error)) call check(error, .not. any(solution%parameters%name == 'jump_x'), 'a wave is none')
     end subroutine test_jump
+
+    !> The estimate solves the normal equations with partials of its own state, though the fit takes most of its steps
+    !> with those of an earlier one: another step of Gauss and Newton moves no parameter by 1e-5 of its sigma.
+    subroutine test_settled(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(whitened_problem_t) :: problem
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:), change(:), covariance(:, :)
+        real(dp) :: condition
+        integer :: run, i, n
+
+        options%covariance = .false.
+        do run = 1, 3       ! without a wave, and with two
+            call noisy_example(observations, run, error)
+            if (allocated(error)) return
+            observations%acceleration(1, :) = observations%acceleration(1, :) + &
+                                              (run - 1)*1e-9_dp*sin(TWO_PI*observations%accelerometer_time/12 + run)
+            call estimate_optimal(observations, options, solution, failure, problem=problem)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, any(solution%parameters%name == 'wave_sin') .eqv. run > 1)
+            if (allocated(error)) return
+            call information_matrix(problem, information, rhs, residuals)
+            n = size(rhs)
+            allocate (change(n), covariance(n, n))
+            call solve_normal_equations(information, rhs, change, covariance, condition, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, all(abs(change) < 1e-5_dp*[(sqrt(covariance(i, i)), i=1, n)]), 'run '//integer_text(run))
+            if (allocated(error)) return
+            deallocate (change, covariance)
+        end do
+    end subroutine test_settled
 
     !> Without noise: a wave and a parabola of the drag together are recognised as what they are. A wave alone,
     !> which the parabola pulls, leaves an error of the offset of several sigma.

@@ -41,6 +41,7 @@ contains
                     new_unittest('what-is-left-of-a-belief', test_information_left), &
                     new_unittest('scores-are-confirmed-by-fits', test_confirmation), &
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
+                    new_unittest('bent-forces-are-no-scale-factor', test_bent_forces), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
@@ -319,6 +320,36 @@ contains
         call check(error, abs(solution%beliefs%values(i)%score/score - 1) < SIMILAR, &
                    number_text(score)//' becomes '//number_text(solution%beliefs%values(i)%score))
     end subroutine test_confirmation
+
+    !> A force along x that bends by many of its a-priori sigmas, and an offset that hardly shows: the scale factor of
+    !> the accelerometer, which would make more of both, is not contradicted for it.
+    subroutine test_bent_forces(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp), allocatable :: x(:)
+        integer :: i
+
+        call find_calibration('front-1', calibration, failure)
+        calibration%case%satellite%offset = 1e-6_dp
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 4711_i8, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        x = 2*observations%accelerometer_time/calibration%case%duration - 1
+        observations%acceleration(1, :) = observations%acceleration(1, :) + 6e-10_dp*(35*x**4 - 30*x**2 + 3)/8
+        call estimate_offset('optimal', observations, calibration%options, solution, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        i = findloc(BELIEFS%parameter, SCALE_FACTORS(1), 1)
+        associate (test => solution%beliefs%values(findloc(solution%beliefs%values%belief, i, 1)))
+            call check(error, abs(test%score) < 4, 'scale factor '//number_text(test%score))
+        end associate
+    end subroutine test_bent_forces
 
     !> Forces that bend, and torques that change, over five minutes are no wrong beliefs.
     subroutine test_long_arcs(error)

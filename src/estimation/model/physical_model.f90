@@ -10,7 +10,8 @@
 !>
 !> Accelerometer: S [(A~ + G) d + alpha t + beta + w (gamma P2(t) + (a sin + b cos)(2 pi (f + df) t))], (3-7),
 !> (4-17), with S = diag(1 + s), and along the airflow w, which comes from the orbit (body x without one),
-!> a density wave and Legendre's polynomial P2 over the arc.
+!> a density wave and Legendre's polynomial P2 over the arc. What forces of unknown shape do besides (FORCE_BENDS,
+!> SIDE_FORCE) is counted as the accelerometer shows it, without S: their a-priori sigmas would pull s otherwise.
 module gracecg_estimation_physical_model
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, EARTH_ROTATION_RATE, TWO_PI
@@ -84,6 +85,7 @@ module gracecg_estimation_physical_model
     !> `rotational` parameters, and of d omega/dp: the parameters stand side by side for vector instructions.
     type, extends(rotation_t) :: nominal_rotation_t
         type(rigid_body_t) :: body                  !! With the state's inertia errors
+        integer :: parameters = 0                   !! How many of the `rotational` ones have partials: all or none
         integer, allocatable :: driving(:)          !! Places of the parameters that change the torque
         type(physical_model_t), pointer :: model => null()
         type(model_state_t), pointer :: state => null()
@@ -355,17 +357,20 @@ contains
         j(ELEMENT_COLUMN(i), ELEMENT_ROW(i)) = 1
     end function unit_inertia
 
-    !> Integrates the nominal rotation and the variational equations.
-    subroutine integrate_trajectory(model, state, trajectory)
+    !> Integrates the nominal rotation and the variational equations; without partials, the rotation alone.
+    subroutine integrate_trajectory(model, state, trajectory, without_partials)
         type(physical_model_t), intent(in), target :: model
         type(model_state_t), intent(in), target :: state
         type(model_trajectory_t), intent(inout), target :: trajectory     !! Reused if it has the right shape
+        logical, intent(in), optional :: without_partials   !! None are integrated
 
         type(nominal_rotation_t) :: rotation
-        real(dp) :: initial(7 + 6*size(model%rotational))
+        real(dp), allocatable :: initial(:)
         integer :: i
 
-        call shape_trajectory(model%steps, size(model%rotational), trajectory)
+        rotation%parameters = size(model%rotational)
+        if (present(without_partials)) rotation%parameters = merge(0, rotation%parameters, without_partials)
+        call shape_trajectory(model%steps, rotation%parameters, trajectory)
         rotation%steps = model%steps
         rotation%interval = model%interval
         rotation%quaternion = 1
@@ -373,11 +378,10 @@ contains
         rotation%model => model
         rotation%state => state
         rotation%trajectory => trajectory
-        rotation%driving = pack([(i, i=1, size(model%rotational))], &
-                                [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, size(model%rotational))])
-        initial = 0
-        initial(:7) = [state%quaternion, state%value(RATE)]
-        associate (p => size(model%rotational))
+        associate (p => rotation%parameters)
+            rotation%driving = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
+            allocate (initial(7 + 6*p), source=0.0_dp)
+            initial(:7) = [state%quaternion, state%value(RATE)]
             do i = 1, p
                 where ([ATTITUDE_ANGLES, RATE] == model%rotational(i)) initial(7 + i::p) = 1
             end do
@@ -391,8 +395,8 @@ contains
         real(dp), intent(in) :: y(n)
         real(dp), intent(out) :: dydt(n)
 
-        call derivatives(self%model, self%state, self%body, self%driving, half, size(self%model%rotational), y(1), y(5), y(8), &
-                         dydt(1), dydt(5), dydt(8))
+        call derivatives(self%model, self%state, self%body, self%driving, half, self%parameters, y(1:4), y(5:7), y(8:), &
+                         dydt(1:4), dydt(5:7), dydt(8:))
     end subroutine nominal_rate
 
     subroutine keep_nominal(self, k, n, y, dydt)
@@ -402,7 +406,7 @@ contains
 
         integer :: i
 
-        associate (trajectory => self%trajectory, p => size(self%model%rotational))
+        associate (trajectory => self%trajectory, p => self%parameters)
             trajectory%q(:, k) = y(1:4)
             trajectory%omega(:, k) = y(5:7)
             trajectory%omega_dot(:, k) = dydt(5:7)
@@ -438,25 +442,25 @@ contains
         real(dp), intent(in) :: q(4), omega(3), x(parameters, 6)
         real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(parameters, 6)
 
-        real(dp) :: c(3), jc(3), gradient_torque(3), acting(3), change(3)
+        real(dp) :: c(3), jc(3), acting(3), change(3)
+        real(dp) :: by_c(3, 3), by_jc(3, 3)     ! [c x], [J c x]
         real(dp) :: a(3, 3), b(3, 3)            ! d(d omega/dt) by the angles and by the rate
         integer :: i, k
 
         associate (j => body%inertia, three_mu => 3*model%rate_squared(half))
             c = times(rotation_matrix(q/norm2(q)), model%upwards(:, half))
+            by_c = cross_matrix(c)
             jc = times(j, c)
-            gradient_torque = three_mu*cross(c, jc)
             acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
                                                   cross(model%dipole(:, half), state%value(FIELD_BIAS))) + &
-                     gradient_torque + state%value(TORQUE) + &
+                     three_mu*times(by_c, jc) + state%value(TORQUE) + &
                      (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
             q_rate = quaternion_rate(q, omega)
             omega_rate = body%angular_acceleration(acting, omega)
+            if (parameters == 0) return
+            by_jc = cross_matrix(jc)
             do k = 1, 3         ! c' = c + c x zeta
-                change = 0
-                change(k) = 1
-                change = cross(c, change)
-                a(:, k) = three_mu*times(body%inverse_inertia, cross(c, times(j, change)) - cross(jc, change))
+                a(:, k) = three_mu*times(body%inverse_inertia, times(by_c, times(j, by_c(:, k))) - times(by_jc, by_c(:, k)))
             end do
             b = body%rate_partials(omega)
         end associate
@@ -554,15 +558,16 @@ contains
                 drag(2:) = drag(2:) + state%value(AIRFLOW_TURN)*dot_product(along, drag)
             end if
             unscaled = times(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
-            if (side_forces) unscaled(1) = unscaled(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
+            if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
+            predicted(:, i) = factor*unscaled
+            if (side_forces) predicted(1, i) = predicted(1, i) + along(2)*state%value(SIDE_FORCE(1)) + &
+                                               along(3)*state%value(SIDE_FORCE(2))
             if (bent) then
                 bends = bends_at(model, k)
                 do n = 1, size(FORCE_BENDS)
-                    unscaled(BEND_AXIS(n)) = unscaled(BEND_AXIS(n)) + bends(n)*state%value(FORCE_BENDS(n))
+                    predicted(BEND_AXIS(n), i) = predicted(BEND_AXIS(n), i) + bends(n)*state%value(FORCE_BENDS(n))
                 end do
             end if
-            if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
-            predicted(:, i) = factor*unscaled
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
                                            drag, changes, along, bends, partials(:, :, i))
@@ -655,13 +660,14 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), c(3), d_by_c(3), slope(3)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3)
         integer :: i, axis, other
 
         ! Not by associate: a vector subscript as its selector stops flang 22
         d = state%value(OFFSET)
         associate (t => k*model%interval)
             by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
+            by_acceleration = -cross_matrix(d)
             by_angles = 0
             if (model%rate_squared(2*k) > 0) then
                 c = vertical_at(model, trajectory, k)
@@ -680,7 +686,7 @@ contains
                     if (r > 0) then
                         partials(i, :) = factor*(times(by_rate, trajectory%rates(:, r, k)) + &
                                                  times(by_angles, trajectory%angles(:, r, k)) + &
-                                                 cross(trajectory%accelerations(:, r, k), d))
+                                                 times(by_acceleration, trajectory%accelerations(:, r, k)))
                         cycle
                     end if
                     axis = mod(p - 1, 3) + 1    ! of the groups of three
@@ -697,11 +703,11 @@ contains
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
                     case (FORCE_BENDS(1):FORCE_BENDS(12))
                         axis = BEND_AXIS(p - FORCE_BENDS(1) + 1)
-                        partials(i, axis) = factor(axis)*bends(p - FORCE_BENDS(1) + 1)
+                        partials(i, axis) = bends(p - FORCE_BENDS(1) + 1)
                     case (FORCE_JUMP(1):FORCE_JUMP(3))
                         if (k >= model%jump) partials(i, axis) = factor(axis)
                     case (SIDE_FORCE(1):SIDE_FORCE(2))
-                        partials(i, 1) = factor(1)*along(p - SIDE_FORCE(1) + 2)
+                        partials(i, 1) = along(p - SIDE_FORCE(1) + 2)
                     case (AIRFLOW_TURN(1):AIRFLOW_TURN(2))
                         axis = p - AIRFLOW_TURN(1) + 2
                         partials(i, axis) = factor(axis)*dot_product(along, drag)

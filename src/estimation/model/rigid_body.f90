@@ -6,7 +6,7 @@
 !> is said by an extension of `rotation_t`.
 module gracecg_estimation_rigid_body
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_base_vectors, only: cross, cross_matrix, inverse_3x3
     implicit none
     private
     public :: rigid_body_t, rotation_t, new_rigid_body
@@ -81,14 +81,14 @@ contains
         real(dp), intent(in) :: omega(3)    !! Body axes, rad/s
         real(dp) :: lambda(3, 3)            !! 1/s
 
-        real(dp) :: momentum(3), axis(3), change(3)
+        real(dp) :: by_momentum(3, 3), by_omega(3, 3), change(3)
         integer :: k
 
-        momentum = self%inertia(:, 1)*omega(1) + self%inertia(:, 2)*omega(2) + self%inertia(:, 3)*omega(3)
+        by_momentum = cross_matrix(self%inertia(:, 1)*omega(1) + self%inertia(:, 2)*omega(2) + self%inertia(:, 3)*omega(3))
+        by_omega = cross_matrix(omega)
         do k = 1, 3         ! column by column: what a change about one axis does
-            axis = 0
-            axis(k) = 1
-            change = cross(momentum, axis) - cross(omega, self%inertia(:, k))
+            change = by_momentum(:, k) - (by_omega(:, 1)*self%inertia(1, k) + by_omega(:, 2)*self%inertia(2, k) + &
+                                          by_omega(:, 3)*self%inertia(3, k))
             lambda(:, k) = self%inverse_inertia(:, 1)*change(1) + self%inverse_inertia(:, 2)*change(2) + &
                            self%inverse_inertia(:, 3)*change(3)
         end do

@@ -45,11 +45,13 @@ module gracecg_estimation_whitened_problem
         integer :: star_rows = 0, acceleration_rows = 0
         !! Numbers of scalar observations: they stand in this order, then the a-priori knowledge
         type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
+        type(model_trajectory_t), private :: rotation   !! At a later state, without partials
         real(dp), allocatable, private :: star_partials(:, :)
         integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
         real(dp), allocatable, private :: known_sigma(:)
     contains
         procedure :: linearise => linearise_calibration
+        procedure :: compare => compare_calibration
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
         procedure :: describe_state => state_of_calibration
@@ -175,42 +177,78 @@ contains
 
         weights = 1
         partials = 0
-        residuals = 0
         call integrate_trajectory(self%model, self%state, self%trajectory)
-        call linearise_stars(self, partials, residuals)
+        call linearise_stars(self, partials)
         first = self%star_rows
         call predict_accelerations(self%model, self%state, self%trajectory, self%data%accelerometer_epoch, &
                                    self%acceleration_residual, self%acceleration_partials)
-        self%acceleration_residual = self%data%acceleration - self%acceleration_residual
         do axis = 1, 3
-            associate (rows => partials(:, first + axis:first + self%acceleration_rows:3), &
-                       observed => residuals(first + axis:first + self%acceleration_rows:3))
+            associate (rows => partials(:, first + axis:first + self%acceleration_rows:3))
                 rows = self%acceleration_partials(:, axis, :)
-                observed = self%acceleration_residual(axis, :)
                 call self%whiteners(axis)%whiten(rows)
-                call self%whiteners(axis)%whiten_series(observed)
             end associate
         end do
         first = first + self%acceleration_rows
         do i = 1, size(self%known)
             partials(self%known(i), first + i) = 1/self%known_sigma(i)
-            residuals(first + i) = -self%state%value(self%model%estimated(self%known(i)))/self%known_sigma(i)
         end do
+        call whiten_residuals(self, self%trajectory, residuals)
     end subroutine linearise_calibration
 
-    subroutine linearise_stars(self, partials, residuals)
+    !> Residuals at the problem's state, whose rotation is integrated without partials.
+    subroutine compare_calibration(self, residuals)
         class(whitened_problem_t), intent(inout) :: self
-        real(dp), intent(inout) :: partials(:, :), residuals(:)
+        real(dp), intent(out) :: residuals(:)
+
+        call integrate_trajectory(self%model, self%state, self%rotation, without_partials=.true.)
+        call predict_accelerations(self%model, self%state, self%rotation, self%data%accelerometer_epoch, &
+                                   self%acceleration_residual)
+        call whiten_residuals(self, self%rotation, residuals)
+    end subroutine compare_calibration
+
+    !> The whitened residuals along a rotation; self%acceleration_residual holds the predicted accelerations and gets
+    !> what they leave.
+    subroutine whiten_residuals(self, rotation, residuals)
+        class(whitened_problem_t), intent(inout) :: self
+        type(model_trajectory_t), intent(in) :: rotation
+        real(dp), intent(out) :: residuals(:)
+
+        integer :: i, axis, first
+
+        residuals = 0
+        associate (stars => self%data%stars)
+            do i = 1, size(stars%time)
+                call star_angles(self%model, rotation, stars%time(i), stars%head(i), stars%quaternion(:, i), &
+                                 self%star_angles(:, i))
+                if (self%star_kept(i)) residuals(3*i - 2:3*i) = self%star_angles(:, i)/self%noise%star_camera_sigma
+            end do
+        end associate
+        first = self%star_rows
+        self%acceleration_residual = self%data%acceleration - self%acceleration_residual
+        do axis = 1, 3
+            associate (observed => residuals(first + axis:first + self%acceleration_rows:3))
+                observed = self%acceleration_residual(axis, :)
+                call self%whiteners(axis)%whiten_series(observed)
+            end associate
+        end do
+        first = first + self%acceleration_rows
+        do i = 1, size(self%known)
+            residuals(first + i) = -self%state%value(self%model%estimated(self%known(i)))/self%known_sigma(i)
+        end do
+    end subroutine whiten_residuals
+
+    subroutine linearise_stars(self, partials)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), intent(inout) :: partials(:, :)
 
         integer :: i, axis
 
         associate (stars => self%data%stars)
             do i = 1, size(stars%time)
+                if (.not. self%star_kept(i)) cycle
                 call star_angles(self%model, self%trajectory, stars%time(i), stars%head(i), &
                                  stars%quaternion(:, i), self%star_angles(:, i), self%star_partials)
-                if (.not. self%star_kept(i)) cycle
                 do axis = 1, 3
-                    residuals(3*i - 3 + axis) = self%star_angles(axis, i)/self%noise%star_camera_sigma(axis)
                     partials(:, 3*i - 3 + axis) = self%star_partials(:, axis)/self%noise%star_camera_sigma(axis)
                 end do
             end do

@@ -33,6 +33,8 @@ module gracecg_estimation_optimal
 
     integer, parameter :: MOST_ROUNDS = 30          !! Of editing and variance components
     integer, parameter :: FEW = 8                   !! Steps of a fit that is done once
+    real(dp), parameter :: SETTLED = 1e-6_dp        !! Largest correction at the end of a fit, standard deviations
+    real(dp), parameter :: ROUGHLY = 1e-2_dp        !! The same where only the residuals, or the misfit, are looked at
     real(dp), parameter :: SAME_LEVEL = 0.01_dp     !! Relative change of the noise that ends the rounds
     real(dp), parameter :: FIRST_LEVEL = 1e-19_dp   !! Where the noise is not known, m^2 s^-4/Hz
     real(dp), parameter :: FIRST_ANGLE = 10*ARCSECOND
@@ -128,17 +130,21 @@ contains
         type(density_wave_found_t) :: wave
         type(force_jump_found_t) :: jump
         type(error_t), allocatable :: not_determined
+        logical :: only_to_search       ! That there is a wave is seen long before the fit without it has settled
 
+        only_to_search = options%optimal%density_wave == WAVE_SEARCHED .and. .not. once
         fit%problem = start
-        call settle(knowledge, options, once, fit, error)
+        call settle_counted(only_to_search, fit, error)
         if (allocated(error)) return
-        solution%iterations = fit%iterations
-        if (options%history) solution%history = fit%history
-        if (options%optimal%density_wave == WAVE_SEARCHED .and. .not. once) wave = search_wave(fit%problem, fit%batch)
-        if (wave%found) then
-            call widen(knowledge, options, fit, wave, wider)
-            call settle_wider(wave%found)
-            call report_wave(wave, wave%found, solution%warnings)
+        if (only_to_search) then
+            wave = search_wave(fit%problem, fit%batch)
+            if (wave%found) then
+                call widen(knowledge, options, fit, wave, wider)
+                call settle_wider(wave%found)
+                call report_wave(wave, wave%found, solution%warnings)
+            end if
+            if (.not. wave%found) call settle_counted(.false., fit, error)
+            if (allocated(error)) return
         end if
         if (options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once) &
             jump = search_jump(fit%problem, fit%batch)
@@ -158,21 +164,37 @@ contains
         subroutine settle_wider(there_is)
             logical, intent(out) :: there_is
 
-            wider%iterations = 0
-            if (allocated(wider%history)) deallocate (wider%history)
-            call settle(knowledge, options, .false., wider, not_determined)
-            solution%iterations = solution%iterations + wider%iterations
-            if (options%history .and. allocated(wider%history)) solution%history = [solution%history, wider%history]
+            call settle_counted(.false., wider, not_determined)
             there_is = .not. allocated(not_determined) .and. wider%converged
             if (there_is) fit = wider
         end subroutine settle_wider
+
+        !> Settles one of the fits, and adds its steps to those of the others.
+        subroutine settle_counted(rough, one, failed)
+            logical, intent(in) :: rough
+            type(fit_t), intent(inout) :: one
+            type(error_t), allocatable, intent(out) :: failed
+
+            one%iterations = 0
+            if (allocated(one%history)) deallocate (one%history)
+            call settle(knowledge, options, once, rough, one, failed)
+            solution%iterations = solution%iterations + one%iterations
+            if (options%history .and. allocated(one%history)) then
+                if (allocated(solution%history)) then
+                    solution%history = [solution%history, one%history]
+                else
+                    solution%history = one%history
+                end if
+            end if
+        end subroutine settle_counted
     end subroutine fit_best
 
     !> Fits, estimates the noise that is not known, leaves out outliers, until nothing changes.
-    subroutine settle(knowledge, options, once, fit, error)
+    subroutine settle(knowledge, options, once, rough, fit, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: once     !! A few steps, and nothing changes
+        logical, intent(in) :: rough    !! Near enough to look at the residuals
         type(fit_t), intent(inout) :: fit
         type(error_t), allocatable, intent(out) :: error
 
@@ -182,7 +204,9 @@ contains
 
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
-        settings%tolerance = 1e-6_dp
+        settings%keep_partials = .true.
+        settings%rough = rough .or. once
+        settings%tolerance = merge(ROUGHLY, SETTLED, settings%rough)
         if (once) settings%most_iterations = FEW
         if (options%history) settings%history = 'whitened, '//number_text(real(size(fit%problem%names), dp))//' parameters'
         do round = 1, MOST_ROUNDS

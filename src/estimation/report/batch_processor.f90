@@ -5,6 +5,7 @@
 !> processor accumulates the normal equations, solves them by Cholesky's factorisation and decides on
 !> convergence.
 module gracecg_estimation_batch_processor
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text, add_context
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
@@ -22,6 +23,7 @@ module gracecg_estimation_batch_processor
     contains
         procedure(linearise_interface), deferred :: linearise
         !! Partials, residuals and weights at the nominal state
+        procedure :: compare => cannot_compare      !! Residuals alone, which cost less
         procedure(correct_interface), deferred :: correct   !! Puts a correction on the nominal state
         procedure :: describe_residuals => nothing_of_residuals !! For the history: RMS of the residuals
         procedure :: describe_state => nothing_of_state         !! For the history: the nominal state
@@ -48,11 +50,26 @@ module gracecg_estimation_batch_processor
         end subroutine correct_interface
     end interface
 
+    real(dp), parameter :: FAR = 3
+    !! A correction of more standard deviations than this asks for new partials
+    real(dp), parameter :: POOR = 0.3_dp
+    !! So does one that is not smaller than the one before times this
+    real(dp), parameter :: NEAR = 1e-4_dp
+    !! So does the first that is smaller than this, in standard deviations: the last partials are those of the solution
+    real(dp), parameter :: SAME = 1e-5_dp
+    !! From the last partials to the solution, in standard deviations: so far their change does not matter
+
     !> When the iterations end.
     type :: batch_settings_t
         integer :: most_iterations = 20 !! After that the solution counts as not converged
         real(dp) :: tolerance = 1e-9_dp
         !! Converged when every change of the state is below tolerance times its parameter's scale
+        logical :: keep_partials = .false.
+        !! While they hardly change (the simplified method of Newton): the weights must be those of the noise, the
+        !! problem must have `compare`, and the tolerance is in standard deviations
+        logical :: rough = .false.
+        !! With keep_partials: the solution only has to be near enough to look at its residuals, and its partials may be
+        !! those of a state before
         character(32) :: history = ''
         !! What this fit is called in the history; blank: none is kept
     end type batch_settings_t
@@ -81,7 +98,9 @@ contains
 
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
         real(dp), allocatable :: normal(:, :), rhs(:), correction(:)
+        real(dp) :: step, step_before, moved    ! in standard deviations; the last one since the partials
         type(iteration_t) :: note
+        logical :: fresh
         integer :: n, m, iteration, i
 
         n = size(problem%scales)
@@ -93,12 +112,22 @@ contains
         end if
         allocate (partials(n, m), residuals(m), weights(m))
         allocate (normal(n, n), rhs(n), correction(n), solution%inverse(n, n))
+        fresh = .true.
+        step_before = huge(step_before)
+        moved = 0
         do iteration = 1, settings%most_iterations
-            call problem%linearise(partials, residuals, weights, error)
-            if (allocated(error)) return
-            call normal_equations(partials, residuals, normal, rhs, weights)
-            call solve_normal_equations(normal, rhs, correction, solution%inverse, &
-                                        solution%condition, error, problem%names)
+            if (fresh) then
+                call problem%linearise(partials, residuals, weights, error)
+                if (allocated(error)) return
+                call normal_equations(partials, residuals, normal, rhs, weights)
+                call solve_normal_equations(normal, rhs, correction, solution%inverse, &
+                                            solution%condition, error, problem%names)
+                moved = 0
+            else
+                call problem%compare(residuals)
+                correction = matmul(solution%inverse, matmul(partials, weights*residuals))
+                if (.not. all(abs(correction) <= huge(1.0_dp))) call fail(error, 'a correction is not a finite number')
+            end if
             if (allocated(error)) then
                 call add_context(error, 'iteration '//number_text(real(iteration, dp)))
                 return
@@ -114,8 +143,15 @@ contains
                 call append_iteration(solution%history, note, settings%history)
             end if
             solution%iterations = iteration
-            solution%converged = problem%linear .or. &
-                                 all(abs(correction) <= settings%tolerance*problem%scales)
+            if (settings%keep_partials) then
+                step = maxval([(abs(correction(i))/sqrt(solution%inverse(i, i)), i=1, n)])
+                moved = moved + step
+                solution%converged = step <= settings%tolerance .and. (settings%rough .or. moved <= SAME)
+                fresh = step > min(FAR, POOR*step_before) .or. (step <= NEAR .and. moved > SAME)
+                step_before = step
+            else
+                solution%converged = problem%linear .or. all(abs(correction) <= settings%tolerance*problem%scales)
+            end if
             if (solution%converged) exit
         end do
         solution%residuals = residuals - matmul(correction, partials)
@@ -125,6 +161,16 @@ contains
         call move_alloc(partials, solution%gain)
         call move_alloc(correction, solution%correction)
     end subroutine process_batch
+
+    !> A problem that has no residuals without partials.
+    subroutine cannot_compare(self, residuals)
+        class(batch_problem_t), intent(inout) :: self
+        real(dp), intent(out) :: residuals(:)       !! At the nominal state, as linearise gives them
+
+        residuals = ieee_value(residuals, ieee_quiet_nan)
+        associate (not_used => self)
+        end associate
+    end subroutine cannot_compare
 
     !> A problem that says nothing of its residuals: their RMS.
     subroutine nothing_of_residuals(self, residuals, note)
