@@ -6,6 +6,7 @@ program tester
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
     use testdrive, only: testsuite_type, unittest_type, new_testsuite, run_testsuite, &
         run_selected, select_suite
+    use test_arithmetic, only: collect_arithmetic
     use test_quaternion, only: collect_quaternion
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
@@ -124,6 +125,7 @@ program tester
     logical :: fast
 
     suites = [ &
+             new_testsuite('arithmetic', collect_arithmetic), &
              new_testsuite('quaternion', collect_quaternion), &
              new_testsuite('lapack', collect_lapack), &
              new_testsuite('runge-kutta', collect_runge_kutta), &

@@ -32,7 +32,7 @@ in_chroot() {
     fi
     for compiler in "$@"; do
         case $compiler in
-            flang-*) packages+=" $compiler libomp-${compiler#flang-}-dev" ;;
+            flang-*) packages+=" $compiler clang-${compiler#flang-} libomp-${compiler#flang-}-dev" ;;
             -*) ;;
             *) packages+=" $compiler" ;;
         esac
@@ -43,6 +43,7 @@ in_chroot() {
         DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"' sh $packages >/dev/null
     mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"    # a test needs a folder that nobody can write
     mkdir -p "$root/gracecg"
+    find "$root/gracecg" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
     git ls-files -co --exclude-standard | tar cf - -T - | tar xf - -C "$root/gracecg"
     exec chroot "$root" env JOBS="${JOBS:-1}" /gracecg/tools/compilers.sh "$@"
 }
@@ -60,11 +61,14 @@ genuine_testdrive() {
 }
 
 build() {
-    local compiler=$1 folder=$OUT/$1 flags=()
+    local compiler=$1 folder=$OUT/$1 flags=() c_compiler
+    c_compiler=${compiler/gfortran/gcc}
+    c_compiler=${c_compiler/flang/clang}
     case $compiler in gfortran*) flags=('-DCMAKE_Fortran_FLAGS=-Wall -Wextra -std=f2018 -pedantic') ;; esac
     mapfile -t testdrive <<<"$(genuine_testdrive "$compiler")"
     [ -n "${testdrive[0]}" ] || testdrive=()
-    cmake -S . -B "$folder" -G Ninja -DCMAKE_Fortran_COMPILER="$compiler" -DBUILD_SHARED_LIBS=OFF \
+    cmake -S . -B "$folder" -G Ninja -DCMAKE_Fortran_COMPILER="$compiler" \
+        -DCMAKE_C_COMPILER="$c_compiler" -DBUILD_SHARED_LIBS=OFF \
         -DGRACECG_TESTS=ON "${flags[@]}" "${testdrive[@]}" >"$folder.log" 2>&1
     cmake --build "$folder" -j"${JOBS:-1}" >>"$folder.log" 2>&1
 }

@@ -1,6 +1,7 @@
 !> The command line: finds the command, has it declare and parse its arguments, and runs it.
 module gracecg_cli_command_line
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_arithmetic, only: check_arithmetic
     use gracecg_base_version, only: VERSION
     use gracecg_base_text, only: string_t
     use gracecg_files_value, only: did_you_mean
@@ -202,6 +203,8 @@ contains
         else if (arguments%wants_version) then
             call console%line('gracecg '//VERSION)
         else
+            call check_arithmetic(error)
+            if (allocated(error)) return
             call command%run(arguments, console, misuse, error)
         end if
     end subroutine run_command

@@ -10,6 +10,10 @@
    It needs the vector types of GNU C: gcc, clang and their relatives. */
 #include <stdint.h>
 
+#ifdef __FAST_MATH__
+#error "compile gracecg without -ffast-math: the sums have one order, and NaN is told from numbers"
+#endif
+
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #else

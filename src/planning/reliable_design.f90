@@ -203,7 +203,7 @@ contains
     end function together
 
     !> The manoeuvre of its numbers.
-    pure function rods_of(work, x) result(rods)
+    function rods_of(work, x) result(rods)
         type(judging_t), intent(in) :: work
         real(dp), intent(in) :: x(N)
         type(torque_rods_t) :: rods
@@ -220,7 +220,7 @@ contains
 
     contains
 
-        pure subroutine add(waveform, part_of, cycles, phase)
+        subroutine add(waveform, part_of, cycles, phase)
             integer, intent(in) :: waveform
             real(dp), intent(in) :: part_of, cycles, phase
 

@@ -1,0 +1,29 @@
+!> The arithmetic that the flags of this build left.
+module test_arithmetic
+    use gracecg_base_error, only: error_t
+    use gracecg_base_arithmetic, only: check_arithmetic
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_arithmetic
+
+contains
+
+    subroutine collect_arithmetic(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [new_unittest('nan-infinity-and-small-numbers', test_flags)]
+    end subroutine collect_arithmetic
+
+    !> Fails in a build with -ffast-math.
+    subroutine test_flags(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_t), allocatable :: failure
+
+        call check_arithmetic(failure)
+        if (allocated(failure)) then
+            call check(error, .false., failure%message)
+        end if
+    end subroutine test_flags
+end module test_arithmetic
