@@ -12,6 +12,10 @@
 !> difference of the rods' cycles, cycle by cycle. So all differences are tried, but in a long arc not all lowest
 !> cycles: MOST_LOWEST of them, and around the best then all that were left out. A search takes as long as the
 !> arc, not its square.
+!>
+!> The many of the structured search are judged on a thinned arc where the arc is long: at QUICK_SAMPLES epochs, no
+!> further apart than the edges and periods of the rods' moments allow. The best of them, and all that come after,
+!> are judged at every sample.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
@@ -19,10 +23,11 @@ module gracecg_planning_design
     use gracecg_base_progress, only: progress_t, tell, expect_pieces, piece_done
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
-        SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES
+        dipole_moments, SINE, TAPERED, SQUARE, MAX_DIPOLE, WAVEFORM_NAMES
     use gracecg_simulation_dynamics, only: RATE => OMEGA
     use gracecg_simulation_limits, only: exceeds_limits, check_motion
-    use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre
+    use gracecg_planning_site, only: planned_arc_t, manoeuvre_site_t, manoeuvre_quality_t, evaluate_manoeuvre, &
+        evaluate_moments, thin_arc, thin_site
     implicit none
     private
     public :: design_settings_t, manoeuvre_design_t, check_design_settings
@@ -60,6 +65,8 @@ module gracecg_planning_design
         real(dp) :: excursion = 0                   !! Greatest turn from the nominal attitude, rad
         real(dp) :: worst = huge(1.0_dp)
         !! Greatest sqrt(sigma^2 + wave^2 + force^2) of axes and places, m
+        real(dp) :: beyond = huge(1.0_dp)
+        !! Rate or excursion in units of its limit, the greater; huge(1.0) where a direction is unseen
         logical :: allowed = .false.                !! Within the limits at all places
         integer :: evaluations = 0                  !! Of a manoeuvre at a place, for the whole search
     end type manoeuvre_design_t
@@ -77,6 +84,14 @@ module gracecg_planning_design
         procedure :: do_one => judge_one
     end type judging_t
 
+    !> What the structured search judges at.
+    type :: quick_look_t
+        type(planned_arc_t), pointer :: arc => null()           !! Given or thinned
+        type(manoeuvre_site_t), pointer :: sites(:) => null()   !! With the samples of that arc
+        type(planned_arc_t) :: thinned_arc
+        type(manoeuvre_site_t), allocatable :: thinned_sites(:)
+    end type quick_look_t
+
     integer, parameter :: WIDEST = 4        !! Difference of two rods' cycles in the structured search
     integer, parameter :: MOST_LOWEST = 12  !! Lowest cycles of the structured search
     integer, parameter :: WIDENED_COUNT = 6 !! Whose lowest cycle is looked at more closely where some were left out
@@ -85,6 +100,7 @@ module gracecg_planning_design
     integer, parameter :: SEARCH_PLACES = 6 !! Of the structured search, spread over all places
     integer, parameter :: REFINE_PLACES = 12
     integer, parameter :: SCALINGS = 3      !! Attempts to bring a manoeuvre into its limits
+    integer, parameter :: QUICK_SAMPLES = 1200      !! Of the structured search, where the moments allow so few
 
 contains
 
@@ -143,14 +159,44 @@ contains
         cycles = floor(settings%highest_frequency*duration + 1e-9_dp)
     end function most_cycles
 
+    !> A look at manoeuvres that takes less time: with fewer samples where they are more than QUICK_SAMPLES, else with
+    !> those of the arc itself. Fails as thin_arc does.
+    subroutine new_quick_look(arc, sites, settings, look, error)
+        type(planned_arc_t), intent(in), target :: arc
+        type(manoeuvre_site_t), intent(in), target :: sites(:)
+        type(design_settings_t), intent(in) :: settings
+        type(quick_look_t), intent(out), target :: look
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: OF_PERIOD = 0.1_dp, OF_EDGE = 0.5_dp     ! from one epoch to the next, at most
+        real(dp) :: longest
+        integer :: samples, i
+
+        look%arc => arc
+        look%sites => sites
+        longest = OF_PERIOD/settings%highest_frequency
+        if (settings%waveform_used(SQUARE)) longest = min(longest, OF_EDGE*settings%rise_time)
+        if (settings%waveform_used(TAPERED)) longest = min(longest, OF_EDGE*settings%taper)
+        samples = max(QUICK_SAMPLES, ceiling(arc%samples*arc%interval/longest - 1e-9_dp))
+        if (samples >= arc%samples) return
+        call thin_arc(arc, samples, look%thinned_arc, error)
+        if (allocated(error)) return
+        allocate (look%thinned_sites(size(sites)))
+        do i = 1, size(sites)
+            call thin_site(arc, sites(i), look%thinned_arc, look%thinned_sites(i))
+        end do
+        look%arc => look%thinned_arc
+        look%sites => look%thinned_sites
+    end subroutine new_quick_look
+
     !> The best manoeuvre for the worst axis at all given places. It is at least as good as that with
     !> 5, 6 and 7 cycles on the three rods, in the limit of the worst axis as well as with the errors
     !> by drag and radiation, when that is allowed.
     !>
     !> Fails as check_design_settings does, and when no manoeuvre stays within the limits.
     subroutine design_manoeuvre(arc, sites, settings, design, error, progress)
-        type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(planned_arc_t), intent(in), target :: arc
+        type(manoeuvre_site_t), intent(in), target :: sites(:)
         type(design_settings_t), intent(in) :: settings
         type(manoeuvre_design_t), intent(out) :: design
         type(error_t), allocatable, intent(out) :: error
@@ -159,20 +205,22 @@ contains
         type(candidate_t), allocatable :: candidates(:), finalists(:)
         type(manoeuvre_design_t), allocatable :: judged(:), refined(:), near(:)
         type(manoeuvre_design_t) :: pattern
+        type(quick_look_t), target :: look
         integer, allocatable :: order(:)
         integer :: i, spent
 
         call check_design_settings(arc, settings, error)
+        if (.not. allocated(error)) call new_quick_look(arc, sites, settings, look, error)
         if (allocated(error)) return
         candidates = structured_candidates(arc, settings)
         call tell(progress, 'search, stage 1 of 3')
-        call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
+        call judge_all(look%arc, look%sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
         if (allocated(error)) return
         spent = sum(judged%evaluations)
         order = best_first(judged, WIDENED_COUNT)
         finalists = neighbours(arc, settings, candidates(order))
         if (size(finalists) > 0) then
-            call judge_all(arc, sites, settings, finalists, SEARCH_PLACES, near, error, progress)
+            call judge_all(look%arc, look%sites, settings, finalists, SEARCH_PLACES, near, error, progress)
             if (allocated(error)) return
             spent = spent + sum(near%evaluations)
             candidates = [candidates, finalists]
@@ -234,11 +282,18 @@ contains
                   'a longer arc are needed')
     end subroutine refuse
 
-    !> Does `a` come before `b`: allowed before not allowed, then the better worst axis?
+    !> Does `a` come before `b`: allowed before not allowed, then the better worst axis; of those that are not
+    !> allowed the one that is less beyond the limits?
     pure logical function better(a, b)
         type(manoeuvre_design_t), intent(in) :: a, b
 
-        better = (a%allowed .and. .not. b%allowed) .or. ((a%allowed .eqv. b%allowed) .and. a%worst < b%worst)
+        if (a%allowed .neqv. b%allowed) then
+            better = a%allowed
+        else if (a%allowed) then
+            better = a%worst < b%worst
+        else
+            better = a%beyond < b%beyond
+        end if
     end function better
 
     !> Numbers of the best designs, at most `most`, best first; of equals the first.
@@ -431,7 +486,7 @@ contains
     end subroutine judge_one
 
     !> Judges a candidate at no more than `most_places` places, spread over all. Where it goes beyond
-    !> the limits, its amplitude is lowered.
+    !> the limits, its amplitude is lowered; what stays beyond them is not weighed.
     subroutine judge(arc, sites, settings, candidate, most_places, design)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: sites(:)
@@ -440,13 +495,15 @@ contains
         integer, intent(in) :: most_places
         type(manoeuvre_design_t), intent(out) :: design
 
+        real(dp), dimension(3, 0:2*arc%samples) :: dipole
         integer :: attempt, spent, i
         real(dp) :: nominal, factor
 
         spent = 0
+        call dipole_moments(rods_of(settings, arc%samples*arc%interval, candidate), arc%interval/2, dipole)
         do attempt = 0, SCALINGS
-            call judge_manoeuvre(arc, sites, rods_of(settings, arc%samples*arc%interval, candidate), &
-                                 most_places, design)
+            call judge_moments(arc, sites, dipole, most_places, .true., design)
+            design%rods = rods_of(settings, arc%samples*arc%interval, candidate)
             spent = spent + design%evaluations
             if (design%allowed) exit
             ! what the manoeuvre adds to rate and turn is proportional to its amplitude
@@ -459,6 +516,7 @@ contains
             if (design%excursion > arc%knowledge%limits%pointing) &
                 factor = min(factor, arc%knowledge%limits%pointing/design%excursion)
             candidate%amplitude = 0.98_dp*factor*candidate%amplitude
+            dipole = 0.98_dp*factor*dipole
         end do
         design%evaluations = spent
     end subroutine judge
@@ -471,23 +529,41 @@ contains
         integer, intent(in) :: most_places    !! At most so many of the places are tried
         type(manoeuvre_design_t), intent(out) :: design
 
+        real(dp) :: dipole(3, 0:2*arc%samples)
+
+        call dipole_moments(rods, arc%interval/2, dipole)
+        call judge_moments(arc, sites, dipole, most_places, .false., design)
+        design%rods = rods
+    end subroutine judge_manoeuvre
+
+    !> The same of the rods' moments, all but what rods they are of.
+    pure subroutine judge_moments(arc, sites, dipole, most_places, within_limits, design)
+        type(planned_arc_t), intent(in) :: arc
+        type(manoeuvre_site_t), intent(in) :: sites(:)
+        real(dp), intent(in) :: dipole(:, 0:)           ! at every half interval, A m^2
+        integer, intent(in) :: most_places
+        logical, intent(in) :: within_limits            ! of what goes beyond them only the motion is told
+        type(manoeuvre_design_t), intent(out) :: design
+
         type(manoeuvre_quality_t) :: quality
         integer :: i, k, places
 
         places = min(most_places, size(sites))
-        design%rods = rods
         design%sigma = 0
         design%worst = 0
+        design%beyond = 0
         design%allowed = .true.
         design%evaluations = places
         do k = 1, places
             i = 1 + ((k - 1)*size(sites))/places
-            call evaluate_manoeuvre(arc, sites(i), rods, quality)
+            call evaluate_moments(arc, sites(i), dipole, within_limits, quality)
             design%sigma = max(design%sigma, quality%sigma)
             design%wave = max(design%wave, quality%wave)
             design%force = max(design%force, quality%force)
             design%rate = max(design%rate, quality%motion%rate)
             design%excursion = max(design%excursion, quality%motion%excursion)
+            design%beyond = max(design%beyond, quality%motion%rate/arc%knowledge%limits%rate, &
+                                quality%motion%excursion/arc%knowledge%limits%pointing)
             if (all(quality%sigma < huge(1.0_dp))) then
                 design%worst = max(design%worst, maxval(hypot(hypot(quality%sigma, quality%wave), &
                                                               quality%force)))
@@ -495,9 +571,13 @@ contains
                 design%worst = huge(1.0_dp)
                 design%allowed = .false.
             end if
-            if (exceeds_limits(arc%knowledge%limits, quality%motion)) design%allowed = .false.
+            if (exceeds_limits(arc%knowledge%limits, quality%motion)) then
+                design%allowed = .false.
+            else if (.not. all(quality%sigma < huge(1.0_dp))) then
+                design%beyond = huge(1.0_dp)
+            end if
         end do
-    end subroutine judge_manoeuvre
+    end subroutine judge_moments
 
     !> Three rods at 5, 6 and 7 cycles in the arc, with the first allowed waveform.
     pure function pattern_567(settings, duration) result(rods)
@@ -621,14 +701,14 @@ contains
             real(dp), intent(in) :: x(N)
 
             type(manoeuvre_design_t) :: design
-            real(dp) :: frequency(3)
+            real(dp) :: frequency(3), dipole(3, 0:2*arc%samples)
 
             objective = huge(1.0_dp)
             frequency = x(1:3)/(arc%samples*arc%interval)
             if (any(settings%rod_used .and. (frequency < settings%lowest_frequency .or. &
                                              frequency > settings%highest_frequency))) return
-            call judge_manoeuvre(arc, sites, rods_of(settings, arc%samples*arc%interval, candidate_at(x)), &
-                                 REFINE_PLACES, design)
+            call dipole_moments(rods_of(settings, arc%samples*arc%interval, candidate_at(x)), arc%interval/2, dipole)
+            call judge_moments(arc, sites, dipole, REFINE_PLACES, .true., design)
             evaluations = evaluations + design%evaluations
             if (design%allowed) objective = design%worst
         end function objective
@@ -637,8 +717,8 @@ contains
     !> The place where a calibration can be best: that with the least worst axis under the best of the
     !> few manoeuvres whose rods have different cycles or share them in all combinations of signs.
     subroutine choose_place(arc, sites, settings, best, error, progress)
-        type(planned_arc_t), intent(in) :: arc
-        type(manoeuvre_site_t), intent(in) :: sites(:)
+        type(planned_arc_t), intent(in), target :: arc
+        type(manoeuvre_site_t), intent(in), target :: sites(:)
         type(design_settings_t), intent(in) :: settings
         integer, intent(out) :: best                !! In sites
         type(error_t), allocatable, intent(out) :: error
@@ -647,11 +727,13 @@ contains
         type(candidate_t), allocatable :: candidates(:), chosen(:)
         type(manoeuvre_design_t), allocatable :: judged(:)
         type(manoeuvre_design_t) :: at_place(size(sites))
+        type(quick_look_t), target :: look
         integer, allocatable :: order(:)
         integer :: i, k
 
         best = 1
         call check_design_settings(arc, settings, error)
+        if (.not. allocated(error)) call new_quick_look(arc, sites, settings, look, error)
         if (allocated(error)) return
         ! what is good at a few places one by one is good at others too
         candidates = structured_candidates(arc, settings)
@@ -660,14 +742,14 @@ contains
         call expect_pieces(progress, SEARCH_PLACES + size(sites), 'places')
         do k = 1, SEARCH_PLACES
             i = 1 + ((k - 1)*size(sites))/SEARCH_PLACES
-            call judge_all(arc, sites(i:i), settings, candidates, 1, judged, error)
+            call judge_all(look%arc, look%sites(i:i), settings, candidates, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 3)
             chosen = [chosen, candidates(order)]
             call piece_done(progress)
         end do
         do i = 1, size(sites)
-            call judge_all(arc, sites(i:i), settings, chosen, 1, judged, error)
+            call judge_all(look%arc, look%sites(i:i), settings, chosen, 1, judged, error)
             if (allocated(error)) return
             order = best_first(judged, 1)
             at_place(i) = judged(order(1))

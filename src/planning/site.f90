@@ -18,16 +18,16 @@ module gracecg_planning_site
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_offset_model, only: offset_matrix
     use gracecg_estimation_noise_whitening, only: whitener_t, accelerometer_whiteners, weigh_series
-    use gracecg_estimation_offset_information, only: offset_information
+    use gracecg_estimation_offset_information, only: gather_information
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_operator_view, only: operator_knowledge
     use gracecg_planning_nominal_orbit, only: nominal_orbit_t, states_from, last_time
-    use gracecg_simulation_limits, only: attitude_motion_t
+    use gracecg_simulation_limits, only: attitude_motion_t, exceeds_limits
     implicit none
     private
-    public :: planned_arc_t, new_planned_arc
-    public :: manoeuvre_site_t, new_manoeuvre_site, fly_manoeuvre
-    public :: manoeuvre_quality_t, evaluate_manoeuvre, worst_direction
+    public :: planned_arc_t, new_planned_arc, thin_arc
+    public :: manoeuvre_site_t, new_manoeuvre_site, thin_site, fly_manoeuvre
+    public :: manoeuvre_quality_t, evaluate_manoeuvre, evaluate_moments, worst_direction
 
     real(dp), parameter :: ORBIT_STEP = 5           !! Longest, of the integration of the orbit, s
     integer, parameter :: LOADS_PER_STEP = 5        !! Where field and forces are evaluated
@@ -39,6 +39,7 @@ module gracecg_planning_site
         real(dp) :: interval = 0                    !! h, s
         type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
         real(dp) :: wave_amplitude = 0              !! Of the density wave, relative to the drag
+        real(dp) :: wave_period = 0                 !! s
         real(dp), allocatable :: weighed_wave(:, :, :)
         !! Sine and cosine of the wave, weighed with the inverse covariance of the noise and freed of bias and
         !! drift: (2, n, axis), s^4/m^2
@@ -57,8 +58,10 @@ module gracecg_planning_site
         real(dp) :: force_slope(3, 3, 2) = 0
         !! Change of the non-gravitational acceleration by a turn about each axis (second index), by a
         !! positive and a negative one (third), body axes, m/s^2 per rad
+        real(dp), allocatable :: force(:, :)
+        !! Non-gravitational acceleration along the nominal flight, body axes: (3, 0:n), m/s^2
         real(dp), allocatable :: weighed_force(:, :)
-        !! Non-gravitational acceleration along the nominal flight, weighed likewise: (3, n), s^2/m
+        !! The same, weighed likewise: (3, n), s^2/m
     end type manoeuvre_site_t
 
     !> How good a manoeuvre is at a place.
@@ -81,31 +84,56 @@ contains
         type(planned_arc_t), intent(out) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: angle
-        integer :: k, axis
-
         arc%knowledge = operator_knowledge(case, case%operator)
         arc%interval = arc%knowledge%accelerometer_interval
         arc%samples = nint(arc%knowledge%duration/arc%interval)
+        if (case%density_wave_random .and. case%density_model /= 'none' .and. case%density_scale > 0 .and. &
+            case%density_wave%period > 0) then          ! else it is in the drag of the flight
+            arc%wave_amplitude = case%density_wave%amplitude/case%density_scale
+            arc%wave_period = case%density_wave%period
+        end if
+        call weigh_arc(arc, error)
+    end subroutine new_planned_arc
+
+    !> The same arc with fewer samples, under noise of the same spectrum: what it says of a manoeuvre is nearly the same, and
+    !> takes less time. Fails as new_planned_arc does.
+    subroutine thin_arc(arc, samples, thinned, error)
+        type(planned_arc_t), intent(in) :: arc
+        integer, intent(in) :: samples                  !! Of the thinned one
+        type(planned_arc_t), intent(out) :: thinned
+        type(error_t), allocatable, intent(out) :: error
+
+        thinned%knowledge = arc%knowledge
+        thinned%samples = samples
+        thinned%interval = arc%samples*arc%interval/samples
+        thinned%wave_amplitude = arc%wave_amplitude
+        thinned%wave_period = arc%wave_period
+        call weigh_arc(thinned, error)
+    end subroutine thin_arc
+
+    !> Whiteners and density wave for the samples of an arc.
+    subroutine weigh_arc(arc, error)
+        type(planned_arc_t), intent(inout) :: arc
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: angle
+        integer :: k, axis
+
         call accelerometer_whiteners(arc%knowledge%accelerometer_noise, arc%interval, [(k, k=1, arc%samples)], &
                                      arc%whiteners, error)
         if (allocated(error)) return
         allocate (arc%weighed_wave(2, arc%samples, 3))
         arc%weighed_wave = 0
-        if (.not. case%density_wave_random) return      ! then it is in the drag of the flight
-        if (case%density_model == 'none' .or. .not. case%density_scale > 0 .or. &
-            .not. case%density_wave%period > 0) return
-        arc%wave_amplitude = case%density_wave%amplitude/case%density_scale
         if (.not. arc%wave_amplitude > 0) return
         do axis = 1, 3
             do k = 1, arc%samples
-                angle = TWO_PI*k*arc%interval/case%density_wave%period
+                angle = TWO_PI*k*arc%interval/arc%wave_period
                 arc%weighed_wave(:, k, axis) = [sin(angle), cos(angle)]
             end do
             call weigh_series(arc%whiteners(axis), arc%weighed_wave(1, :, axis))
             call weigh_series(arc%whiteners(axis), arc%weighed_wave(2, :, axis))
         end do
-    end subroutine new_planned_arc
+    end subroutine weigh_arc
 
     !> Tabulates the nominal flight from `time` on. Fails when the time lies outside of the orbit.
     subroutine new_manoeuvre_site(arc, orbit, time, site, error)
@@ -115,10 +143,10 @@ contains
         type(manoeuvre_site_t), intent(out) :: site
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: states(:, :), field(:, :), force(:, :), series(:)
+        real(dp), allocatable :: states(:, :), field(:, :), force(:, :)
         type(loads_t) :: acting
-        real(dp) :: height, step, fine_step, place, fraction
-        integer :: i, j, axis, steps, fine_steps
+        real(dp) :: height, step, fine_step
+        integer :: i, j, steps, fine_steps
 
         if (.not. (time >= 0 .and. time <= last_time(orbit))) then
             call fail(error, 'time of the calibration = '//number_text(time)//' s: from 0 to '// &
@@ -150,21 +178,65 @@ contains
                                                   arc%knowledge%inertia)
         end do
         call find_force_slopes(orbit, time, states(:, 0), force(:, 0), site%force_slope)
-        allocate (site%field(3, 0:2*arc%samples), site%weighed_force(3, arc%samples), series(arc%samples))
-        do j = 0, 2*arc%samples
-            place = j*arc%interval/(2*fine_step)
-            i = min(int(place), fine_steps - 1)
+        allocate (site%field(3, 0:2*arc%samples), site%force(3, 0:arc%samples))
+        call resample(field, arc%interval/(2*fine_step), site%field)
+        call resample(force, arc%interval/fine_step, site%force)
+        call weigh_force(arc, site)
+    end subroutine new_manoeuvre_site
+
+    !> The same place for an arc with fewer samples, of thin_arc.
+    subroutine thin_site(arc, site, thinned_arc, thinned)
+        type(planned_arc_t), intent(in) :: arc, thinned_arc
+        type(manoeuvre_site_t), intent(in) :: site          !! With the samples of `arc`
+        type(manoeuvre_site_t), intent(out) :: thinned
+
+        thinned%time = site%time
+        thinned%latitude = site%latitude
+        thinned%longitude = site%longitude
+        thinned%state = site%state
+        thinned%torque = site%torque
+        thinned%drag = site%drag
+        thinned%force_slope = site%force_slope
+        allocate (thinned%field(3, 0:2*thinned_arc%samples), thinned%force(3, 0:thinned_arc%samples))
+        associate (ratio => real(arc%samples, dp)/thinned_arc%samples)
+            call resample(site%field, ratio, thinned%field)
+            call resample(site%force, ratio, thinned%force)
+        end associate
+        call weigh_force(thinned_arc, thinned)
+    end subroutine thin_site
+
+    !> Another table of the same series, linear between the points of the first.
+    pure subroutine resample(given, ratio, wanted)
+        real(dp), intent(in) :: given(:, 0:)
+        real(dp), intent(in) :: ratio               ! of the steps: wanted/given
+        real(dp), intent(out) :: wanted(:, 0:)
+
+        real(dp) :: place, fraction
+        integer :: i, j
+
+        do j = 0, ubound(wanted, 2)
+            place = j*ratio
+            i = min(int(place), ubound(given, 2) - 1)
             fraction = place - i
-            site%field(:, j) = (1 - fraction)*field(:, i) + fraction*field(:, i + 1)
-            if (j > 0 .and. modulo(j, 2) == 0) &
-                site%weighed_force(:, j/2) = (1 - fraction)*force(:, i) + fraction*force(:, i + 1)
+            wanted(:, j) = (1 - fraction)*given(:, i) + fraction*given(:, i + 1)
         end do
+    end subroutine resample
+
+    !> Weighs the forces along the nominal flight.
+    subroutine weigh_force(arc, site)
+        type(planned_arc_t), intent(in) :: arc
+        type(manoeuvre_site_t), intent(inout) :: site
+
+        real(dp) :: series(arc%samples)
+        integer :: axis
+
+        allocate (site%weighed_force(3, arc%samples))
         do axis = 1, 3
-            series = site%weighed_force(axis, :)
+            series = site%force(axis, 1:)
             call weigh_series(arc%whiteners(axis), series)
             site%weighed_force(axis, :) = series
         end do
-    end subroutine new_manoeuvre_site
+    end subroutine weigh_force
 
     !> How the non-gravitational acceleration changes when the satellite is turned a little. The plates of
     !> one side come into the flow by a positive turn, those of the other by a negative one.
@@ -211,12 +283,7 @@ contains
         end associate
     end function state_between
 
-    !> The rotation under a manoeuvre: rigid body with magnetic and gravity-gradient torque, (2-16), and
-    !> small angles theta from the nominal to the true body axes,
-    !>
-    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal.
-    !>
-    !> The rods' time counts from the start of the calibration.
+    !> The rotation under a manoeuvre. The rods' time counts from the start of the calibration.
     subroutine fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, motion)
         type(planned_arc_t), intent(in) :: arc
         type(manoeuvre_site_t), intent(in) :: site
@@ -226,62 +293,78 @@ contains
         real(dp), intent(out) :: theta(:, :)        !! (3, n), rad
         type(attitude_motion_t), intent(out) :: motion
 
-        real(dp) :: dipole(3, 0:2*arc%samples), inverse_inertia(3, 3), h
+        real(dp) :: dipole(3, 0:2*arc%samples)
+
+        call dipole_moments(rods, arc%interval/2, dipole)
+        call fly_moments(arc, site, dipole, omega, omega_dot, theta, motion)
+    end subroutine fly_manoeuvre
+
+    !> The rotation under the moments of the rods: rigid body with magnetic and gravity-gradient torque, (2-16), and
+    !> small angles theta from the nominal to the true body axes,
+    !>
+    !>     d theta/dt = omega - omega_nominal - omega_nominal x theta,   B = B_nominal - theta x B_nominal.
+    pure subroutine fly_moments(arc, site, dipole, omega, omega_dot, theta, motion)
+        type(planned_arc_t), intent(in) :: arc
+        type(manoeuvre_site_t), intent(in) :: site
+        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  ! every half interval, body axes, A m^2
+        real(dp), intent(out), dimension(3, arc%samples) :: omega, omega_dot, theta
+        type(attitude_motion_t), intent(out) :: motion
+
+        real(dp) :: inertia(3, 3), inverse_inertia(3, 3), nominal(3), h, fastest, furthest, square
         real(dp), dimension(6) :: y, slope_1, slope_2, slope_3, slope_4
         integer :: k
 
         h = arc%interval
-        inverse_inertia = inverse_3x3(arc%knowledge%inertia)
-        call dipole_moments(rods, h/2, dipole)
-        y = [site%state(RATE), 0.0_dp, 0.0_dp, 0.0_dp]
+        inertia = arc%knowledge%inertia
+        inverse_inertia = inverse_3x3(inertia)
+        nominal = site%state(RATE)
+        y(1:3) = nominal
+        y(4:6) = 0
+        fastest = 0
+        furthest = 0
         do k = 0, arc%samples
-            call rate_at(2*k, y, slope_1)
-            call keep(k)
-            if (k == arc%samples) exit
-            call rate_at(2*k + 1, y + h/2*slope_1, slope_2)
-            call rate_at(2*k + 1, y + h/2*slope_2, slope_3)
-            call rate_at(2*k + 2, y + h*slope_3, slope_4)
-            y = y + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
-        end do
-
-    contains
-
-        pure subroutine rate_at(half, state, slope)
-            integer, intent(in) :: half
-            real(dp), intent(in) :: state(6)
-            real(dp), intent(out) :: slope(6)
-
-            call rate_of_flight(arc%knowledge%inertia, inverse_inertia, site%state(RATE), site%torque, dipole(:, half), &
-                                site%field(:, half), state(1:3), state(4:6), slope)
-        end subroutine rate_at
-
-        subroutine keep(k)
-            integer, intent(in) :: k
-
-            if (.not. norm2(y(1:3)) <= motion%rate) then
-                motion%rate = norm2(y(1:3))
+            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k), site%field(:, 2*k), &
+                                y, slope_1)
+            square = y(1)**2 + y(2)**2 + y(3)**2
+            if (.not. square <= fastest) then
+                fastest = square
                 motion%rate_time = k*h
             end if
-            if (k == 0) return
-            if (.not. norm2(y(4:6)) <= motion%excursion) then
-                motion%excursion = norm2(y(4:6))
-                motion%excursion_time = k*h
+            if (k > 0) then
+                square = y(4)**2 + y(5)**2 + y(6)**2
+                if (.not. square <= furthest) then
+                    furthest = square
+                    motion%excursion_time = k*h
+                end if
+                omega(:, k) = y(1:3)
+                omega_dot(:, k) = slope_1(1:3)
+                theta(:, k) = y(4:6)
             end if
-            omega(:, k) = y(1:3)
-            omega_dot(:, k) = slope_1(1:3)
-            theta(:, k) = y(4:6)
-        end subroutine keep
-    end subroutine fly_manoeuvre
+            if (k == arc%samples) exit
+            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 1), &
+                                site%field(:, 2*k + 1), y + h/2*slope_1, slope_2)
+            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 1), &
+                                site%field(:, 2*k + 1), y + h/2*slope_2, slope_3)
+            call rate_of_flight(inertia, inverse_inertia, nominal, site%torque, dipole(:, 2*k + 2), &
+                                site%field(:, 2*k + 2), y + h*slope_3, slope_4)
+            y = y + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
+        end do
+        motion%rate = sqrt(fastest)
+        motion%excursion = sqrt(furthest)
+    end subroutine fly_moments
 
     !> The equations of that flight, written out component by component, so that all of it stays in registers: some
     !> eighty operations.
-    pure subroutine rate_of_flight(inertia, inverse_inertia, nominal, torque, dipole, field, omega, theta, slope)
+    pure subroutine rate_of_flight(inertia, inverse_inertia, nominal, torque, dipole, field, state, slope)
         real(dp), intent(in) :: inertia(3, 3), inverse_inertia(3, 3)
-        real(dp), intent(in) :: nominal(3), torque(3), dipole(3), field(3), omega(3), theta(3)
+        real(dp), intent(in) :: nominal(3), torque(3), dipole(3), field(3)
+        real(dp), intent(in) :: state(6)            ! omega, theta
         real(dp), intent(out) :: slope(6)
 
-        real(dp) :: b(3), momentum(3), t(3)
+        real(dp) :: omega(3), theta(3), b(3), momentum(3), t(3)
 
+        omega = state(1:3)
+        theta = state(4:6)
         b(1) = field(1) - (theta(2)*field(3) - theta(3)*field(2))
         b(2) = field(2) - (theta(3)*field(1) - theta(1)*field(3))
         b(3) = field(3) - (theta(1)*field(2) - theta(2)*field(1))
@@ -303,44 +386,56 @@ contains
         type(torque_rods_t), intent(in) :: rods
         type(manoeuvre_quality_t), intent(out) :: quality
 
-        real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
-        real(dp) :: omega(3, arc%samples), omega_dot(3, arc%samples), theta(3, arc%samples)
-        real(dp) :: turned(arc%samples, 3), positive(3), negative(3)
-        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), force(3), a(3, 3), product_of_diagonal
-        integer :: i, axis
+        real(dp) :: dipole(3, 0:2*arc%samples)
 
-        call fly_manoeuvre(arc, site, rods, omega, omega_dot, theta, quality%motion)
-        information = offset_information(omega, omega_dot, arc%whiteners)
-        product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
+        call dipole_moments(rods, arc%interval/2, dipole)
+        call evaluate_moments(arc, site, dipole, .false., quality)
+    end subroutine evaluate_manoeuvre
+
+    !> The same of the rods' moments. Where only a motion within the limits is to be weighed, what goes beyond them
+    !> gets huge(1.0) for all errors, and its motion is told.
+    pure subroutine evaluate_moments(arc, site, dipole, within_limits, quality)
+        type(planned_arc_t), intent(in) :: arc
+        type(manoeuvre_site_t), intent(in) :: site
+        real(dp), intent(in) :: dipole(3, 0:2*arc%samples)  !! At every half interval, body axes, A m^2
+        logical, intent(in) :: within_limits                !! Weighs only what keeps the limits
+        type(manoeuvre_quality_t), intent(out) :: quality
+
+        real(dp), parameter :: SINGULAR = 1e-12_dp  ! of the determinant with unit diagonal
+        real(dp), dimension(3, arc%samples) :: omega, omega_dot, theta, turned
+        real(dp) :: information(3, 3), on_wave(3, 2), on_force(3), on_turned(3), a(3, 3), product_of_diagonal
+        integer :: i, k, axis
+
+        call fly_moments(arc, site, dipole, omega, omega_dot, theta, quality%motion)
         quality%sigma = huge(1.0_dp)
         quality%wave = huge(1.0_dp)
         quality%force = huge(1.0_dp)
+        if (within_limits .and. exceeds_limits(arc%knowledge%limits, quality%motion)) return
+        do i = 1, arc%samples
+            turned(:, i) = 0
+            do k = 1, 3
+                turned(:, i) = turned(:, i) + site%force_slope(:, k, merge(1, 2, theta(k, i) > 0))*theta(k, i)
+            end do
+        end do
+        call gather_information(omega, omega_dot, arc%whiteners, information, disturbance=turned, effect=on_turned)
+        product_of_diagonal = information(1, 1)*information(2, 2)*information(3, 3)
         if (.not. determinant_3x3(information) > SINGULAR*product_of_diagonal) return
         quality%covariance = inverse_3x3(information)
         quality%sigma = [(sqrt(quality%covariance(i, i)), i=1, 3)]
-        do i = 1, arc%samples
-            positive = max(theta(:, i), 0.0_dp)
-            negative = min(theta(:, i), 0.0_dp)
-            turned(i, :) = matmul(site%force_slope(:, :, 1), positive) + matmul(site%force_slope(:, :, 2), negative)
-        end do
-        do axis = 1, 3
-            call weigh_series(arc%whiteners(axis), turned(:, axis))
-        end do
         on_wave = 0
-        on_force = 0
+        on_force = on_turned
         do i = 1, arc%samples
             a = offset_matrix(omega(:, i), omega_dot(:, i))
-            force = site%weighed_force(:, i) + turned(i, :)
-            on_force = on_force + matmul(force, a)
             do axis = 1, 3
-                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*arc%weighed_wave(1, i, axis)*site%drag(axis)
-                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*arc%weighed_wave(2, i, axis)*site%drag(axis)
+                on_force = on_force + a(axis, :)*site%weighed_force(axis, i)
+                on_wave(:, 1) = on_wave(:, 1) + a(axis, :)*(arc%weighed_wave(1, i, axis)*site%drag(axis))
+                on_wave(:, 2) = on_wave(:, 2) + a(axis, :)*(arc%weighed_wave(2, i, axis)*site%drag(axis))
             end do
         end do
         quality%force = abs(matmul(quality%covariance, on_force))
         ! a wave of random phase: the mean of the squares of sine and cosine
         quality%wave = arc%wave_amplitude*norm2(matmul(quality%covariance, on_wave), 2)/sqrt(2.0_dp)
-    end subroutine evaluate_manoeuvre
+    end subroutine evaluate_moments
 
     !> The direction in which the offset is least known, and its standard deviation.
     subroutine worst_direction(quality, sigma, direction, error)

@@ -11,7 +11,7 @@ module test_design
     use gracecg_simulation_dynamics, only: OMEGA
     use gracecg_simulation_arc, only: truth_arc_t
     use gracecg_estimation_offset_model, only: offset_matrix
-    use gracecg_estimation_offset_information, only: offset_information
+    use gracecg_estimation_offset_information, only: offset_information, gather_information
     use gracecg_estimation_noise_whitening, only: weigh_series
     use gracecg_base_vectors, only: inverse_3x3
     use gracecg_simulation_case, only: case_t, read_case, case_text
@@ -43,6 +43,8 @@ contains
         testsuite = [ &
                     new_unittest('facts-of-the-covariance-analysis', test_facts), &
                     new_unittest('weighing-is-whitening-twice', test_weighing), &
+                    new_unittest('a-disturbance-is-weighed-with-the-partials', test_disturbance), &
+                    new_unittest('a-thinned-arc-says-nearly-the-same', test_thinned), &
                     new_unittest('rotation-is-that-of-the-true-arc', test_rotation), &
                     new_unittest('forces-act-as-in-the-true-arc', test_forces), &
                     new_unittest('ten-micrometres-in-all-cases', test_all_cases), &
@@ -224,6 +226,91 @@ contains
             end do
         end do
     end subroutine test_facts
+
+    !> What a disturbance adds to the normal vector, whitened beside the partials, is the sum of the partials over the
+    !> weighed disturbance; and the information is that without a disturbance.
+    subroutine test_disturbance(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(planned_arc_t) :: planned
+        type(manoeuvre_site_t) :: site
+        type(error_t), allocatable :: failure
+        type(attitude_motion_t) :: motion
+        type(random_stream_t) :: stream
+        real(dp), allocatable, dimension(:, :) :: omega, omega_dot, theta, disturbance
+        real(dp), allocatable :: series(:)
+        real(dp) :: information(3, 3), effect(3), expected(3), a(3, 3), scale(3)
+        integer :: axis, k
+
+        call report_case('front-3', case, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call stand(case, planned, site, error)
+        if (allocated(error)) return
+        allocate (omega(3, planned%samples), omega_dot(3, planned%samples), theta(3, planned%samples))
+        call fly_manoeuvre(planned, site, three_rods([5, 6, 7], SINE), omega, omega_dot, theta, motion)
+        stream = new_stream(2, 7, 1, 8, 2)
+        allocate (disturbance(3, planned%samples))
+        do axis = 1, 3
+            call stream%normals(disturbance(axis, :))
+        end do
+        call gather_information(omega, omega_dot, planned%whiteners, information, disturbance=disturbance, &
+                                effect=effect)
+        expected = 0
+        scale = 0
+        do axis = 1, 3
+            series = disturbance(axis, :)
+            call weigh_series(planned%whiteners(axis), series)
+            do k = 1, planned%samples
+                a = offset_matrix(omega(:, k), omega_dot(:, k))
+                expected = expected + a(axis, :)*series(k)
+                scale = scale + abs(a(axis, :)*series(k))
+            end do
+        end do
+        call check(error, maxval(abs(effect - expected)/scale) < 1e-13_dp, 'effect of a disturbance')
+        if (allocated(error)) return
+        call check(error, all(abs(information - offset_information(omega, omega_dot, planned%whiteners)) <= 0), &
+                   'information beside a disturbance')
+    end subroutine test_disturbance
+
+    !> An arc with a fifth of the samples under noise of the same spectrum: the limit to 2 %, by which only manoeuvres
+    !> are chosen that are then looked at again, the errors of the forces to 5 % of all, the motion to 1e-3. With all
+    !> samples it is the arc itself.
+    subroutine test_thinned(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(case_t) :: case
+        type(planned_arc_t) :: planned, thinned
+        type(manoeuvre_site_t) :: site, thinned_site
+        type(manoeuvre_quality_t) :: quality, quick
+        type(error_t), allocatable :: failure
+        integer :: part
+        real(dp) :: all_errors(3), quick_errors(3)
+
+        call report_case('front-1', case, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call stand(case, planned, site, error)
+        if (allocated(error)) return
+        call evaluate_manoeuvre(planned, site, three_rods([5, 6, 7], SQUARE), quality)
+        all_errors = hypot(hypot(quality%sigma, quality%wave), quality%force)
+        do part = 1, 5, 4
+            call thin_arc(planned, planned%samples/part, thinned, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call thin_site(planned, site, thinned, thinned_site)
+            call evaluate_manoeuvre(thinned, thinned_site, three_rods([5, 6, 7], SQUARE), quick)
+            quick_errors = hypot(hypot(quick%sigma, quick%wave), quick%force)
+            call check(error, maxval(abs(quick%sigma/quality%sigma - 1)) < merge(1e-12_dp, 0.02_dp, part == 1), 'sigma')
+            if (.not. allocated(error)) &
+                call check(error, maxval(abs(quick_errors/all_errors - 1)) < merge(1e-12_dp, 0.05_dp, part == 1), 'errors')
+            if (.not. allocated(error)) &
+                call check(error, abs(quick%motion%rate/quality%motion%rate - 1) < merge(1e-12_dp, 1e-3_dp, part == 1), 'rate')
+            if (.not. allocated(error)) &
+                call check(error, abs(quick%motion%excursion/quality%motion%excursion - 1) < &
+                           merge(1e-12_dp, 1e-3_dp, part == 1), 'excursion')
+            if (allocated(error)) return
+        end do
+    end subroutine test_thinned
 
     !> x^T (weighed y) is the scalar product of both whitened, freed of the whitened straight line; a
     !> straight line is weighed to nothing.

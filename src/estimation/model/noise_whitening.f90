@@ -24,9 +24,11 @@ module gracecg_estimation_noise_whitening
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
+    public :: row_state_t, ROW
     public :: whiten_by_process, nonzero_rows
 
     integer, parameter :: LANES = 8     ! series that are whitened side by side
+    integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
     type :: whitener_t
@@ -44,6 +46,7 @@ module gracecg_estimation_noise_whitening
         procedure :: whiten    !! Whitens several series in place
         procedure :: whiten_series    !! Whitens one series in place
         procedure :: step    !! Whitens the next sample of one series
+        procedure :: step_row    !! Whitens the next samples of ROW series
         procedure :: innovations
         !! How far every sample is from what the kept samples before it let expect, in standard deviations
         procedure :: is_kept    !! False for a sample that is left out
@@ -54,6 +57,12 @@ module gracecg_estimation_noise_whitening
         private
         real(dp) :: predicted(N_POLES) = 0
     end type whitening_state_t
+
+    !> The same of ROW series.
+    type :: row_state_t
+        private
+        real(dp) :: predicted(ROW, N_POLES) = 0
+    end type row_state_t
 
 contains
 
@@ -189,6 +198,30 @@ contains
         if (self%used(i)) whitened = innovation*self%inverse_deviation(i)
         state%predicted = self%decay(:, i)*(state%predicted + self%gain(:, i)*innovation)
     end subroutine step
+
+    !> Whitens the next samples of ROW series, as `step` does each of them. They lie side by side: their sums over
+    !> the poles, each a chain of additions, are done on vectors and beside each other.
+    pure subroutine step_row(self, i, state, row_of_values, whitened)
+        class(whitener_t), intent(in) :: self
+        integer, intent(in) :: i                        !! Number of the sample: 1, 2, 3 ...
+        type(row_state_t), intent(inout) :: state
+        real(dp), intent(in) :: row_of_values(ROW)      !! The next ones
+        real(dp), intent(out) :: whitened(ROW)          !! 0 for a sample that is left out
+
+        real(dp) :: innovation(ROW), factor
+        integer :: p
+
+        innovation = 0
+        do p = 1, N_POLES
+            innovation = innovation + state%predicted(:, p)
+        end do
+        innovation = row_of_values - innovation
+        factor = merge(self%inverse_deviation(i), 0.0_dp, self%used(i))
+        whitened = factor*innovation
+        do p = 1, N_POLES
+            state%predicted(:, p) = self%decay(p, i)*(state%predicted(:, p) + self%gain(p, i)*innovation)
+        end do
+    end subroutine step_row
 
     !> Whitens several series in place.
     pure subroutine whiten(self, series)
