@@ -27,6 +27,7 @@ SCENARIOS = {
     "four60": ("", "", 0.0, 0.0),
     "seven180": ("spans = 7, spacing = 806, span_duration = 180, cycles = 15, 18, 21", "", 0.0, 0.0),
     "seven180-single": ("", SEVEN, 0.0, 0.0),
+    "jumps": ("phase_deg = 50, 110, 260, amplitude_ma = 120, 90, 110", "", 0.0, 0.0),
     "delays": ("torque_delay = 0.12, accelerometer_delay = 0.06", "", 0.12, 0.06),
     "dirty": ("staircase = .true., accelerometer_delay = 0.1, firings_inside = 1, gaps = 1, flagged = 5, rod_gain_error = 0.04, "
               "stuck = 1710, 30", "", 0.0, 0.1),

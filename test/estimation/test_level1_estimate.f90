@@ -60,6 +60,11 @@ module test_level1_estimate
         logical :: stairs = .false.         !! Currents are held
         real(dp) :: lag = 0                 !! Of the accelerometer, s
         real(dp) :: leakage = 0             !! L of every rod on every axis, m/s^2/mA
+        real(dp) :: phase = 0               !! Of rod x where a span begins, twice and three times that of y and z, rad
+        real(dp) :: around = 0              !! CMCAL events begin so long before a span and end so long behind it, s
+        logical :: no_fixed = .false.       !! No GNV1B
+        integer :: orbits = 4               !! Spans with an orbit
+        logical :: one_event = .false.      !! From the first to the last span
     end type flaws_t
 
 contains
@@ -71,6 +76,8 @@ contains
                     new_unittest('offset-gains-leakage', test_offset), &
                     new_unittest('ratios-of-gains', test_ratios), &
                     new_unittest('held-currents-and-lag', test_held), &
+                    new_unittest('jumps-of-currents', test_jumps), &
+                    new_unittest('orbits', test_orbits), &
                     new_unittest('lag-of-firings', test_firings), &
                     new_unittest('heads-together', test_heads), &
                     new_unittest('one-place', test_one_place), &
@@ -112,7 +119,7 @@ contains
         do span = 0, flaws%spans - 1
             s = t - start_of(span)
             if (s < 0 .or. s > DURATION) cycle
-            current = AMPLITUDE*sin(TWO_PI*[5, 6, 7]*s/DURATION)
+            current = AMPLITUDE*sin(TWO_PI*[5, 6, 7]*s/DURATION + flaws%phase*[1, 2, 3])
             if (flaws%in_phase) current = AMPLITUDE*sin(TWO_PI*6*s/DURATION)*[0, 1, 1]
         end do
     end function current_at
@@ -191,8 +198,10 @@ contains
         call clk%commit(error)
         call soe%open(path//'/SOE.txt', error)
         do span = 0, flaws%spans - 1
-            call soe%line(integer_text(EPOCH + nint(start_of(span)))//' GRACEC CMCAL 1 1 begins')
-            call soe%line(integer_text(EPOCH + nint(start_of(span) + DURATION))//' GRACEC CMCAL 1 0 ends')
+            if (span == 0 .or. .not. flaws%one_event) call soe%line( &
+                integer_text(EPOCH + nint(start_of(span) - flaws%around))//' GRACEC CMCAL 1 1 begins')
+            if (span == flaws%spans - 1 .or. .not. flaws%one_event) call soe%line( &
+                integer_text(EPOCH + nint(start_of(span) + DURATION + flaws%around))//' GRACEC CMCAL 1 0 ends')
             time = start_of(span) - MARGIN
             call orbit_at(time, r, v)
             z = -r/RADIUS
@@ -219,7 +228,11 @@ contains
         call acc%commit(error)
         call mag%commit(error)
         call sca%commit(error)
-        call gnv%commit(error)
+        if (flaws%no_fixed) then
+            call gnv%discard()
+        else
+            call gnv%commit(error)
+        end if
         call gni%commit(error)
         call soe%commit(error)
 
@@ -262,6 +275,7 @@ contains
 
             write (line, '(i0, " C 7", 4f22.17, " 0")') EPOCH + second, q(4), q(1:3)
             call sca%line(trim(line)//GOOD_FLAG)
+            if (span >= flaws%orbits) return
             call orbit_at(real(second, dp), r, v)
             rf = matmul(earth_turn(real(second, dp)), r)
             vf = matmul(earth_turn(real(second, dp)), v) - cross([0.0_dp, 0.0_dp, EARTH_ROTATION_RATE], rf)
@@ -533,6 +547,74 @@ contains
         call check(error, sqrt(sum(left(3, N/2 + 1:)**2)/(N/2)) > 0.7_dp*ABOUT, 'one head alone')
     end subroutine test_heads
 
+    !> Currents that jump where spans begin and end, half a second of nobody knows what, in CMCAL events that are longer.
+    subroutine test_jumps(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        real(dp), parameter :: NEAR(5) = [0.5_dp, 20.0_dp, 0.5_dp, 0.5_dp, 5.0_dp]*MICROMETRE
+        integer :: i
+
+        call estimate_day('l1_jumps', flaws_t(phase=1.1_dp, around=7), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(calibration%notes, '4 of 4 CMCAL events are longer'), 'told')
+        if (allocated(error)) return
+        call check(error, all([(abs(calibration%spans(i)%start + real(calibration%epoch - EPOCH, dp) - start_of(i - 1)) < &
+                                0.6_dp, i=1, 4)]), 'spans of the currents')
+        if (allocated(error)) return
+        call check(error, size(estimate%findings) == 0 .and. .not. estimate%steps, 'nothing is wrong')
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%rods%gain*0.25_dp/ROD - 1)) < 1e-3_dp, 'gains')
+        if (allocated(error)) return
+        call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
+        if (allocated(error)) return
+        do i = 1, size(estimate%solutions)
+            call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < NEAR(i), 'offset by '// &
+                       estimate%solutions(i)%source)
+            if (allocated(error)) return
+        end do
+        call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(calibration%spans), 2, 'sub-manoeuvres of one event')
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset')
+    end subroutine test_jumps
+
+    !> A span that the orbit does not reach is left out, not extrapolated; an inertial orbit alone is turned by the Earth's
+    !> orientation, which here is another one: the field is off, but whole.
+    subroutine test_orbits(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        integer :: i
+
+        call estimate_day('l1_orbit', flaws_t(spans=3, orbits=2), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(calibration%spans%used .eqv. [.true., .true., .false.]) .and. &
+                   trim(calibration%spans(3)%reason) == 'a gap in the orbit', 'the third span')
+        if (allocated(error)) return
+        call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < MICROMETRE, 'offset by the others')
+        if (allocated(error)) return
+        call write_day('l1_inertial', flaws_t(spans=1, no_fixed=.true.), path)
+        call gather_calibration(path, setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', calibration, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(calibration%notes, 'no GNV1B'), 'told')
+        if (allocated(error)) return
+        associate (span => calibration%spans(1))
+            call check(error, all([(norm2(span%field(:, i)) > 2e-5_dp .and. norm2(span%field(:, i)) < 6e-5_dp .and. &
+                                    abs(norm2(span%position(:, i)) - RADIUS) < 1, i=1, size(span%attitude_time))]), 'field')
+        end associate
+    end subroutine test_orbits
+
     !> Currents held from tag to tag are recognised; the lag of the accelerometer is found.
     subroutine test_held(error)
         type(error_type), allocatable, intent(out) :: error
@@ -697,7 +779,8 @@ contains
 
         call make_file(error, 'soe_good.txt', '100 GRACEC CMCAL 1 1 begins'//LF//'160 GRACEX CMCAL 1 0 ends'//LF// &
                        'x 170 GRACEC CMCAL 1 1 deleted'//LF//LF//'180 GRACED CMCAL 1 1'//LF//'200 GRACEC UNKNOWN 0 what'//LF// &
-                       '300 GRACEC CMCAL 1 2'//LF//'400.5 GRACEC CMCAL 1 0'//LF//'500 GRACEC VCM 3 1e-4 -2e-4 3e-4 text'//LF)
+                       '# not in order of time'//LF//'400.5 GRACEC CMCAL 1 0'//LF//'300 GRACEC CMCAL 1 2'//LF// &
+                       '500 GRACEC VCM 3 1e-4 -2e-4 3e-4 text'//LF)
         call read_events(FOLDER//'soe_good.txt', events, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

@@ -847,6 +847,14 @@ contains
         call new_level1_orbit(case, settings, orbit, failure)
         call check_fails(error, message_of(failure), ['before 2000-01-01 12:00 GPS'])
         if (allocated(error)) return
+        settings%epoch = '2016-12-31T23:59:30'      ! a second is put in half a minute later
+        settings%spans = 0
+        settings%duration = 60
+        call new_level1_orbit(case, settings, orbit, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, index(orbit%remark, 'the table of space weather does not hold') > 0, 'an epoch beyond the table')
+        if (allocated(error)) return
         settings = clean()
         settings%span%amplitude = 1000
         settings%span%phase = TWO_PI/4

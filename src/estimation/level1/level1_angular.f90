@@ -7,11 +7,11 @@ module gracecg_estimation_level1_angular
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, rod_accelerations, known_acceleration, &
-        slow_quantities
+    use gracecg_estimation_level1_attitude, only: rod_calibration_t, rod_accelerations, known_acceleration, slow_quantities
     use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, orthonormalise_with, polynomial_columns, &
         polynomial_curvature
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_estimation_level1_drive, only: level1_drive_t
     implicit none
     private
     public :: level1_motion_t, angular_calibration_t, rod_motion, calibrate_angular_channels, gains_by_channels, channels_at
@@ -304,7 +304,7 @@ contains
         end do
     end subroutine channels_at
 
-    !> The second derivative of angles at some times: of a fit by a polynomial, ramps at firings, and within the span
+    !> The second derivative of angles at some times: of a fit by a polynomial, ramps at firings and breaks, and within the span
     !> lines of whole cycles and a parabola of the angular acceleration, so that its jumps at the ends do no harm.
     !>
     !> Columns and their second derivatives are made orthonormal together, by the columns: of long spans polynomial,
@@ -324,7 +324,8 @@ contains
         duration = span%stop - span%start
         lines = max(1, floor(HIGHEST_LINE*duration))
         ! A ramp that begins before the angles do, or with their last, is none
-        fired = pack(span%firings, span%firings > times(1) .and. span%firings < times(size(times) - 1))
+        fired = [span%firings, span%breaks]
+        fired = pack(fired, fired > times(1) .and. fired < times(size(times) - 1))
         firings = size(fired)
         n = FIT_DEGREE + 1 + firings + POWERS + 2*lines
         allocate (columns(size(times), n), second(size(wanted), n), source=0.0_dp)

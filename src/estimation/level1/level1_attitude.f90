@@ -1,6 +1,6 @@
 !> Gains of the torque rods, and the delay of their torque, from the attitude: its scale is geometry.
 !>
-!>     phi_a(t) = sum_k g_k [integral integral N_k I_k(t - tau)]_a + polynomial of degree 5 + ramps at firings
+!>     phi_a(t) = sum_k g_k [integral integral N_k I_k(t - tau)]_a + polynomial of degree 5 + ramps at firings and breaks
 !>     N_k = J^-1 kappa_k e_k x B
 !>
 !> with one g_k per rod and one tau for all spans.
@@ -12,11 +12,12 @@ module gracecg_estimation_level1_attitude
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
+    use gracecg_estimation_level1_drive, only: level1_drive_t
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, gyro_attitude
-    use gracecg_estimation_level1_series, only: interpolate, hold, node_before, integrate_twice
+    use gracecg_estimation_level1_series, only: interpolate, integrate_twice
     implicit none
     private
-    public :: level1_drive_t, rod_calibration_t, new_drive, calibrate_rods, rod_accelerations, known_acceleration, slow_quantities
+    public :: rod_calibration_t, calibrate_rods, rod_accelerations, known_acceleration, slow_quantities
 
     real(dp), parameter :: GRID_STEP = 0.05_dp          !! Of the integrals, s
     integer, parameter :: ATTITUDE_DEGREE = 5
@@ -24,21 +25,6 @@ module gracecg_estimation_level1_attitude
                                                         !! simulated set four60: with 20 s the polynomial did not follow
                                                         !! science mode and left residuals of 1e-6 rad about x
     real(dp), parameter :: EARLIEST = -0.6_dp, LATEST = 0.8_dp  !! Delays that are searched, s
-    real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it for the integrals, s
-    real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s. Fitted to
-                                                        !! the simulated set dirty: of three tried the one that gave
-                                                        !! its true leakage by rates, K
-
-    type :: level1_drive_t
-        !! The currents of the rods at any time
-        logical :: steps = .false.                      !! Held from tag to tag; else smooth
-        real(dp), allocatable :: time(:)                !! s from the epoch
-        real(dp), allocatable :: current(:, :)          !! mA
-        real(dp), allocatable :: charge(:, :)           !! Integral of held currents, mA s
-        logical :: sharp = .false.                      !! Held currents as they are, not averaged
-    contains
-        procedure :: at => drive_at                     !! Currents and their rates at a time
-    end type level1_drive_t
 
     type :: rod_calibration_t
         !! What the attitude says of the rods
@@ -72,56 +58,6 @@ module gracecg_estimation_level1_attitude
     end type fit_span_t
 
 contains
-
-    !> Currents of a calibration, smooth or held.
-    pure subroutine new_drive(calibration, steps, drive)
-        type(level1_calibration_t), intent(in) :: calibration
-        logical, intent(in) :: steps    !! Held from sample to sample, not smooth
-        type(level1_drive_t), intent(out) :: drive
-
-        integer :: i
-
-        drive%steps = steps
-        drive%time = calibration%current_time
-        drive%current = calibration%current
-        allocate (drive%charge(3, size(drive%time)))
-        drive%charge(:, 1) = 0
-        do i = 2, size(drive%time)
-            drive%charge(:, i) = drive%charge(:, i - 1) + (drive%time(i) - drive%time(i - 1))*drive%current(:, i - 1)
-        end do
-    end subroutine new_drive
-
-    !> The currents at a time: the cubic between the samples, or the held ones; and their rates, of held ones between
-    !> samples of the accelerometer.
-    pure subroutine drive_at(self, time, current, rate)
-        class(level1_drive_t), intent(in) :: self
-        real(dp), intent(in) :: time                    !! s from the epoch
-        real(dp), intent(out) :: current(3)             !! mA
-        real(dp), intent(out), optional :: rate(3)      !! mA/s
-
-        if (.not. self%steps) then
-            call interpolate(self%time, self%current, time, current, rate)
-            return
-        end if
-        if (self%sharp) then
-            current = hold(self%time, self%current, time)
-        else
-            current = (charge_at(self, time + AVERAGING/2) - charge_at(self, time - AVERAGING/2))/AVERAGING
-        end if
-        if (present(rate)) rate = (hold(self%time, self%current, time + RATE_WINDOW/2) - &
-                                   hold(self%time, self%current, time - RATE_WINDOW/2))/RATE_WINDOW
-    end subroutine drive_at
-
-    pure function charge_at(self, time) result(charge)
-        class(level1_drive_t), intent(in) :: self
-        real(dp), intent(in) :: time
-        real(dp) :: charge(3)
-
-        integer :: k
-
-        k = max(1, node_before(self%time, time))
-        charge = self%charge(:, k) + (time - self%time(k))*self%current(:, k)
-    end function charge_at
 
     !> Angular acceleration by 1 mA in each rod: N = J^-1 kappa_k e_k x B, rad/s^2/mA.
     pure function rod_accelerations(setup, field) result(response)
@@ -283,10 +219,11 @@ contains
         type(fit_span_t), intent(inout) :: fitted   !! Its kind and axes are kept
 
         integer, allocatable :: wanted(:)
-        real(dp), allocatable :: known(:, :), twice(:)
+        real(dp), allocatable :: known(:, :), twice(:), ramps(:)
         real(dp) :: slow(10), last
         integer :: i, k, n, axis
 
+        ramps = [span%firings, span%breaks]
         wanted = pack([(i, i=1, size(times))], times >= span%start - FIT_MARGIN .and. times <= span%stop + FIT_MARGIN)
         fitted%time = times(wanted)
         fitted%angle = transpose(angles(:, wanted))
@@ -303,10 +240,10 @@ contains
             call integrate_twice(GRID_STEP, known(:, axis), twice)
             fitted%angle(:, axis) = fitted%angle(:, axis) - on_samples(twice, fitted)
         end do
-        allocate (fitted%basis(size(fitted%time), ATTITUDE_DEGREE + 1 + size(span%firings)))
+        allocate (fitted%basis(size(fitted%time), ATTITUDE_DEGREE + 1 + size(ramps)))
         call polynomial_columns(fitted%time, ATTITUDE_DEGREE, fitted%basis)
-        do k = 1, size(span%firings)
-            fitted%basis(:, ATTITUDE_DEGREE + 1 + k) = max(0.0_dp, fitted%time - span%firings(k))
+        do k = 1, size(ramps)
+            fitted%basis(:, ATTITUDE_DEGREE + 1 + k) = max(0.0_dp, fitted%time - ramps(k))
         end do
         call orthonormalise(fitted%basis)
         do axis = 1, 3

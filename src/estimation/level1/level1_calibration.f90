@@ -44,6 +44,7 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: gradient(:)        !! mu/r^3, 1/s^2
         type(level1_gyro_t), allocatable :: gyros(:)    !! Those that there are
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
+        real(dp), allocatable :: breaks(:)          !! Times at its ends where the currents jump or have a kink
         integer :: expected = 0                     !! Samples of the accelerometer
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings

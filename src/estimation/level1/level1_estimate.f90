@@ -10,9 +10,10 @@ module gracecg_estimation_level1_estimate
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_estimation_level1_angular, only: level1_motion_t, angular_calibration_t, rod_motion, &
         calibrate_angular_channels, gains_by_channels, channels_at, differentiate_attitude, band_columns
-    use gracecg_estimation_level1_attitude, only: level1_drive_t, rod_calibration_t, new_drive, calibrate_rods
+    use gracecg_estimation_level1_attitude, only: rod_calibration_t, calibrate_rods
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, keep_samples
+    use gracecg_estimation_level1_drive, only: level1_drive_t, new_drive, mark_breaks, drop_jumps
     use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag, SAMPLE
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes, gyro_attitude
     use gracecg_estimation_level1_series, only: hold
@@ -105,7 +106,7 @@ contains
 
     !> The currents between their samples, gains and delays.
     subroutine choose_drive(calibration, setup, drive, estimate, error)
-        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_calibration_t), intent(inout) :: calibration    !! Samples at jumps of the currents are taken out
         type(level1_setup_t), intent(in) :: setup
         type(level1_drive_t), intent(out) :: drive
         type(level1_estimate_t), intent(inout) :: estimate
@@ -129,8 +130,10 @@ contains
             type(error_t), allocatable, intent(out) :: error
 
             call new_drive(calibration, estimate%steps, drive)
+            call mark_breaks(drive, setup%torque_delay, calibration)
             call calibrate_rods(calibration, setup, drive, estimate%gyros, estimate%rods, error)
             if (allocated(error)) return
+            call drop_jumps(drive, estimate%rods%delay + setup%accelerometer_delay, calibration)
             call find_accelerometer_delay(calibration, setup, drive, estimate, error)
         end subroutine calibrate
     end subroutine choose_drive
@@ -488,7 +491,11 @@ contains
             return
         end if
         if (source == 'imu' .and. .not. estimate%gyros%known) then
-            call fail(error, 'there are no three gyros with known axes')
+            if (.not. calibration%has_gyros) then
+                call fail(error, 'no IMU1A or IMU1B whose gyros show angles in all spans')
+            else
+                call fail(error, 'there are no three gyros with known axes')
+            end if
             return
         end if
         if (source == 'acc-cal') then

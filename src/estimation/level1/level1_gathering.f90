@@ -152,7 +152,7 @@ contains
             associate (t => calibration%current_time(i))
                 do span = 1, size(calibration%spans)
                     associate (s => calibration%spans(span))
-                        if (size(s%attitude_time) < 4) cycle
+                        if (.not. s%used .or. size(s%attitude_time) < 4) cycle
                         if (t < s%attitude_time(1) .or. t > s%attitude_time(size(s%attitude_time))) cycle
                         call interpolate(s%attitude_time, s%field, t, b)
                     end associate
@@ -207,6 +207,7 @@ contains
         type(level1_calibration_t), intent(inout) :: calibration
 
         real(dp), parameter :: LONGEST_STEP = 1.5_dp    ! Intervals of the currents
+        real(dp), parameter :: LONGEST_SPAN = 900       ! s: the parabola of a span follows no more of what is slow
         logical, allocatable :: stays(:)
         real(dp) :: interval, gap
         integer :: i, k, n, before
@@ -234,6 +235,10 @@ contains
                 call keep_samples(span, stays)
                 deallocate (stays)
                 if (.not. span%used) cycle
+                if (span%stop - span%start > LONGEST_SPAN) then
+                    call leave_out(span, 'longer than '//integer_text(nint(LONGEST_SPAN))//' s: give its sub-manoeuvres')
+                    cycle
+                end if
                 if (size(span%time) < setup%least_share*span%expected) then
                     call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
                                    ' samples')

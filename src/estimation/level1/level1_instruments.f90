@@ -24,6 +24,7 @@ module gracecg_estimation_level1_instruments
     public :: find_file, read_currents, read_firings, read_accelerometer, read_attitude, read_gyros
 
     integer, parameter :: HEADS = 3
+    real(dp), parameter :: ORBIT_MARGIN = 130   !! Orbits are read so much farther, s: two records of every product
 
 contains
 
@@ -269,6 +270,25 @@ contains
         end do
     end subroutine read_accelerometer
 
+    !> Leaves a span out that the records of an orbit do not reach around, or with a gap.
+    subroutine check_orbit(orbit, epoch, span)
+        type(level1_records_t), intent(in) :: orbit
+        integer(i8), intent(in) :: epoch
+        type(level1_span_t), intent(inout) :: span
+
+        real(dp), parameter :: NEEDED = 5       ! s, around the span
+        real(dp) :: times(orbit%count), first, last
+
+        times = real(orbit%seconds - epoch, dp) + orbit%fraction
+        first = span%start - NEEDED
+        last = span%stop + NEEDED
+        if (times(1) <= first .and. times(size(times)) >= last) then
+            if (all(times(2:) - times(:size(times) - 1) < ORBIT_MARGIN .or. times(2:) < first .or. &
+                    times(:size(times) - 1) > last)) return
+        end if
+        call leave_out(span, 'a gap in the orbit')
+    end subroutine check_orbit
+
     !> Attitude by SCA1B, or SCA1A and QSA1B, and with the orbit what depends on it: field, vertical, gradient.
     subroutine read_attitude(paths, setup, clock, calibration, windows, error)
         type(level1_folder_t), intent(in) :: paths
@@ -287,12 +307,12 @@ contains
         call star_cameras(paths, clock, calibration, windows, times, q, error)
         if (allocated(error)) return
         call find_file(paths, ['GNV1B'], path)
-        if (path == '') then
-            call fail(error, 'no file of product GNV1B of satellite '//calibration%satellite//': the orbit is not known')
+        call find_file(paths, ['GNI1B'], other)
+        if (path == '' .and. other == '') then
+            call fail(error, 'no file of product GNV1B or GNI1B of satellite '//calibration%satellite//': the orbit is not known')
             return
         end if
-        call read_orbit(path, fixed)
-        call find_file(paths, ['GNI1B'], other)
+        if (path /= '') call read_orbit(path, fixed)
         if (other /= '' .and. .not. allocated(error)) call read_orbit(other, inertial)
         if (allocated(error)) return
         if (setup%field_file == '') then
@@ -302,10 +322,14 @@ contains
                                        model, error)
         end if
         if (allocated(error)) return
-        if (other == '') call note(calibration, 'no GNI1B: Earth-fixed to inertial axes by precession, nutation and UT1 = UTC '// &
-                              '(some arcsec)')
+        if (path == '' .or. other == '') call note(calibration, 'no '//trim(merge('GNV1B', 'GNI1B', path == ''))// &
+            ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)')
         do i = 1, size(calibration%spans)
-            call span_attitude(calibration, calibration%spans(i), times, q, fixed, inertial, other /= '', model)
+            associate (span => calibration%spans(i))
+                if (path /= '') call check_orbit(fixed, calibration%epoch, span)
+                if (other /= '') call check_orbit(inertial, calibration%epoch, span)
+                call span_attitude(calibration, span, times, q, fixed, inertial, path /= '', other /= '', model)
+            end associate
         end do
 
     contains
@@ -315,7 +339,6 @@ contains
             type(level1_records_t), intent(out) :: orbit
 
             character(4), parameter :: STATE(6) = ['xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
-            real(dp), parameter :: ORBIT_MARGIN = 130   ! s: two records of every product
             real(dp) :: wider(2, size(windows, 2))
 
             wider(1, :) = windows(1, :) - ORBIT_MARGIN
@@ -391,12 +414,12 @@ contains
     end subroutine star_cameras
 
     !> Attitude, rate, field, vertical and gradient of one span.
-    subroutine span_attitude(calibration, span, times, q, fixed, inertial, has_inertial, model)
+    subroutine span_attitude(calibration, span, times, q, fixed, inertial, has_fixed, has_inertial, model)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_span_t), intent(inout) :: span
         real(dp), intent(in) :: times(:), q(:, :)
         type(level1_records_t), intent(in) :: fixed, inertial
-        logical, intent(in) :: has_inertial
+        logical, intent(in) :: has_fixed, has_inertial      ! One of both at least
         class(geomagnetic_model_t), intent(in) :: model
 
         integer, allocatable :: wanted(:)
@@ -423,13 +446,14 @@ contains
             first = max(1, i - 1)
             last = min(n, i + 1)
             span%rate(:, i) = (span%angle(:, last) - span%angle(:, first))/(span%attitude_time(last) - span%attitude_time(first))
-            call state_at(fixed, calibration%epoch, span%attitude_time(i), rf, vf)
-            if (has_inertial) then
-                call state_at(inertial, calibration%epoch, span%attitude_time(i), r, v)
+            if (has_fixed) call state_at(fixed, calibration%epoch, span%attitude_time(i), rf, vf)
+            if (has_inertial) call state_at(inertial, calibration%epoch, span%attitude_time(i), r, v)
+            if (has_fixed .and. has_inertial) then
                 c = inertial_of_earth_fixed_by_states(r, v, rf, vf)
             else
                 second = floor(span%attitude_time(i), i8)
                 c = inertial_of_earth_fixed(utc_of_gps(calibration%epoch + second, span%attitude_time(i) - real(second, dp)))
+                if (.not. has_fixed) rf = matmul(r, c)
             end if
             call model%evaluate(rf, b)
             span%position(:, i) = matmul(c, rf)

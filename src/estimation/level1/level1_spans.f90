@@ -3,7 +3,7 @@ module gracecg_estimation_level1_spans
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, lower_case, parse_real, real_text, split_words
+    use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_files_folder, only: files_in_folder
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
@@ -36,6 +36,7 @@ contains
 
         type(level1_event_t), allocatable :: events(:)
         type(string_t), allocatable :: found(:)
+        real(dp), allocatable :: of_file(:, :)
         real(dp) :: first, last
         integer :: i
 
@@ -58,7 +59,8 @@ contains
                 if (.not. is_soe(found(i)%text)) cycle
                 call read_events(found(i)%text, events, error)
                 if (allocated(error)) return
-                call manoeuvre_spans(events, calibration%satellite, spans)
+                call manoeuvre_spans(events, calibration%satellite, of_file)
+                if (size(of_file, 2) > 0) spans = of_file
                 calibration%spans_from = 'the SOE file (CMCAL)'
             end do
         end if
@@ -70,6 +72,7 @@ contains
                             [2, count(spans(2, :) > first .and. spans(1, :) < last)])
             if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
         end if
+        if (calibration%spans_from == 'the SOE file (CMCAL)') call narrow_by_currents(setup, calibration, spans)
         if (size(spans, 2) == 0) then
             call find_spans(calibration%current_time, calibration%current, setup%science_current, setup%excitation_current, &
                             setup%sine_share, spans)
@@ -80,6 +83,43 @@ contains
                                            real_text(nint(10*maxval(abs(calibration%current)))/10.0_dp)// &
                                            ' mA) are those of science mode')
     end subroutine choose_spans
+
+    !> Events are said, currents flow: where an event is longer than what its currents show, or holds several
+    !> sub-manoeuvres, these are the spans.
+    subroutine narrow_by_currents(setup, calibration, spans)
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, m): begin and end, s
+
+        real(dp), parameter :: AROUND = 30      ! s, of currents that are looked at
+        real(dp), parameter :: ENOUGH = 2       ! s, that an event may be longer at either end
+        real(dp), allocatable :: found(:, :), narrowed(:, :)
+        integer, allocatable :: near(:)
+        integer :: i, k, changed
+
+        allocate (narrowed(2, 0))
+        changed = 0
+        do i = 1, size(spans, 2)
+            near = pack([(k, k=1, size(calibration%current_time))], calibration%current_time > spans(1, i) - AROUND .and. &
+                        calibration%current_time < spans(2, i) + AROUND)
+            call find_spans(calibration%current_time(near), calibration%current(:, near), setup%science_current, &
+                            setup%excitation_current, setup%sine_share, found)
+            found = reshape(pack(found, spread(found(1, :) > spans(1, i) - ENOUGH .and. found(2, :) < spans(2, i) + ENOUGH, 1, &
+                                               2)), [2, count(found(1, :) > spans(1, i) - ENOUGH .and. &
+                                                              found(2, :) < spans(2, i) + ENOUGH)])
+            if (size(found, 2) == 1) then
+                if (found(1, 1) < spans(1, i) + ENOUGH .and. found(2, 1) > spans(2, i) - ENOUGH) found = spans(:, i:i)
+            end if
+            if (size(found, 2) == 0) found = spans(:, i:i)
+            if (size(found, 2) > 1 .or. abs(found(1, 1) - spans(1, i)) + abs(found(2, 1) - spans(2, i)) > 0) &
+                changed = changed + 1
+            narrowed = reshape([narrowed, found], [2, size(narrowed, 2) + size(found, 2)])
+        end do
+        if (changed > 0) call note(calibration, integer_text(changed)//' of '//integer_text(size(spans, 2))//' CMCAL events '// &
+                                   'are longer than what the currents show, or hold several sub-manoeuvres: the spans are '// &
+                                   'those of the currents within them')
+        call move_alloc(narrowed, spans)
+    end subroutine narrow_by_currents
 
     pure logical function is_soe(path)
         character(*), intent(in) :: path

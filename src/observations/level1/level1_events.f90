@@ -18,8 +18,8 @@ module gracecg_observations_level1_events
 
 contains
 
-    !> Reads the events of a file in their order; blank lines and those that begin with x are left out. Fails at a
-    !> line that is no event.
+    !> Reads the events of a file, sorted by time (as they stand where times are equal); blank lines, those that begin
+    !> with x (deleted) and with # (comments) are left out. Fails at a line that is no event.
     subroutine read_events(path, events, error)
         character(*), intent(in) :: path    !! Of the file
         type(level1_event_t), allocatable, intent(out) :: events(:)
@@ -40,7 +40,7 @@ contains
         do i = 1, file%line_count()
             line = adjustl(file%line(i))
             if (len_trim(line) == 0) cycle
-            if (line(1:1) == 'x' .or. line(1:1) == 'X') cycle
+            if (scan(line(1:1), 'xX#') > 0) cycle
             words = split_words(line)
             ok = size(words) >= 4
             if (ok) call parse_real(words(1)%text, event%time, ok)
@@ -73,7 +73,28 @@ contains
         end do
         grown = events(:used)
         call move_alloc(grown, events)
+        call sort_by_time(events)
     end subroutine read_events
+
+    !> Sorts by insertion: files are sorted but for a few lines.
+    subroutine sort_by_time(events)
+        type(level1_event_t), intent(inout) :: events(:)
+
+        type(level1_event_t) :: event
+        integer :: i, k
+
+        do i = 2, size(events)
+            if (events(i)%time >= events(i - 1)%time) cycle
+            event = events(i)
+            k = i
+            do while (k > 1)
+                if (events(k - 1)%time <= event%time) exit
+                events(k) = events(k - 1)
+                k = k - 1
+            end do
+            events(k) = event
+        end do
+    end subroutine sort_by_time
 
     !> Begin and end of the calibration manoeuvres of a satellite: CMCAL other than 0 begins one, 0 ends it.
     subroutine manoeuvre_spans(events, satellite, spans)

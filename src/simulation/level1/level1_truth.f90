@@ -21,8 +21,9 @@ module gracecg_simulation_level1_truth
     use gracecg_base_vectors, only: cross, inverse_3x3, unit
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
+    use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_thermosphere, only: density_wave_t
-    use gracecg_environment_time, only: utc_t, decimal_year, seconds_between, parse_utc, utc_text
+    use gracecg_environment_time, only: utc_t, decimal_year, seconds_between, parse_utc, utc_text, utc_plus
     use gracecg_observations_level1_frames, only: inertial_of_earth_fixed
     use gracecg_observations_level1_time, only: utc_of_gps, GPS_EPOCH
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -166,8 +167,7 @@ contains
         else if (seconds_between(GPS_EPOCH, case%epoch) < 0) then
             orbit%case%epoch = LATER
             orbit%remark = 'the case is of '//utc_text(case%epoch)//'; Level-1 files count from 2000 on: it is taken to '// &
-                utc_text(LATER)//' (the key epoch of level1_simulation says otherwise), with f107 and kp as given'
-            orbit%case%space_weather = 'given'
+                utc_text(LATER)//' (the key epoch of level1_simulation says otherwise)'
         end if
         orbit%epoch = nint(seconds_between(GPS_EPOCH, orbit%case%epoch), i8)
         if (orbit%epoch < 0) then
@@ -179,6 +179,7 @@ contains
             orbit%duration = nint(AFTER)
             if (size(orbit%spans) > 0) orbit%duration = ceiling(maxval(orbit%spans%start + orbit%spans%duration) + AFTER)
         end if
+        call choose_space_weather(orbit)
         if (orbit%case%field_model /= 'file') orbit%case%field_model = 'igrf14'
         call build_dynamics(orbit%case, dynamics%satellite_dynamics_t, error)
         if (allocated(error)) return
@@ -215,6 +216,23 @@ contains
             end associate
         end do
     end subroutine new_level1_orbit
+
+    !> Flux and Kp of the case where the embedded table does not hold the time of the files: they act on the air alone.
+    subroutine choose_space_weather(orbit)
+        type(level1_orbit_t), intent(inout) :: orbit
+
+        type(space_weather_source_t) :: source
+        type(error_t), allocatable :: at_begin, at_end
+        real(dp) :: f107, f107_mean, kp
+
+        if (orbit%case%space_weather /= 'table') return
+        call source%indices_at(utc_plus(orbit%case%epoch, -real(LEAD, dp)), f107, f107_mean, kp, at_begin)
+        call source%indices_at(utc_plus(orbit%case%epoch, real(orbit%duration + 2*LEAD, dp)), f107, f107_mean, kp, at_end)
+        if (.not. (allocated(at_begin) .or. allocated(at_end))) return
+        orbit%case%space_weather = 'given'
+        if (.not. allocated(orbit%remark)) orbit%remark = 'the files are of '//utc_text(orbit%case%epoch)
+        orbit%remark = orbit%remark//'; f107 and kp of the case act, for the table of space weather does not hold that time'
+    end subroutine choose_space_weather
 
     !> The held attitude turned about body y.
     pure subroutine pitched(pitch, quaternion, rate, turned, turned_rate)
