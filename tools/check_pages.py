@@ -211,6 +211,7 @@ def run(program, *arguments, folder, status=0):
     done = subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != status:
         sys.exit(f"gracecg {' '.join(arguments)}: status {done.returncode}: {done.stderr}")
+    return done.stdout
 
 
 def make_pages(program, report, folder):
@@ -241,6 +242,18 @@ def make_pages(program, report, folder):
     run(program, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", "level1", folder=folder)
     run(program, "level1", "estimate", "level1", "--setup", "level1/setup.nml", "--report", "level1.html", folder=folder)
     yield "a calibration from Level-1 files", folder / "level1.html"
+
+    results = []
+    for date in ("2020-02-01", "2020-11-20", "2021-10-05"):
+        (folder / "level1.nml").write_text(f"&level1_simulation\n spans = 2, epoch = '{date}'\n/\n", encoding="utf-8")
+        run(program, "simulate", "front-1", "--format", "level1", "--level1", "level1.nml", "--out", date, folder=folder)
+        found = run(program, "level1", "estimate", date, "--setup", f"{date}/setup.nml", "--format", "json", folder=folder)
+        (folder / f"{date}.json").write_text(found, encoding="utf-8")
+        results.append(f"{date}.json")
+    (folder / "soe.txt").write_text("650000000 GRACEC VCM 3 0 0 0 trimmed\n", encoding="utf-8")
+    run(program, "level1", "trend", *results, "--setup", "level1/setup.nml", "--soe", "soe.txt", "--report", "trend.html",
+        folder=folder)
+    yield "Level-1 calibrations over time", folder / "trend.html"
 
 
 def check(program, report):

@@ -132,12 +132,17 @@ contains
         call show(calibration, setup, estimate, console)
         call publish(calibration, setup, estimate, console, error)
         if (allocated(error)) return
+        if (page /= '') call write_level1_page(page, arguments%positional(1), calibration, setup, estimate, console, error)
+        if (allocated(error)) return
+        if (page /= '') call console%line('written: '//page)
+        if (estimate%flag > 1 .and. vcm//soe /= '') then
+            if (vcm == '') vcm = soe
+            call fail(error, vcm//': not written, for the offset is not to be used (flag 2)')
+            return
+        end if
         if (vcm /= '') call write_vcm(vcm, calibration, estimate, error)
         if (allocated(error)) return
         if (soe /= '') call write_event(soe, calibration, estimate, error)
-        if (allocated(error) .or. page == '') return
-        call write_level1_page(page, arguments%positional(1), calibration, setup, estimate, console, error)
-        if (.not. allocated(error)) call console%line('written: '//page)
     end subroutine run_level1_estimate
 
     !> For people.

@@ -4,12 +4,14 @@ module test_level1_estimate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_text, only: string_t, integer_text, split_words
     use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised, &
         quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
-    use gracecg_files_file, only: output_file_t, make_directory
+    use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
+    use gracecg_cli_console, only: console_t
+    use gracecg_files_file, only: file_exists, output_file_t, make_directory
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -640,6 +642,8 @@ contains
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
+        type(console_t) :: console
+        integer :: status
 
         call estimate_day('l1_phase', flaws_t(spans=1, in_phase=.true., leakage=1e-12_dp), setup_said(), calibration, estimate, &
                           failure)
@@ -653,6 +657,17 @@ contains
             call check(error, all(abs(first%offset - OFFSET) < 4*sqrt([first%covariance(1, 1), first%covariance(2, 2), &
                                                                         first%covariance(3, 3)])), 'within its sigma')
         end associate
+        if (allocated(error)) return
+        ! And what is not to be used is not filed.
+        call make_file(error, 'l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
+                       ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &
+                       achar(10)//'&level1'//achar(10)//'/'//achar(10))
+        if (allocated(error)) return
+        console%captured = .true.
+        call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '// &
+                                          FOLDER//'l1_phase/vcm'), console, status)
+        call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
+                   index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), console%messages)
     end subroutine test_one_place
 
     !> Spans found in currents: sines, not slow drifts or noise.

@@ -127,9 +127,10 @@ contains
         end if
     end subroutine make_clock
 
-    !> Bias of the magnetometer and the rods' part in it by least squares against the model, b = B + bias + K_mag I,
-    !> and how far both fields then are apart: with spans at several places that is an upper bound of the model's error,
-    !> but for a constant along SRF. Where it is wanted, the corrected field stands in for the model's.
+    !> Bias of the magnetometer and the rods' part in it by least squares against the model, b = B + bias + K_mag I +
+    !> R dI/dt (for currents flow, and the field is read, some time before or behind their tags), and how far both fields
+    !> then are apart: with spans at several places that is an upper bound of the model's error, but for a constant along
+    !> SRF. Where it is wanted, the corrected field stands in for the model's.
     subroutine fit_magnetometer(calibration, replace, error)
         type(level1_calibration_t), intent(inout) :: calibration
         logical, intent(in) :: replace
@@ -138,15 +139,17 @@ contains
         real(dp), parameter :: STUCK = 2.5_dp   ! s without a new value
         integer, parameter :: FEWEST = 40       ! Values
         real(dp), allocatable :: rows(:, :), differences(:, :), good(:, :), good_time(:)
-        real(dp) :: normal(4, 4), rhs(4), x(4), covariance(4, 4), condition, b(3), fit(4, 3), left(3), since
+        integer, parameter :: COLUMNS = 7       ! Bias, currents, their rates
+        real(dp) :: normal(COLUMNS, COLUMNS), rhs(COLUMNS), x(COLUMNS), covariance(COLUMNS, COLUMNS), condition, b(3), &
+            fit(COLUMNS, 3), left(3), since
         integer :: i, k, axis, span, n
         logical :: fresh
 
         n = size(calibration%current_time)
-        allocate (rows(4, n), differences(n, 3), good(3, n), good_time(n))
+        allocate (rows(COLUMNS, n), differences(n, 3), good(3, n), good_time(n))
         n = 0
         since = -huge(since)
-        do i = 2, size(calibration%current_time)
+        do i = 2, size(calibration%current_time) - 1
             fresh = any(abs(calibration%measured_field(:, i) - calibration%measured_field(:, i - 1)) > 0)
             if (.not. fresh) cycle
             associate (t => calibration%current_time(i))
@@ -157,7 +160,9 @@ contains
                         call interpolate(s%attitude_time, s%field, t, b)
                     end associate
                     n = n + 1
-                    rows(:, n) = [1.0_dp, calibration%current(:, i)]
+                    rows(:, n) = [1.0_dp, calibration%current(:, i), &
+                                  (calibration%current(:, i + 1) - calibration%current(:, i - 1))/ &
+                                  (calibration%current_time(i + 1) - calibration%current_time(i - 1))]
                     differences(n, :) = calibration%measured_field(:, i) - b
                     good_time(n) = t
                     good(:, n) = calibration%measured_field(:, i)
