@@ -4,6 +4,7 @@ module gracecg_base_vectors
     implicit none
     private
     public :: cross, cross_matrix, unit, identity, rotation_z, inverse_3x3, determinant_3x3
+    public :: transformed, transformed_back
 
 contains
 
@@ -16,6 +17,25 @@ contains
         c(2) = a(3)*b(1) - a(1)*b(3)
         c(3) = a(1)*b(2) - a(2)*b(1)
     end function cross
+
+    !> A vector's coordinates after a transformation, M v. (gfortran hands some products of `matmul` to its library, a
+    !> tenth as fast.)
+    pure function transformed(m, v) result(w)
+        real(dp), intent(in) :: m(3, 3), v(3)   !! Of any unit
+        real(dp) :: w(3)
+
+        w = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
+    end function transformed
+
+    !> The same by the transpose, M^T v: back again where M is a rotation.
+    pure function transformed_back(m, v) result(w)
+        real(dp), intent(in) :: m(3, 3), v(3)   !! Of any unit
+        real(dp) :: w(3)
+
+        w(1) = m(1, 1)*v(1) + m(2, 1)*v(2) + m(3, 1)*v(3)
+        w(2) = m(1, 2)*v(1) + m(2, 2)*v(2) + m(3, 2)*v(3)
+        w(3) = m(1, 3)*v(1) + m(2, 3)*v(2) + m(3, 3)*v(3)
+    end function transformed_back
 
     !> The antisymmetric matrix of a vector, CSR-TM-00-01 eq. (4-16): matmul(cross_matrix(v), w) is
     !> v x w.

@@ -14,8 +14,8 @@
 !> arc, not its square.
 !>
 !> The many of the structured search are judged on a thinned arc where the arc is long: at QUICK_SAMPLES epochs, no
-!> further apart than the edges and periods of the rods' moments allow. The best of them, and all that come after,
-!> are judged at every sample.
+!> further apart than the edges and periods of the rods' moments allow. The PROMISING_COUNT best of them, and all
+!> that come after, are judged at every sample.
 module gracecg_planning_design
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, TWO_PI, MILLIMETRE
@@ -101,6 +101,7 @@ module gracecg_planning_design
     integer, parameter :: REFINE_PLACES = 12
     integer, parameter :: SCALINGS = 3      !! Attempts to bring a manoeuvre into its limits
     integer, parameter :: QUICK_SAMPLES = 1200      !! Of the structured search, where the moments allow so few
+    integer, parameter :: PROMISING_COUNT = 240     !! Judged at every sample after a look at fewer
 
 contains
 
@@ -217,10 +218,17 @@ contains
         call judge_all(look%arc, look%sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
         if (allocated(error)) return
         spent = sum(judged%evaluations)
+        if (allocated(look%thinned_sites)) then
+            order = best_first(judged, PROMISING_COUNT)
+            candidates = candidates(order)
+            call judge_all(arc, sites, settings, candidates, SEARCH_PLACES, judged, error, progress)
+            if (allocated(error)) return
+            spent = spent + sum(judged%evaluations)
+        end if
         order = best_first(judged, WIDENED_COUNT)
         finalists = neighbours(arc, settings, candidates(order))
         if (size(finalists) > 0) then
-            call judge_all(look%arc, look%sites, settings, finalists, SEARCH_PLACES, near, error, progress)
+            call judge_all(arc, sites, settings, finalists, SEARCH_PLACES, near, error, progress)
             if (allocated(error)) return
             spent = spent + sum(near%evaluations)
             candidates = [candidates, finalists]

@@ -6,7 +6,7 @@ module gracecg_simulation_dynamics
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: EARTH_GM, HOUR_ANGLE, &
         SECONDS_PER_DAY, DAYS_PER_CENTURY
-    use gracecg_base_vectors, only: cross
+    use gracecg_base_vectors, only: cross, transformed, transformed_back
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate
     use gracecg_base_runge_kutta, only: ode_system_t
     use gracecg_environment_time, only: utc_t
@@ -130,13 +130,15 @@ contains
         type(loads_t), intent(in) :: acting     !! At this state
         real(dp), intent(out) :: dydt(:)        !! Its derivative by time, per s
 
-        real(dp) :: surface(3)
+        real(dp) :: surface(3), angular_velocity(3), quaternion(4)
 
         surface = acting%drag + acting%srp + acting%erp
+        angular_velocity = y(OMEGA)
+        quaternion = y(ATTITUDE)
         dydt(POSITION) = y(VELOCITY)
-        dydt(VELOCITY) = acting%gravity + matmul(surface, acting%body_from_inertial)
-        dydt(OMEGA) = self%angular_acceleration(y(OMEGA), acting)
-        dydt(ATTITUDE) = quaternion_rate(y(ATTITUDE), y(OMEGA))
+        dydt(VELOCITY) = acting%gravity + transformed_back(acting%body_from_inertial, surface)
+        dydt(OMEGA) = self%angular_acceleration(angular_velocity, acting)
+        dydt(ATTITUDE) = quaternion_rate(quaternion, angular_velocity)
     end subroutine rate_under
 
     !> d omega/dt = J^-1 (T - omega x (J omega)), eq. (2-16), rad/s^2.
@@ -146,9 +148,9 @@ contains
         type(loads_t), intent(in) :: acting
         real(dp) :: omega_dot(3)
 
-        omega_dot = matmul(self%inverse_inertia, acting%torque_aero + acting%torque_solar + &
-                           acting%torque_gravity + acting%torque_magnetic - &
-                           cross(omega, matmul(self%inertia, omega)))
+        omega_dot = transformed(self%inverse_inertia, acting%torque_aero + acting%torque_solar + &
+                                acting%torque_gravity + acting%torque_magnetic - &
+                                cross(omega, transformed(self%inertia, omega)))
     end function angular_acceleration
 
     !> The force model for an orbit integrator of one's own: what accelerates the satellite at time t, in
@@ -189,25 +191,27 @@ contains
     pure subroutine add_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
         real(dp), intent(in) :: t               !! s
-        real(dp), intent(in) :: y(:)            !! State
+        real(dp), intent(in) :: y(STATE_SIZE)   !! State
         logical, intent(in) :: with_torques
         type(loads_t), intent(inout) :: acting  !! As by default
 
-        real(dp) :: earth_from_inertial(3, 3), fixed_position(3), radius, vector(3)
+        real(dp) :: earth_from_inertial(3, 3), place(3), quaternion(4), fixed_position(3), radius, vector(3)
 
+        place = y(POSITION)
+        quaternion = y(ATTITUDE)
         earth_from_inertial = self%earth%from_inertial(t)
-        fixed_position = matmul(earth_from_inertial, y(POSITION))
-        radius = norm2(y(POSITION))
-        acting%body_from_inertial = rotation_matrix(y(ATTITUDE)/norm2(y(ATTITUDE)))
-        acting%vertical = matmul(acting%body_from_inertial, y(POSITION)/radius)
+        fixed_position = transformed(earth_from_inertial, place)
+        radius = norm2(place)
+        acting%body_from_inertial = rotation_matrix(quaternion/norm2(quaternion))
+        acting%vertical = transformed(acting%body_from_inertial, place/radius)
 
         if (allocated(self%gravity)) then
             call self%gravity%acceleration(fixed_position, vector)
-            acting%gravity = matmul(vector, earth_from_inertial)
+            acting%gravity = transformed_back(earth_from_inertial, vector)
         end if
         if (with_torques .and. allocated(self%field)) then
             call self%field%evaluate(fixed_position, vector)
-            acting%field = matmul(acting%body_from_inertial, matmul(vector, earth_from_inertial))
+            acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, vector))
             if (self%with_rods) acting%torque_magnetic = cross(dipole_moment(self%rods, t), acting%field)
         end if
         if (with_torques .and. self%with_gravity_gradient) then
@@ -224,7 +228,7 @@ contains
     !> Drag, by (2-6) or plate by plate, and aerodynamic torque (2-24), with the wind and the density wave.
     pure subroutine air_loads(self, t, y, fixed_position, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
-        real(dp), intent(in) :: t, y(:)
+        real(dp), intent(in) :: t, y(STATE_SIZE)
         real(dp), intent(in) :: fixed_position(3)       !! Earth-fixed, m
         logical, intent(in) :: with_torques
         type(loads_t), intent(inout) :: acting
@@ -232,7 +236,7 @@ contains
         type(atmosphere_point_t) :: point
         type(atmosphere_state_t) :: air
         type(surface_load_t) :: load
-        real(dp) :: longitude, velocity_in_air(3)
+        real(dp) :: longitude, place(3), velocity_in_air(3)
 
         call earth_fixed_to_geodetic(fixed_position, point%latitude, longitude, point%height)
         point%local_solar_time = self%local_time_greenwich + t/3600 + longitude/HOUR_ANGLE
@@ -240,8 +244,9 @@ contains
         call self%atmosphere%evaluate(point, air)
         air%density = air%density*(self%density_scale + self%density_wave%relative_change(t))
 
-        velocity_in_air = y(VELOCITY) - air_velocity(self, y(POSITION), point)
-        velocity_in_air = matmul(acting%body_from_inertial, velocity_in_air)
+        place = y(POSITION)
+        velocity_in_air = y(VELOCITY) - air_velocity(self, place, point)
+        velocity_in_air = transformed(acting%body_from_inertial, velocity_in_air)
         if (.not. self%forces_by_plates) then
             acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
                                             air%density, velocity_in_air)
@@ -285,18 +290,19 @@ contains
     !> The Earth's light makes no torque, as in the report.
     pure subroutine radiation_loads(self, t, y, with_torques, acting)
         class(satellite_dynamics_t), intent(in) :: self
-        real(dp), intent(in) :: t, y(:)
+        real(dp), intent(in) :: t, y(STATE_SIZE)
         logical, intent(in) :: with_torques
         type(loads_t), intent(inout) :: acting
 
         type(earth_irradiance_t) :: earthlight
         type(surface_load_t) :: load
-        real(dp) :: sun(3), to_sun(3), illumination
+        real(dp) :: place(3), sun(3), to_sun(3), illumination
 
+        place = y(POSITION)
         sun = sun_position(self%julian_centuries_tt + t/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
         if (self%with_solar_radiation) then
-            illumination = conical_shadow(y(POSITION), sun)
-            to_sun = matmul(acting%body_from_inertial, sun - y(POSITION))
+            illumination = conical_shadow(place, sun)
+            to_sun = transformed(acting%body_from_inertial, sun - place)
             if (with_torques .or. self%forces_by_plates) then
                 load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, &
                                             illumination, to_sun)
@@ -310,7 +316,7 @@ contains
             end if
         end if
         if (self%with_earth_radiation) then
-            call self%earth_radiation%irradiance_at(y(POSITION), sun, &
+            call self%earth_radiation%irradiance_at(place, sun, &
                                                     self%earth_radiation_day + t/SECONDS_PER_DAY, earthlight)
             if (self%forces_by_plates) then
                 load = earth_radiation_load(self%surface, self%centre_of_mass, acting%body_from_inertial, earthlight)

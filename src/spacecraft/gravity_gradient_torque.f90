@@ -1,7 +1,7 @@
 !> External torques on the satellite that do not act through its surface, in body axes.
 module gracecg_spacecraft_gravity_gradient_torque
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross
+    use gracecg_base_vectors, only: cross, transformed
     implicit none
     private
     public :: gravity_gradient_torque
@@ -18,6 +18,6 @@ contains
         real(dp), intent(in) :: inertia(3, 3)   !! J, about the centre of mass, kg m^2
         real(dp) :: torque(3)                   !! N m
 
-        torque = 3*mu/radius**3*cross(vertical, matmul(inertia, vertical))
+        torque = 3*mu/radius**3*cross(vertical, transformed(inertia, vertical))
     end function gravity_gradient_torque
 end module gracecg_spacecraft_gravity_gradient_torque

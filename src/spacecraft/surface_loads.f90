@@ -11,7 +11,7 @@ module gracecg_spacecraft_surface_loads
     use gracecg_base_error, only: error_t, fail_out_of_range
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, projected_area
-    use gracecg_base_vectors, only: cross
+    use gracecg_base_vectors, only: cross, transformed
     implicit none
     private
     public :: drag_acceleration, solar_radiation_acceleration, earth_radiation_acceleration
@@ -36,6 +36,13 @@ module gracecg_spacecraft_surface_loads
         real(dp) :: temperature = 300       !! K (assumed)
         real(dp) :: accommodation = 1       !! Energy accommodation coefficient, 0 to 1 (assumed)
     end type wall_t
+
+    !> A gas that flows past walls.
+    type :: flow_t
+        real(dp) :: density = 0         ! kg/m^3
+        real(dp) :: thermal_speed = 0   ! c, m/s
+        real(dp) :: leaving_speed = 0   ! c_r, m/s
+    end type flow_t
 
     !> What acts on the whole surface.
     type :: surface_load_t
@@ -99,7 +106,7 @@ contains
             flux = flux + radiation%irradiance(j)*radiation%direction(:, j)
         end do
         acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*projected_area(surface, -vertical)* &
-                       rotated(body_from_inertial, flux)
+                       transformed(body_from_inertial, flux)
     end function earth_radiation_acceleration
 
     !> Mean molar mass of a mixture of helium, atomic oxygen and molecular nitrogen, kg/mol.
@@ -134,13 +141,15 @@ contains
         real(dp), intent(in) :: velocity(3)         !! Relative to the air, body axes, m/s
         type(surface_load_t) :: load
 
+        type(flow_t) :: flow
         integer :: i
 
         load = surface_load_t(0, 0)
+        flow = flow_of(gas, wall, velocity)
         do i = 1, surface%count
             associate (plate => surface%plates(i))
                 call add_plate_force(load, plate, centre_of_mass, plate%area* &
-                                     free_molecular_traction(gas, wall, velocity, plate%normal))
+                                     traction_in(flow, velocity, plate%normal))
             end associate
         end do
     end function aerodynamic_load
@@ -162,19 +171,38 @@ contains
         real(dp), intent(in) :: normal(3)       !! Unit vector outwards, same axes
         real(dp) :: traction(3)
 
-        real(dp) :: thermal_speed, leaving_speed, speed_ratio, mass_flux, pressure, one_plus_erf
-
-        thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
-        leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
-                             2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
-        speed_ratio = dot_product(normal, velocity)/thermal_speed
-        one_plus_erf = erfc(-speed_ratio)
-        mass_flux = gas%density*thermal_speed/2* &
-                    (exp(-speed_ratio**2)/sqrt(PI) + speed_ratio*one_plus_erf)
-        pressure = gas%density*thermal_speed**2*one_plus_erf/4 + &
-                   sqrt(PI)/2*leaving_speed*mass_flux
-        traction = -mass_flux*velocity - pressure*normal
+        traction = traction_in(flow_of(gas, wall, velocity), velocity, normal)
     end function free_molecular_traction
+
+    !> What all elements of a surface have in common there.
+    pure function flow_of(gas, wall, velocity) result(flow)
+        type(gas_t), intent(in) :: gas
+        type(wall_t), intent(in) :: wall
+        real(dp), intent(in) :: velocity(3)     ! m/s
+        type(flow_t) :: flow
+
+        flow%density = gas%density
+        flow%thermal_speed = sqrt(2*GAS_CONSTANT*gas%temperature/gas%molar_mass)
+        flow%leaving_speed = sqrt((1 - wall%accommodation)*dot_product(velocity, velocity)/2 + &
+                                  2*wall%accommodation*GAS_CONSTANT*wall%temperature/gas%molar_mass)
+    end function flow_of
+
+    !> The traction of free_molecular_traction.
+    pure function traction_in(flow, velocity, normal) result(traction)
+        type(flow_t), intent(in) :: flow
+        real(dp), intent(in) :: velocity(3), normal(3)
+        real(dp) :: traction(3)                 ! N/m^2
+
+        real(dp), parameter :: ROOT_PI = sqrt(PI)
+        real(dp) :: speed_ratio, mass_flux, pressure, one_plus_erf
+
+        speed_ratio = dot_product(normal, velocity)/flow%thermal_speed
+        one_plus_erf = erfc(-speed_ratio)
+        mass_flux = flow%density*flow%thermal_speed/2* &
+                    (exp(-speed_ratio**2)/ROOT_PI + speed_ratio*one_plus_erf)
+        pressure = flow%density*flow%thermal_speed**2*one_plus_erf/4 + ROOT_PI/2*flow%leaving_speed*mass_flux
+        traction = -mass_flux*velocity - pressure*normal
+    end function traction_in
 
     !> Force of sunlight on each plate, and the torque, eq. (2-24).
     pure function solar_radiation_load(surface, centre_of_mass, irradiance_1au, illumination, &
@@ -208,7 +236,7 @@ contains
         load = surface_load_t(0, 0)
         do j = 1, radiation%count
             call add_light(load, surface, centre_of_mass, &
-                           -rotated(body_from_inertial, radiation%direction(:, j)), &
+                           -transformed(body_from_inertial, radiation%direction(:, j)), &
                            radiation%irradiance(j))
         end do
     end function earth_radiation_load
@@ -265,11 +293,4 @@ contains
         direction = to_sun/distance
         irradiance = illumination*irradiance_1au*(ASTRONOMICAL_UNIT/distance)**2
     end subroutine sunlight
-
-    pure function rotated(matrix, v) result(w)
-        real(dp), intent(in) :: matrix(3, 3), v(3)
-        real(dp) :: w(3)
-
-        w = matrix(:, 1)*v(1) + matrix(:, 2)*v(2) + matrix(:, 3)*v(3)
-    end function rotated
 end module gracecg_spacecraft_surface_loads
