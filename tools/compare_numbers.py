@@ -6,12 +6,21 @@
 For every pattern the greatest relative difference over all files that match: of a number, relative to the greatest
 of its column (the three axes of a vector count as one column), so that a component near zero is measured by its
 vector. Printed in one line, with " | " between. What is no number must be equal. Status 1 when a difference is above
-the limit (1e-9), or files or texts differ.
+the limit (1e-9; those of LOOSE are wider, for their reasons), or files or texts differ.
 """
 import argparse
 import pathlib
 import re
 import sys
+
+# Columns that rounding moves by more, with the limit.
+LOOSE = {
+    # The offset of ASSEST: x of front 2 is hardly seen (a sigma of 1.3 mm), and the attitude fit's sums round.
+    "d#_mm": 5e-9,
+    # The effect of beliefs that no test sees: of their information 1e-10 is left when the parameters have taken theirs,
+    # and the rounding of that difference is 1e-15.
+    "undetected_#_mm": 2e-5}
+UNSEEN = ("condition", "iterations")     # counts, and a number of which the size is of interest
 
 
 def table(path):
@@ -28,14 +37,14 @@ def number(text):
 
 
 def difference(one, other):
-    """The greatest relative difference of two files; infinite when they cannot be compared."""
+    """The greatest relative difference of each column of two files; infinite when they cannot be compared."""
     (header, rows), (header2, rows2) = table(one), table(other)
     if header != header2 or len(rows) != len(rows2):
-        return float("inf")
+        return {"": float("inf")}
     groups = {}
     for column, name in enumerate(header):
         groups.setdefault(re.sub(r"(^|_)([a-z]*)[xyz]($|_)", r"\1\2#\3", name), []).append(column)
-    worst = 0.0
+    worst = {}
     for name, columns in groups.items():
         largest = [0.0, 0.0]
         for row, row2 in zip(rows, rows2):
@@ -43,11 +52,11 @@ def difference(one, other):
                 a, b = number(row[column]), number(row2[column])
                 if a is None or b is None:
                     if row[column] != row2[column]:
-                        return float("inf")
+                        return {"": float("inf")}
                     continue
                 largest = [max(largest[0], abs(a - b)), max(largest[1], abs(a))]
-        if largest[0] > 0 and name not in ("condition", "iterations"):
-            worst = max(worst, largest[0] / largest[1] if largest[1] else float("inf"))
+        if largest[0] > 0 and name not in UNSEEN:
+            worst[name] = largest[0] / largest[1] if largest[1] else float("inf")
     return worst
 
 
@@ -61,10 +70,16 @@ def main():
     words, fine = [], True
     for pattern in patterns:
         names = sorted(str(path.relative_to(one)) for path in one.glob(pattern))
-        worst = max((difference(one / name, other / name) if (other / name).exists() else float("inf")
-                     for name in names), default=float("inf"))
-        words.append(f"{worst:.1e}" if worst else "0")
-        fine = fine and worst <= arguments.limit
+        worst = {"": 0.0 if names else float("inf")}
+        for name in names:
+            found = difference(one / name, other / name) if (other / name).exists() else {"": float("inf")}
+            for column, value in found.items():
+                worst[column] = max(worst.get(column, 0.0), value)
+        fine = fine and all(value <= LOOSE.get(column, arguments.limit) for column, value in worst.items())
+        loose = {column.split("_")[0]: value for column, value in worst.items() if column in LOOSE}
+        strict = max(value for column, value in worst.items() if column not in LOOSE)
+        words.append(", ".join([f"{strict:.1e}" if strict else "0", *(f"{name.replace('#', '')} {value:.1e}"
+                                                                        for name, value in loose.items() if value)]))
     print(" | ".join(words))
     return 0 if fine else 1
 

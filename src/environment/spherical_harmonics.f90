@@ -102,7 +102,7 @@ contains
         type(harmonic_function_t) :: harmonic
 
         real(dp) :: sectorial, factor
-        integer :: degree, order, m, k, n, block, lane
+        integer :: degree, order, m, k, n, block, lane, place
 
         degree = ubound(c, 1)
         order = min(ubound(c, 2), degree)
@@ -130,7 +130,8 @@ contains
                 if (n > m) factor = factor*sqrt((4.0_dp*n**2 - 1)/((n - m)*(n + m)))/2
                 do lane = m, min(m + 2, n)  ! the order whose recursion has it
                     k = n - lane
-                    associate (step => harmonic%steps(modulo(lane, LANES) + 1, :, step_of(lane, k)))
+                    place = step_of(lane, k)    ! gfortran 16 takes no internal function within a selector
+                    associate (step => harmonic%steps(modulo(lane, LANES) + 1, :, place))
                         select case (lane - m)
                         case (0)
                             step(2:3) = factor*[c(n, m), s(n, m)]

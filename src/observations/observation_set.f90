@@ -135,8 +135,8 @@ contains
 
         if (.not. knowledge%duration > 0) then
             call fail(error, 'duration = '//number_text(knowledge%duration)//' s must be positive')
-        else if (.not. min(knowledge%accelerometer_interval, knowledge%star_camera_interval, &
-                           knowledge%magnetometer_interval) > 0) then
+        else if (.not. all([knowledge%accelerometer_interval, knowledge%star_camera_interval, &
+                            knowledge%magnetometer_interval] > 0)) then
             call fail(error, 'the sampling intervals of accelerometer, star camera and '// &
                       'magnetometer must be positive')
         else if (.not. knowledge%duration <= MOST_EPOCHS*knowledge%accelerometer_interval) then

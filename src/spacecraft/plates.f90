@@ -50,7 +50,7 @@ contains
         type(plate_t) :: plates(6)
         real(dp) :: mean_width, overhang, slant, sin_a, cos_a, end_centre
 
-        if (.not. (min(length, height) > 0 .and. min(width_bottom, width_top) > 0)) then
+        if (.not. all([length, height, width_bottom, width_top] > 0)) then
             call fail(error, 'trapezoid: length, height, width_bottom and width_top have to be '// &
                       'positive, but one is '// &
                       number_text(min(length, height, width_bottom, width_top))//' m')
@@ -130,7 +130,7 @@ contains
                       number_text(norm2(plate%normal)))
         else if (.not. all(ieee_is_finite(plate%centre))) then
             call fail(error, name//'the centre is not a finite number')
-        else if (.not. (min(plate%specular, plate%diffuse) >= 0 .and. &
+        else if (.not. (plate%specular >= 0 .and. plate%diffuse >= 0 .and. &
                         plate%specular + plate%diffuse <= 1)) then
             call fail(error, name//'specular = '//number_text(plate%specular)//' and diffuse = '// &
                       number_text(plate%diffuse)//' have to lie in 0 to 1, and so has their sum')

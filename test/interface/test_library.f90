@@ -72,34 +72,35 @@ contains
         type(accelerations_t) :: acting
         type(geopotential_t) :: gravity
         type(error_t), allocatable :: failure
-        real(dp) :: state(STATE_SIZE), rotation(3, 3), body(3, 3), a(3), sun(3)
+        real(dp) :: state(STATE_SIZE), r(3), v(3), q(4), rotation(3, 3), body(3, 3), a(3), sun(3)
         real(dp), parameter :: T = 30.0_dp
 
         call prepare('back-1', dynamics, state, error)
         if (allocated(error)) return
         call find_case('back-1', case, failure)
-        associate (r => state(STATE_POSITION), v => state(STATE_VELOCITY), q => state(STATE_ATTITUDE))
-            call dynamics%accelerations(T, r, v, q, acting)
-            rotation = rotation_z(sidereal_angle(case%sidereal_angle, T))
-            call egm96(case%gravity_degree, case%gravity_order, gravity, failure)
-            call gravity%acceleration(matmul(rotation, r), a)
-            call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
-            if (allocated(error)) return
-            sun = sun_position(julian_centuries_tt(utc_plus(case%epoch, T)))
-            body = rotation_matrix(q)
-            a = solar_radiation_acceleration(dynamics%surface, case%satellite%mass, case%satellite%reflectivity_sun, &
-                                             case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
-            call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
-                       norm2(a) > 0, 'sunlight')
-            if (allocated(error)) return
-            ! drag is against the motion through air that turns with the Earth
-            a = v - EARTH_ROTATION_RATE*[-r(2), r(1), 0.0_dp]
-            call check(error, -dot_product(a, acting%drag) > 0.99_dp*norm2(a)*norm2(acting%drag) .and. &
-                       norm2(acting%drag) > 1e-8_dp, 'drag')
-            if (allocated(error)) return
-            call check(error, dot_product(r, acting%earth_radiation) > 0.9_dp*norm2(r)*norm2(acting%earth_radiation), &
-                       'the Earth''s light')
-        end associate
+        r = state(STATE_POSITION)
+        v = state(STATE_VELOCITY)
+        q = state(STATE_ATTITUDE)
+        call dynamics%accelerations(T, r, v, q, acting)
+        rotation = rotation_z(sidereal_angle(case%sidereal_angle, T))
+        call egm96(case%gravity_degree, case%gravity_order, gravity, failure)
+        call gravity%acceleration(matmul(rotation, r), a)
+        call check(error, norm2(matmul(transpose(rotation), a) - acting%gravity) < 1e-14_dp*norm2(a), 'gravity')
+        if (allocated(error)) return
+        sun = sun_position(julian_centuries_tt(utc_plus(case%epoch, T)))
+        body = rotation_matrix(q)
+        a = solar_radiation_acceleration(dynamics%surface, case%satellite%mass, case%satellite%reflectivity_sun, &
+                                         case%solar_irradiance, conical_shadow(r, sun), matmul(body, sun - r))
+        call check(error, norm2(matmul(transpose(body), a) - acting%solar_radiation) <= 1e-9_dp*norm2(a) .and. &
+                   norm2(a) > 0, 'sunlight')
+        if (allocated(error)) return
+        ! drag is against the motion through air that turns with the Earth
+        a = v - EARTH_ROTATION_RATE*[-r(2), r(1), 0.0_dp]
+        call check(error, -dot_product(a, acting%drag) > 0.99_dp*norm2(a)*norm2(acting%drag) .and. &
+                   norm2(acting%drag) > 1e-8_dp, 'drag')
+        if (allocated(error)) return
+        call check(error, dot_product(r, acting%earth_radiation) > 0.9_dp*norm2(r)*norm2(acting%earth_radiation), &
+                   'the Earth''s light')
     end subroutine test_parts
 
     !> A classical Runge-Kutta scheme of the caller's, with the attitude held, comes to the library's own
@@ -148,7 +149,7 @@ contains
 
         type(satellite_dynamics_t) :: dynamics
         type(accelerations_t) :: acting
-        real(dp) :: state(STATE_SIZE)
+        real(dp) :: state(STATE_SIZE), r(3)
 
         call prepare('front-1', dynamics, state, error)
         if (allocated(error)) return
@@ -156,10 +157,9 @@ contains
         dynamics%with_drag = .false.
         dynamics%with_solar_radiation = .false.
         dynamics%with_earth_radiation = .false.
-        associate (r => state(STATE_POSITION))
-            call dynamics%accelerations(0.0_dp, r, state(STATE_VELOCITY), state(STATE_ATTITUDE), acting)
-            call check(error, norm2(acting%total + 4e14_dp/norm2(r)**3*r) < 1e-14_dp*norm2(acting%total))
-        end associate
+        r = state(STATE_POSITION)
+        call dynamics%accelerations(0.0_dp, r, state(STATE_VELOCITY), state(STATE_ATTITUDE), acting)
+        call check(error, norm2(acting%total + 4e14_dp/norm2(r)**3*r) < 1e-14_dp*norm2(acting%total))
     end subroutine test_own_gravity
 
     !> Simulated, put into arrays, and estimated with the offset near the truth.

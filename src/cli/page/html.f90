@@ -435,27 +435,34 @@ contains
         character(*), intent(in) :: text    !! Any
         character(:), allocatable :: html
 
-        integer :: i
+        character(6) :: letter      ! The longest
+        integer :: i, length, used
 
-        html = ''
+        allocate (character(len(letter)*len(text)) :: html)
+        used = 0
         do i = 1, len(text)
+            length = 1
             select case (text(i:i))
             case ('&')
-                html = html//'&amp;'
+                letter = '&amp;'
             case ('<')
-                html = html//'&lt;'
+                letter = '&lt;'
             case ('>')
-                html = html//'&gt;'
+                letter = '&gt;'
             case ('"')
-                html = html//'&quot;'
+                letter = '&quot;'
             case ("'")
-                html = html//'&#39;'
+                letter = '&#39;'
             case (achar(0):achar(9), achar(11):achar(31), achar(127))
-                html = html//' '
+                letter = ' '
             case default
-                html = html//text(i:i)
+                letter = text(i:i)
             end select
+            if (letter(1:1) == '&') length = len_trim(letter)
+            html(used + 1:used + length) = letter(:length)
+            used = used + length
         end do
+        html = html(:used)
     end function html_escaped
 
     !> A text with its marks: `^{a}` raised, `_{a}` lowered, code between back quotes; all else escaped.

@@ -111,8 +111,9 @@ contains
             call add_outer_product(-weight, observed(:, i), observed(:, i), observed_spread)
             call add_outer_product(-weight, reference(:, i), reference(:, i), reference_spread)
         end do
-        if (.not. min(determinant_3x3(observed_spread), determinant_3x3(reference_spread)) &
-            > SMALLEST_SPREAD**2) then
+        ! Not by `min`: what it makes of NaN is the compiler's choice
+        if (.not. (determinant_3x3(observed_spread) > SMALLEST_SPREAD**2 .and. &
+                   determinant_3x3(reference_spread) > SMALLEST_SPREAD**2)) then
             call fail(error, 'no attitude from these stars: their directions are collinear '// &
                       '(within 20 arcsec) or not finite')
             return

@@ -40,7 +40,7 @@ module gracecg_simulation_level1_settings
         integer :: spans = 4                        !! Alike, but for their start
         real(dp) :: first_start = 300               !! Of the first span, s from the beginning
         real(dp) :: spacing = 1410                  !! From start to start, s: a quarter of a revolution
-        type(level1_span_settings_t) :: span        !! What they are like
+        type(level1_span_settings_t) :: span = level1_span_settings_t() !! What they are like
         type(level1_span_settings_t), allocatable :: list(:)    !! Spans named one by one; they stand in for the others
         character(8) :: waveform = 'sine'           !! Of the currents
         logical :: staircase = .false.              !! Currents are held from tag to tag, 0.5 s

@@ -95,14 +95,32 @@ contains
         k(4, 4) = b(1, 1) + b(2, 2) + b(3, 3)
         x = start
         do i = 1, 3
-            x = x/sqrt(dot_product(x, x))
+            x = unit_of(x)
             ! A shift a little off the eigenvalue keeps the matrix regular.
             shifted = k - (dot_product(x, matmul(k, x)) + max(1e-25_qp, 10*epsilon(1.0_qp)))*real(identity(4), qp)
             x = solution(shifted, x)
         end do
-        q = real(x/sqrt(dot_product(x, x)), dp)
+        q = real(unit_of(x), dp)
         if (q(4) < 0) q = -q
     end function exact_attitude
+
+    !> A square root in double precision and two steps of Newton: a compiler may have the longest kind, but no root of it
+    !> (flang 22 of Debian).
+    pure function unit_of(x) result(unit)
+        real(qp), intent(in) :: x(4)
+        real(qp) :: unit(4)
+
+        real(qp) :: scaled(4), squared, length
+        integer :: i
+
+        scaled = x/maxval(abs(x))
+        squared = dot_product(scaled, scaled)
+        length = sqrt(real(squared, dp))
+        do i = 1, 2
+            length = (length + squared/length)/2
+        end do
+        unit = scaled/length
+    end function unit_of
 
     !> Gaussian elimination with row exchange.
     function solution(matrix, right_hand_side) result(x)
