@@ -89,6 +89,7 @@ contains
         work%case => case
         work%algorithm = algorithm
         work%options = options
+        work%options%test_beliefs = .false.     ! their verdicts are not in these statistics
         work%settings = settings
         work%settings%threshold = 0
         work%settings%by_sigma = .false.
