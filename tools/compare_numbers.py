@@ -17,8 +17,8 @@ import sys
 LOOSE = {
     # The offset of ASSEST: x of front 2 is hardly seen (a sigma of 1.3 mm), and the attitude fit's sums round.
     "d#_mm": 5e-9,
-    # The effect of beliefs that no test sees: of their information 1e-10 is left when the parameters have taken theirs,
-    # and the rounding of that difference is 1e-15.
+    # The effect of beliefs that no test sees: of their information as little as 1e-10 is left when the parameters have
+    # taken theirs; rounding of 1e-15 of the whole is 1e-5 of that.
     "undetected_#_mm": 2e-5}
 UNSEEN = ("condition", "iterations")     # counts, and a number of which the size is of interest
 

@@ -18,8 +18,8 @@ contains
         c(3) = a(1)*b(2) - a(2)*b(1)
     end function cross
 
-    !> A vector's coordinates after a transformation, M v. (gfortran hands some products of `matmul` to its library, a
-    !> tenth as fast.)
+    !> A vector's coordinates after a transformation, M v. (gfortran hands some products of `matmul` to its library, which
+    !> takes longer to look at their shapes than to multiply.)
     pure function transformed(m, v) result(w)
         real(dp), intent(in) :: m(3, 3), v(3)   !! Of any unit
         real(dp) :: w(3)

@@ -357,6 +357,21 @@ contains
         says = any([(index(texts(i)%text, part) > 0, i=1, size(texts))])
     end function says
 
+    !> Every source is as near to the true offset as it has to be.
+    subroutine check_offsets(estimate, near, error)
+        type(level1_estimate_t), intent(in) :: estimate
+        real(dp), intent(in) :: near(:)         ! By source, m
+        type(error_type), allocatable, intent(out) :: error
+
+        integer :: i
+
+        do i = 1, size(estimate%solutions)
+            call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < near(i), 'offset by '// &
+                       estimate%solutions(i)%source)
+            if (allocated(error)) return
+        end do
+    end subroutine check_offsets
+
     !> Every source within some micrometres, gains, delays, leakage.
     subroutine test_offset(error)
         type(error_type), allocatable, intent(out) :: error
@@ -374,11 +389,8 @@ contains
         if (allocated(error)) return
         call check(error, size(estimate%solutions), 5, 'sources without gyros')
         if (allocated(error)) return
-        do i = 1, size(estimate%solutions)
-            call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < NEAR(i), 'offset by '// &
-                       estimate%solutions(i)%source)
-            if (allocated(error)) return
-        end do
+        call check_offsets(estimate, NEAR, error)
+        if (allocated(error)) return
         do k = 1, 3
             call check(error, abs(estimate%rods%gain(k)*0.25_dp - ROD(k)) < 1e-3_dp*ROD(k), 'gain of rod '//integer_text(k))
             if (allocated(error)) return
@@ -573,11 +585,8 @@ contains
         if (allocated(error)) return
         call check(error, abs(estimate%rods%delay) < 1e-3_dp .and. abs(estimate%accelerometer_delay) < 1e-3_dp, 'delays')
         if (allocated(error)) return
-        do i = 1, size(estimate%solutions)
-            call check(error, maxval(abs(estimate%solutions(i)%offset - OFFSET)) < NEAR(i), 'offset by '// &
-                       estimate%solutions(i)%source)
-            if (allocated(error)) return
-        end do
+        call check_offsets(estimate, NEAR, error)
+        if (allocated(error)) return
         call estimate_day('l1_one', flaws_t(spans=2, one_event=.true.), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))
         if (allocated(error)) return

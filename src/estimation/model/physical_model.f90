@@ -516,7 +516,7 @@ contains
         end function generalised_torque
     end subroutine derivatives
 
-    !> m v; where it stands in inner loops the compiler puts it in line, matmul not always.
+    !> `transformed` of gracecg_base_vectors once more, in this file: so the compiler puts it in line in inner loops.
     pure function times(m, v)
         real(dp), intent(in) :: m(3, 3), v(3)
         real(dp) :: times(3)
