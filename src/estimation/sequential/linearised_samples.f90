@@ -2,7 +2,8 @@
 !> order of time, the disturbances of each accelerometer axis as Gauss-Markov processes.
 !>
 !> The constants are the parts of a disturbance that two axes share with a third, the error of its frequency, the
-!> parameters of the physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every axis has a process of its own (the
+!> parameters of the physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every
+!> axis has a process of its own (the
 !> flicker noise of the instrument, and what the non-gravitational acceleration does beside its
 !> straight line); given the constants, the axes are independent, so each is filtered by itself and
 !> the remainders meet in the array of the constants (gracecg_estimation_square_root_filter).
