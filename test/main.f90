@@ -59,7 +59,7 @@ program tester
     use test_equations_of_motion, only: collect_equations_of_motion
     use test_truth_arc, only: collect_truth_arc
     use test_preprocessing, only: collect_preprocessing
-    use test_square_root_filter, only: collect_square_root_filter
+    use test_square_root_information, only: collect_square_root_information
     use test_gauss_markov, only: collect_gauss_markov
     use test_parallel, only: collect_parallel
     use test_statistics, only: collect_statistics
@@ -178,7 +178,7 @@ program tester
              new_testsuite('equations-of-motion', collect_equations_of_motion), &
              new_testsuite('truth-arc', collect_truth_arc), &
              new_testsuite('preprocessing', collect_preprocessing), &
-             new_testsuite('square-root-filter', collect_square_root_filter), &
+             new_testsuite('square-root-information', collect_square_root_information), &
              new_testsuite('gauss-markov', collect_gauss_markov), &
              new_testsuite('parallel', collect_parallel), &
              new_testsuite('statistics', collect_statistics), &

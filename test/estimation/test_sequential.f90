@@ -9,7 +9,7 @@ module test_sequential
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_gauss_markov, only: gauss_markov_t, first_order_process, second_order_process, superposed
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_square_root_filter, only: process_filter_t, new_process_filter, constants_t, new_constants
+    use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
     use gracecg_estimation_noise_whitening, only: whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
@@ -34,7 +34,6 @@ contains
         type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
         testsuite = [ &
-                    new_unittest('two-forms-of-the-filter-agree', test_two_forms), &
                     new_unittest('tone-in-closed-form', test_tone), &
                     new_unittest('straight-line-equals-optimal', test_straight), &
                     new_unittest('sigmas-are-honest', test_honest), &
@@ -132,43 +131,6 @@ contains
             value = dot_product(e, matmul(inverse_3x3(solution%covariance), e))
         end associate
     end function normalised_square
-
-    !> The Kalman filter of the search leaves what the square-root information filter leaves.
-    subroutine test_two_forms(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        integer, parameter :: M = 4, N = 80
-        type(gauss_markov_t) :: process
-        type(process_filter_t) :: filter
-        type(random_stream_t) :: stream
-        type(error_t), allocatable :: failure
-        real(dp) :: rows(M, N), whitened(M, N), remainder(M), log_variance
-        integer :: epoch(N), i, k
-        logical :: kept(N)
-
-        process = superposed(superposed(first_order_process(2.0_dp, 0.95_dp), &
-                                        second_order_process(5.0_dp, 0.6_dp, 0.05_dp, 0.1_dp)), &
-                             first_order_process(1.0_dp, 0.3_dp))
-        stream = new_stream(SEED, 1, 0, 0, 0)
-        do i = 1, N
-            call stream%normals(rows(:, i))
-        end do
-        epoch = [(merge(i, i + 7, i <= 40), i=1, N)]            ! with a gap
-        kept = [(mod(i, 11) /= 0, i=1, N)]
-        call whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
-        call new_process_filter(process, M - 1, 0, filter, failure)
-        do i = 1, N
-            do k = epoch(1) + filter%step + 1, epoch(i)
-                call filter%advance()
-            end do
-            if (.not. kept(i)) cycle
-            call filter%observe(process%output, rows(:, i), remainder)
-            call check(error, min(maxval(abs(remainder - whitened(:, i))), &
-                                  maxval(abs(remainder + whitened(:, i)))) < 1e-10_dp, 'innovations')
-            if (allocated(error)) return
-        end do
-        call check(error, filter%log_variance, log_variance, thr=1e-9_dp)
-    end subroutine test_two_forms
 
     !> What a tone adds to the likelihood is what its process adds, which takes another filter and fit; and no other size
     !> adds more.

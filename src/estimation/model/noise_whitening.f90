@@ -10,10 +10,7 @@
 !> only stretch a step of the filter.
 !>
 !> `whitener_t` does so for these poles, whose transition is diagonal, with gains computed once for any
-!> number of series. `whiten_by_process` does so for white noise and any Gauss-Markov process: it gives what the
-!> square-root information filter (gracecg_estimation_square_root_filter) leaves of each observation, up to
-!> sign, at a tenth of the work, but nothing for a smoother; it serves the search for a process by its
-!> likelihood.
+!> number of series; `whiten_by_process` for white noise and any Gauss-Markov process.
 module gracecg_estimation_noise_whitening
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
@@ -25,9 +22,10 @@ module gracecg_estimation_noise_whitening
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
     public :: row_state_t, ROW
-    public :: whiten_by_process, nonzero_rows
+    public :: whiten_by_process, find_gains, whiten_all, nonzero_rows
+    public :: LANES
 
-    integer, parameter :: LANES = 8     ! series that are whitened side by side
+    integer, parameter :: LANES = 8     !! Series that are filtered side by side
     integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
@@ -231,8 +229,8 @@ contains
         real(dp), parameter :: OUTPUT(N_POLES) = 1
         logical, parameter :: COUPLED(N_POLES) = .false.
 
-        call whiten_all(N_POLES, self%used, OUTPUT, self%gain, self%inverse_deviation, self%decay, self%decay, self%decay, &
-                        COUPLED, series)
+        call whiten_all(N_POLES, self%used, .false., OUTPUT, self%gain, self%inverse_deviation, self%decay, self%decay, &
+                        self%decay, COUPLED, series)
     end subroutine whiten
 
     !> Whitens one series in place.
@@ -313,19 +311,22 @@ contains
 
         call find_gains(process%n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
         whitened = rows
-        call whiten_all(process%n, kept, process%output, gain, inverse_deviation, below, on, above, coupled, whitened)
+        call whiten_all(process%n, kept, .false., process%output, gain, inverse_deviation, below, on, above, coupled, whitened)
     end subroutine whiten_by_process
 
-    !> The filter for a process, with the three diagonals of the transition from every epoch to the next.
+    !> The filter for a process in white noise of variance 1, with the three diagonals of the transition from every
+    !> epoch to the next. A sample that is left out has the gain that it would have; the next ones do not know of it.
     pure subroutine find_gains(n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
-        integer, intent(in) :: n
+        integer, intent(in) :: n                        !! States
         type(gauss_markov_t), intent(in) :: process
-        integer, intent(in) :: epoch(:)
-        logical, intent(in) :: kept(:)
-        real(dp), intent(out) :: gain(n, size(epoch)), inverse_deviation(:)
-        real(dp), intent(out), dimension(n, size(epoch)) :: below, on, above    ! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
-        logical, intent(out) :: coupled(n)              ! of states: to a neighbour
-        real(dp), intent(out) :: log_variance
+        !! Its transition matrix of blocks of one and two on the diagonal
+        integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals, increasing
+        logical, intent(in) :: kept(:)                  !! (samples)
+        real(dp), intent(out) :: gain(n, size(epoch))   !! P h/F
+        real(dp), intent(out) :: inverse_deviation(:)   !! Of the innovations, 1/sqrt F
+        real(dp), intent(out), dimension(n, size(epoch)) :: below, on, above    !! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
+        logical, intent(out) :: coupled(n)              !! Of states: to a neighbour
+        real(dp), intent(out) :: log_variance           !! Sum of ln F of those kept
 
         real(dp) :: covariance(n, n), noise(n, n), both(n, n), across(n), variance
         real(dp) :: phi_below(n), phi_on(n), phi_above(n), under(n), over(n)
@@ -341,17 +342,15 @@ contains
         covariance = process%covariance
         log_variance = 0
         do i = 1, size(epoch)
-            inverse_deviation(i) = 0
-            gain(:, i) = 0
+            across = 0
+            do j = 1, n
+                if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
+            end do
+            variance = 1 + dot_product(process%output, across)
+            inverse_deviation(i) = 1/sqrt(variance)
+            gain(:, i) = across/variance
             if (kept(i)) then
-                across = 0
-                do j = 1, n
-                    if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
-                end do
-                variance = 1 + dot_product(process%output, across)
-                inverse_deviation(i) = 1/sqrt(variance)
                 log_variance = log_variance + log(variance)
-                gain(:, i) = across/variance
                 do j = 1, n
                     covariance(:, j) = covariance(:, j) - gain(j, i)*across
                 end do
@@ -404,30 +403,34 @@ contains
         end do
     end subroutine carry_covariance
 
-    !> Whitens series in place, LANES at a time. Series that are zero throughout stay so.
-    pure subroutine whiten_all(n, used, output, gain, inverse_deviation, below, on, above, coupled, series)
-        integer, intent(in) :: n
-        logical, intent(in) :: used(:)
-        real(dp), intent(in) :: output(n), gain(n, size(used)), inverse_deviation(:)
-        real(dp), intent(in), dimension(n, size(used)) :: below, on, above  ! the outer two only of coupled states
+    !> Whitens series in place, LANES at a time: what `find_gains` says. Series that are zero throughout stay so.
+    pure subroutine whiten_all(n, used, predicts, output, gain, inverse_deviation, below, on, above, coupled, series)
+        integer, intent(in) :: n                        !! States
+        logical, intent(in) :: used(:)                  !! (samples)
+        logical, intent(in) :: predicts
+        !! Samples that are not used get the innovation that they would have; else zero
+        real(dp), intent(in) :: output(n)               !! h
+        real(dp), intent(in) :: gain(n, size(used)), inverse_deviation(:)
+        real(dp), intent(in), dimension(n, size(used)) :: below, on, above  !! The outer two only of coupled states
         logical, intent(in) :: coupled(n)
-        real(dp), intent(inout) :: series(:, :)         ! (series, samples)
+        real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
         integer, allocatable :: places(:)
         integer :: first
 
         places = nonzero_rows(series)
         do first = 1, size(places), LANES
-            call whiten_lanes(n, size(used), used, output, gain, inverse_deviation, below, on, above, coupled, &
+            call whiten_lanes(n, size(used), used, predicts, output, gain, inverse_deviation, below, on, above, coupled, &
                               places(first:min(first + LANES - 1, size(places))), series)
         end do
     end subroutine whiten_all
 
     !> The filter of a few series side by side: the states of LANES series stay in the first cache, and the loops over
     !> them run on vector instructions.
-    pure subroutine whiten_lanes(n, samples, used, output, gain, inverse_deviation, below, on, above, coupled, places, series)
+    pure subroutine whiten_lanes(n, samples, used, predicts, output, gain, inverse_deviation, below, on, above, coupled, &
+                                 places, series)
         integer, intent(in) :: n, samples
-        logical, intent(in) :: used(samples)
+        logical, intent(in) :: used(samples), predicts
         real(dp), intent(in) :: output(n), gain(n, samples), inverse_deviation(samples)
         real(dp), intent(in), dimension(n, samples) :: below, on, above
         logical, intent(in) :: coupled(n)
@@ -442,7 +445,7 @@ contains
         innovation = 0
         before = 0
         do i = 1, samples
-            if (used(i)) then
+            if (used(i) .or. predicts) then
                 do lane = 1, size(places)
                     innovation(lane) = series(places(lane), i)
                 end do
@@ -455,6 +458,7 @@ contains
             do lane = 1, size(places)
                 series(places(lane), i) = innovation(lane)*inverse_deviation(i)
             end do
+            if (.not. used(i)) innovation = 0
             if (i == samples) exit
             do j = 1, n
                 now = state(:, j) + gain(j, i)*innovation

@@ -19,13 +19,11 @@
 module gracecg_estimation_disturbance_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_error, only: error_t
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
-    use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
+    use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_noise_whitening, only: whiten_by_process
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, filter_axis, &
-        gather, smooth_axis
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, gather, smooth_axis
     implicit none
     private
     public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance, weigh_tone
@@ -85,14 +83,13 @@ contains
     !> Searches all axes for disturbances and adds them to their processes. Drag varies along its own
     !> direction: of what the axis with the largest disturbance shows, the others see a part that is estimated,
     !> even where it is too small to be found by itself. So that axis comes first, and the others know of it.
-    subroutine search_disturbances(needed_gain, white_sigma, airflow, problem, remainder, found, error)
+    subroutine search_disturbances(needed_gain, white_sigma, airflow, problem, remainder, found)
         real(dp), intent(in) :: needed_gain             !! Of 2 ln L
         real(dp), intent(in) :: white_sigma(3)          !! Of the accelerometer, m/s^2
         real(dp), intent(in) :: airflow(3)              !! Its direction, body axes
         type(filter_problem_t), intent(inout) :: problem
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
         type(disturbances_t), intent(out) :: found
-        type(error_t), allocatable, intent(out) :: error
 
         type(gauss_markov_t) :: noise(3)
         real(dp) :: largest(3), unused
@@ -107,8 +104,7 @@ contains
         if (.not. maxval(largest) > 0) return
         found%leading = maxloc(largest, 1)
         call share_disturbance(found%leading, found%axis(found%leading)%list, noise(found%leading)%n, white_sigma, airflow, &
-                               problem, remainder, found%shared_part, error)
-        if (allocated(error)) return
+                               problem, remainder, found%shared_part)
         do axis = 1, 3
             if (axis == found%leading) cycle
             problem%process(axis) = noise(axis)
@@ -123,17 +119,15 @@ contains
     !>
     !> A tone x(t), which wanders by less than a radian in the arc, is known no better than its frequency: an error of it
     !> by c cycles in the arc T, which is estimated, adds c dx/dc = 2 pi c (t - T/2)/T x'/omega, the process' second state.
-    subroutine share_disturbance(leading, list, noise_states, white_sigma, airflow, problem, remainder, part, error)
+    subroutine share_disturbance(leading, list, noise_states, white_sigma, airflow, problem, remainder, part)
         integer, intent(in) :: leading              !! Axis
         type(disturbance_t), intent(in) :: list(:)  !! Its disturbances
         integer, intent(in) :: noise_states         !! Of its process: those of the instrument's noise
         real(dp), intent(in) :: white_sigma(3), airflow(3)
         type(filter_problem_t), intent(inout) :: problem
-        real(dp), intent(inout) :: remainder(:, :, :)
+        real(dp), intent(in) :: remainder(:, :, :)
         real(dp), intent(out) :: part(:)            !! A priori
-        type(error_t), allocatable, intent(out) :: error
 
-        type(process_filter_t) :: filter
         type(constants_t) :: constants
         real(dp) :: disturbance(2, size(problem%epoch))     ! and its partial by the frequency
         real(dp), dimension(size(problem%epoch)) :: unused_residual, unused_chi_square
@@ -141,15 +135,13 @@ contains
         integer :: axis, other, largest, i
 
         part = 0
-        call filter_axis(problem, leading, problem%process(leading), .true., filter, remainder(:, :, leading), error)
-        if (allocated(error)) return
         call gather(problem, constants, remainder)
         signals = 0
         signals(noise_states + 1:, 1) = problem%process(leading)%output(noise_states + 1:)
         largest = maxloc(list%sigma, 1)
         arc = problem%steps*problem%interval
         if (list(largest)%damping*TWO_PI*list(largest)%frequency*arc < 1) signals(noise_states + 2*largest, 2) = TWO_PI
-        call smooth_axis(problem, leading, filter, constants, signals, disturbance, unused_residual, &
+        call smooth_axis(problem, leading, constants, signals, disturbance, unused_residual, &
                          unused_chi_square)
         do i = 1, size(problem%epoch)
             disturbance(2, i) = disturbance(2, i)*(problem%epoch(i)/real(problem%steps, dp) - 0.5_dp)

@@ -5,21 +5,20 @@
 !> parameters of the physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every
 !> axis has a process of its own (the
 !> flicker noise of the instrument, and what the non-gravitational acceleration does beside its
-!> straight line); given the constants, the axes are independent, so each is filtered by itself and
-!> the remainders meet in the array of the constants (gracecg_estimation_square_root_filter).
+!> straight line); given the constants, the axes are independent, so each is whitened by itself and
+!> what is left meets in the array of the constants (gracecg_estimation_square_root_information).
 module gracecg_estimation_linearised_samples
     use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
     use gracecg_estimation_noise_whitening, only: nonzero_rows
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
-    use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t, process_smoother_t, &
-        new_constants, new_process_filter, start_smoother
+    use gracecg_estimation_square_root_information, only: constants_t, new_constants
+    use gracecg_estimation_process_smoother, only: smooth_errors, smooth_signals
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
     public :: filter_problem_t, SHARED, FREQUENCY
-    public :: flicker_process, filter_axis, gather, run_through_time, smooth_axis, smooth_star_camera
+    public :: flicker_process, gather, run_through_time, smooth_axis, smooth_star_camera
 
     integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
     integer, parameter :: FREQUENCY = 3     !! Place of the error of a tone's frequency, in units of one cycle an arc
@@ -63,43 +62,7 @@ contains
         end do
     end function flicker_process
 
-    !> Filters one axis: what its samples say of the constants. Samples that are not kept leave zeros.
-    !>
-    !> Fails when the process has no positive definite covariance.
-    subroutine filter_axis(problem, axis, process, for_smoother, filter, remainder, error)
-        type(filter_problem_t), intent(in) :: problem
-        integer, intent(in) :: axis    !! 1, 2, 3
-        type(gauss_markov_t), intent(in) :: process
-        logical, intent(in) :: for_smoother             !! Keep what the smoother needs
-        type(process_filter_t), intent(out) :: filter
-        real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
-        type(error_t), allocatable, intent(out) :: error
-
-        integer, allocatable :: seen(:)
-        real(dp), allocatable :: row(:), left(:)
-        integer :: i, k, first, n
-
-        n = size(problem%epoch)
-        first = problem%epoch(1)
-        seen = seen_constants(problem, axis)
-        call new_process_filter(process, size(seen), merge(problem%epoch(n) - first, 0, for_smoother), filter, error)
-        if (allocated(error)) return
-        allocate (row(size(seen) + 1), left(size(seen) + 1))
-        remainder = 0
-        do i = 1, n
-            do k = first + filter%step + 1, problem%epoch(i)
-                call filter%advance()
-            end do
-            if (.not. problem%kept(i, axis)) cycle
-            row(:filter%m) = problem%acceleration(seen, i, axis)
-            row(filter%m + 1) = problem%acceleration(problem%m + 1, i, axis)
-            call filter%observe(process%output, row, left)
-            remainder(seen, i) = left(:filter%m)
-            remainder(problem%m + 1, i) = left(filter%m + 1)
-        end do
-    end subroutine filter_axis
-
-    !> The constants that the samples of an axis depend on: its filter knows no others.
+    !> The constants that the samples of an axis depend on.
     pure function seen_constants(problem, axis) result(seen)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
@@ -206,53 +169,49 @@ contains
         end do
     end subroutine run_through_time
 
-    !> What smoothing tells of one axis: the process at every sample, and how far the sample is from what
+    !> What smoothing tells of one axis: its process at every sample, and how far the sample is from what
     !> all others predict, as a chi-square with one degree of freedom ("deletion residual": P. de Jong,
-    !> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). With e the smoothed residual of a kept sample
-    !> and v the variance of the smoothed prediction, in units of the white noise, that is e^2/(1 - v);
-    !> for a sample that is not kept, e^2/(1 + v).
-    subroutine smooth_axis(problem, axis, filter, constants, signals, disturbance, residual, chi_square)
+    !> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). With the smoothed errors u of the partials and the observation
+    !> (gracecg_estimation_process_smoother), e = u_r - u_g y and V = u_g C u_g^T, y the constants and C their covariance,
+    !> that is e^2/(D - V) of a sample in use and (e/D)^2/(1/D + V/D^2) of one that is left out.
+    subroutine smooth_axis(problem, axis, constants, signals, disturbance, residual, chi_square)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
-        type(process_filter_t), intent(in) :: filter    !! At the last sample, with its history
         type(constants_t), intent(in) :: constants      !! After all observations
         real(dp), intent(in) :: signals(:, :)           !! Of the process' states those wanted: h, a part of it; by column
         real(dp), intent(out) :: disturbance(:, :)      !! signals^T p, (signals, samples), white noise = 1
-        real(dp), intent(out) :: residual(:)            !! Smoothed residuals e
+        real(dp), intent(out) :: residual(:)            !! Smoothed residuals; of one left out against the others
         real(dp), intent(out) :: chi_square(:)          !! (samples)
 
-        type(process_smoother_t) :: smoother
-        real(dp) :: y(problem%m), root(problem%m, problem%m), g(problem%m), p(filter%n), y_seen(filter%m), v, spread_g
-        integer :: seen(filter%m)
-        integer :: i, k, j
+        real(dp), allocatable :: rows(:, :), root(:, :)
+        real(dp), dimension(size(problem%epoch)) :: errors, information
+        real(dp) :: y(problem%m), spread
+        integer, allocatable :: seen(:)
+        integer :: i, n
 
         y = constants%solution()
         root = constants%inverse_root()
         seen = seen_constants(problem, axis)
-        y_seen = y(seen)
-        call start_smoother(filter, smoother)
-        do i = size(problem%epoch), 1, -1
-            do k = smoother%step + problem%epoch(1), problem%epoch(i) + 1, -1
-                call smoother%step_back(filter)
+        n = size(seen)
+        rows = problem%acceleration([seen, problem%m + 1], :, axis)
+        associate (process => problem%process(axis), kept => problem%kept(:, axis))
+            call smooth_errors(process, problem%epoch, kept, rows, information)
+            root = root(seen, :)
+            errors = rows(n + 1, :) - matmul(y(seen), rows(:n, :))
+            do i = 1, size(problem%epoch)
+                spread = sum(matmul(rows(:n, i), root)**2)
+                associate (d => information(i))
+                    if (kept(i)) then
+                        residual(i) = errors(i)
+                        chi_square(i) = errors(i)**2/max(d - spread, epsilon(d)*d)
+                    else
+                        residual(i) = errors(i)/d
+                        chi_square(i) = residual(i)**2/(1/d + spread/d**2)
+                    end if
+                end associate
             end do
-            associate (h => filter%process%output, row => problem%acceleration(:, i, axis))
-                g = row(:problem%m)
-                g(seen) = g(seen) + matmul(smoother%gain, h)
-                v = dot_product(h, matmul(smoother%covariance, h))
-                do j = 1, problem%m
-                    spread_g = dot_product(g(:j), root(:j, j))
-                    v = v + spread_g**2
-                end do
-                p = smoother%mean + matmul(y_seen, smoother%gain)
-                disturbance(:, i) = matmul(p, signals)
-                residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
-                if (problem%kept(i, axis)) then
-                    chi_square(i) = residual(i)**2/max(1 - v, epsilon(v))
-                else
-                    chi_square(i) = residual(i)**2/(1 + v)
-                end if
-            end associate
-        end do
+            call smooth_signals(process, problem%epoch, kept, errors, signals, disturbance)
+        end associate
     end subroutine smooth_axis
 
     !> The same of the star camera: a chi-square with three degrees of freedom of every sample against

@@ -1,4 +1,5 @@
-!> The estimator `sequential`: a multiplicative square-root information filter with smoother.
+!> The estimator `sequential`: a filter with smoother, the constants in a square-root information array, the attitude
+!> error multiplicative.
 !>
 !> It fits the physical model (gracecg_estimation_physical_model) to accelerometer and star-camera samples at
 !> their own epochs, each in units of its noise. The attitude error is a rotation vector; filter and
@@ -22,8 +23,8 @@ module gracecg_estimation_sequential
         a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, integrate_trajectory, airflow_at
     use gracecg_estimation_noise_whitening, only: whiten_by_process
-    use gracecg_estimation_square_root_filter, only: constants_t
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, filter_axis, gather, &
+    use gracecg_estimation_square_root_information, only: constants_t
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, gather, &
         smooth_axis, smooth_star_camera
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
         new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration, FIRST_FIT
@@ -255,8 +256,7 @@ contains
         end associate
     end function corrections_in_sigmas
 
-    !> Corrects the nominal trajectory until nothing changes, then filters about it with what the smoother
-    !> needs. The disturbances of the axes are searched for, if they are to be found from the data, once offset and
+    !> Corrects the nominal trajectory until nothing changes. The disturbances of the axes are searched for, if they are to be found from the data, once offset and
     !> scale factors have left their first guess: their product is not linear.
     subroutine fit(given, options, nominal, problem, disturbances, filtered, iterations, converged, error)
         type(given_t), intent(in) :: given
@@ -270,24 +270,19 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: SEARCHED = 3      ! iteration
-        real(dp) :: y(N_CONSTANTS), remainder(N_CONSTANTS + 1, size(problem%epoch), 3), unused
+        real(dp) :: y(N_CONSTANTS), remainder(N_CONSTANTS + 1, size(problem%epoch), 3)
         type(constants_t) :: constants
-        integer :: axis
 
         problem%process = given%process
         converged = .false.
         do iterations = 1, MOST_ITERATIONS
-            do axis = 1, 3
-                call whiten_by_process(problem%process(axis), problem%epoch, problem%kept(:, axis), &
-                                       problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
-            end do
+            call whiten
             if (iterations == SEARCHED .and. options%acceleration == ADAPTIVE) then
                 associate (middle => given%model%steps/2)
                     call search_disturbances(options%likelihood_gain, given%white_sigma, &
                                              airflow_at(given%model, nominal%trajectory%q(:, middle), middle), &
-                                             problem, remainder, disturbances, error)
+                                             problem, remainder, disturbances)
                 end associate
-                if (allocated(error)) return
                 call linearise_prior(given, nominal%state, disturbances%shared_part, problem)
             end if
             call gather(problem, constants, remainder)
@@ -302,13 +297,24 @@ contains
             call linearise_accelerations(given, nominal, problem)
         end do
         iterations = min(iterations, MOST_ITERATIONS)
-        do axis = 1, 3
-            call filter_axis(problem, axis, problem%process(axis), .true., filtered%axis(axis), &
-                             remainder(:, :, axis), error)
-            if (allocated(error)) return
-        end do
-        call gather(problem, filtered%constants, remainder)
+        if (.not. converged) then
+            call whiten
+            call gather(problem, constants, remainder)
+        end if
+        filtered%constants = constants
         filtered%remainder = remainder
+
+    contains
+
+        subroutine whiten
+            real(dp) :: unused
+            integer :: axis
+
+            do axis = 1, 3
+                call whiten_by_process(problem%process(axis), problem%epoch, problem%kept(:, axis), &
+                                       problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
+            end do
+        end subroutine whiten
     end subroutine fit
 
     !> Smooths, and decides anew which samples are kept: those whose chi-square against all others is below the
@@ -331,8 +337,7 @@ contains
         do axis = 1, 3
             signal = reshape(problem%process(axis)%output, [problem%process(axis)%n, 1])
             signal(given%noise_states(axis) + 1:, 1) = 0
-            call smooth_axis(problem, axis, filtered%axis(axis), filtered%constants, signal, flicker, residual, &
-                             chi_square)
+            call smooth_axis(problem, axis, filtered%constants, signal, flicker, residual, chi_square)
             residual = given%white_sigma(axis)*(residual + flicker(1, :))
             filtered%residual(axis, :) = residual
             filtered%residual_rms(axis) = norm2(pack(residual, problem%kept(:, axis)))/ &

@@ -9,7 +9,7 @@ module gracecg_estimation_sequential_solution
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, PARAMETER_UNITS, TORQUE, OFFSET, DRIFT, &
         BIAS, RATE, ATTITUDE_ANGLES
     use gracecg_estimation_physical_model, only: model_state_t, correct_state
-    use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
+    use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, run_through_time
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, OFFSET_PLACES, MODEL_FIRST, &
         N_CONSTANTS
@@ -28,7 +28,6 @@ module gracecg_estimation_sequential_solution
 
     !> What the filter made of the samples.
     type :: filtered_t
-        type(process_filter_t) :: axis(3)               !! At the last sample, with the history for the smoother
         real(dp), allocatable :: remainder(:, :, :)     !! What the axes say of the constants: (., samples, axis)
         type(constants_t) :: constants                  !! After all observations
         real(dp), allocatable :: residual(:, :)

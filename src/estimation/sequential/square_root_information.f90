@@ -1,0 +1,241 @@
+!> Constants estimated from observations that come one after the other: the triangular array
+!>
+!>     [ R_y | z_y ],    whose solution is the estimate and whose inverse squared is the covariance.
+!>
+!> What enters is folded in by orthogonal transformations, and no covariance or normal matrix is formed, so that rounding
+!> errors do not grow with the square of the ratio of the largest to the smallest standard deviation (G. J. Bierman,
+!> Factorization Methods for Discrete Sequential Estimation (1977), chapters V-VII). Observations have unit noise:
+!> whitened ones where their noise is coloured (gracecg_estimation_noise_whitening).
+!>
+!> Constants that move by a known linear law (attitude errors) are estimated as what they were at
+!> the epoch: Bierman's "pseudo-epoch state".
+module gracecg_estimation_square_root_information
+    use gracecg_base_kinds, only: dp
+    use gracecg_estimation_noise_whitening, only: nonzero_rows
+    implicit none
+    private
+    public :: constants_t, new_constants
+
+    !> The array [R_y | z_y] of the constants.
+    type :: constants_t
+        integer :: n = 0                            !! Number of constants
+        real(dp), allocatable :: array(:, :)        !! (n + 1, n): column i is row i of [R_y | z_y]
+        real(dp) :: squares = 0                     !! Sum of the squared residuals so far
+        real(dp), allocatable, private :: row(:)    !! Workspace (n + 1)
+    contains
+        procedure :: fold_in
+        !! Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise
+        procedure :: fold_in_all
+        !! The same with many observations that see the same constants
+        procedure :: is_determined    !! True when every constant has been observed
+        procedure :: solution    !! The estimate R_y^-1 z_y
+        procedure :: last_covariance
+        !! Estimate and covariance of the last few constants: only their corner of R_y is needed, so they
+        !! cost little at every epoch
+        procedure :: inverse_root    !! R_y^-1: times its transpose the covariance
+        procedure :: log_determinant => constants_log_determinant    !! ln det(R_y^T R_y)
+    end type constants_t
+
+contains
+
+    !> Constants of which nothing is known (`sigma` absent), or which are zero with the standard
+    !> deviations given.
+    pure function new_constants(n, sigma) result(constants)
+        integer, intent(in) :: n    !! Their number
+        real(dp), intent(in), optional :: sigma(:)    !! Standard deviations, (n)
+        type(constants_t) :: constants
+
+        integer :: i
+
+        constants%n = n
+        allocate (constants%array(n + 1, n), constants%row(n + 1), source=0.0_dp)
+        if (.not. present(sigma)) return
+        do i = 1, n
+            constants%array(i, i) = 1/sigma(i)
+        end do
+    end function new_constants
+
+    !> Folds an observation of the constants in, by Givens' rotations: row = [g, r], unit noise.
+    pure subroutine fold_in(self, row)
+        class(constants_t), intent(inout) :: self
+        real(dp), intent(in) :: row(:)          !! (n + 1)
+
+        self%row = row
+        call fold_row(self%n, self%n + 1, self%array, self%row)
+        self%squares = self%squares + self%row(self%n + 1)**2
+    end subroutine fold_in
+
+    !> The same with many observations: what they see of the constants (the columns that are not zero) is brought
+    !> into a triangle of its own first, by Householder's reflections of TOGETHER rows (one square root for all of them),
+    !> and its few rows then are folded in. Where they see half of the constants, a row costs a quarter.
+    pure subroutine fold_in_all(self, rows)
+        class(constants_t), intent(inout) :: self
+        real(dp), intent(in) :: rows(:, :)      !! (n + 1, observations)
+
+        integer, parameter :: TOGETHER = 16
+        real(dp), allocatable :: own(:, :)      ! the triangle, then the rows to come; columns are rows
+        real(dp) :: row(self%n + 1), sum_of_rows(self%n + 1)
+        integer, allocatable :: seen(:), places(:)
+        integer :: i, first, last, m
+
+        seen = nonzero_rows(rows(:self%n, :))
+        m = size(seen)
+        places = [seen, self%n + 1]
+        allocate (own(m + 1, m + TOGETHER), source=0.0_dp)
+        do first = 1, size(rows, 2), TOGETHER
+            last = m + min(TOGETHER, size(rows, 2) - first + 1)
+            own(:, m + 1:last) = rows(places, first:first + last - m - 1)
+            do i = 1, m
+                call reflect(own, i, i, m + 1, last, m + 1, sum_of_rows)
+            end do
+            self%squares = self%squares + sum(own(m + 1, m + 1:last)**2)
+        end do
+        do i = 1, m
+            row = 0
+            row(places(i:)) = own(i:, i)
+            call self%fold_in(row)
+        end do
+    end subroutine fold_in_all
+
+    !> True when every constant has been observed.
+    pure logical function is_determined(self)
+        class(constants_t), intent(in) :: self
+
+        integer :: i
+
+        is_determined = .true.
+        do i = 1, self%n
+            is_determined = is_determined .and. abs(self%array(i, i)) > 0
+        end do
+    end function is_determined
+
+    !> The estimate R_y^-1 z_y. The constants must be determined.
+    pure function solution(self) result(y)
+        class(constants_t), intent(in) :: self
+        real(dp) :: y(self%n)
+
+        integer :: i
+
+        do i = self%n, 1, -1
+            y(i) = (self%array(self%n + 1, i) - dot_product(self%array(i + 1:self%n, i), y(i + 1:)))/ &
+                   self%array(i, i)
+        end do
+    end function solution
+
+    !> Estimate and covariance of the last few constants: only their corner of R_y is needed, so they
+    !> cost little at every epoch. They must be determined.
+    pure subroutine last_covariance(self, estimate, covariance)
+        class(constants_t), intent(in) :: self
+        real(dp), intent(out) :: estimate(:)        !! (k): of the last k constants
+        real(dp), intent(out) :: covariance(:, :)   !! k x k
+
+        real(dp) :: inverse(size(estimate), size(estimate))
+        integer :: i, j, k, first
+
+        k = size(estimate)
+        first = self%n - k
+        inverse = 0
+        do i = k, 1, -1
+            estimate(i) = self%array(self%n + 1, first + i) - &
+                          dot_product(self%array(first + i + 1:self%n, first + i), estimate(i + 1:))
+            estimate(i) = estimate(i)/self%array(first + i, first + i)
+            inverse(i, i) = 1
+            do j = i, k
+                inverse(i, j) = (inverse(i, j) - dot_product(self%array(first + i + 1:first + j, first + i), &
+                                                             inverse(i + 1:j, j)))/ &
+                                self%array(first + i, first + i)
+            end do
+        end do
+        covariance = matmul(inverse, transpose(inverse))
+    end subroutine last_covariance
+
+    !> R_y^-1: times its transpose the covariance.
+    pure function inverse_root(self) result(inverse)
+        class(constants_t), intent(in) :: self
+        real(dp) :: inverse(self%n, self%n)
+
+        integer :: i, j
+
+        inverse = 0
+        do j = 1, self%n
+            inverse(j, j) = 1/self%array(j, j)
+            do i = j - 1, 1, -1
+                inverse(i, j) = -dot_product(self%array(i + 1:j, i), inverse(i + 1:j, j))/self%array(i, i)
+            end do
+        end do
+    end function inverse_root
+
+    !> ln det(R_y^T R_y).
+    pure real(dp) function constants_log_determinant(self) result(value)
+        class(constants_t), intent(in) :: self
+
+        integer :: i
+
+        value = 0
+        do i = 1, self%n
+            value = value + 2*log(abs(self%array(i, i)))
+        end do
+    end function constants_log_determinant
+
+    !> Folds a row into triangular rows by Givens' rotations; what is left of it stays in its other columns. The
+    !> columns of `array` are its rows.
+    pure subroutine fold_row(n, columns, array, row)
+        integer, intent(in) :: n, columns
+        real(dp), intent(inout) :: array(columns, n), row(columns)
+
+        real(dp) :: radius, c, s, kept
+        integer :: i, j
+
+        do i = 1, n
+            if (.not. abs(row(i)) > 0) cycle
+            radius = sqrt(array(i, i)**2 + row(i)**2)
+            c = array(i, i)/radius
+            s = row(i)/radius
+            do j = i, columns
+                kept = array(j, i)
+                array(j, i) = c*kept + s*row(j)
+                row(j) = c*row(j) - s*kept
+            end do
+        end do
+    end subroutine fold_row
+
+    !> Householder's reflection of the rows `pivot` and first..last_row that makes their elements in
+    !> `column` vanish but for the pivot's. The rows of the array are the columns of `rows`.
+    pure subroutine reflect(rows, column, pivot, first, last_row, last_column, sum_of_rows)
+        real(dp), contiguous, intent(inout) :: rows(:, :)
+        integer, intent(in) :: column, pivot, first, last_row, last_column
+        real(dp), contiguous, intent(inout) :: sum_of_rows(:)   !! Workspace
+
+        real(dp) :: length, leading, scale
+        integer :: i, j
+
+        length = rows(column, pivot)**2
+        do i = first, last_row
+            length = length + rows(column, i)**2
+        end do
+        length = sqrt(length)
+        if (.not. length > abs(rows(column, pivot))) return
+        if (rows(column, pivot) > 0) length = -length
+        leading = rows(column, pivot) - length          ! first element of the reflecting vector
+        scale = -1/(length*leading)                     ! 2 over the square of its length
+        do j = column + 1, last_column
+            sum_of_rows(j) = leading*rows(j, pivot)
+        end do
+        do i = first, last_row
+            do j = column + 1, last_column
+                sum_of_rows(j) = sum_of_rows(j) + rows(column, i)*rows(j, i)
+            end do
+        end do
+        do j = column + 1, last_column
+            sum_of_rows(j) = scale*sum_of_rows(j)
+            rows(j, pivot) = rows(j, pivot) - leading*sum_of_rows(j)
+        end do
+        do i = first, last_row
+            do j = column + 1, last_column
+                rows(j, i) = rows(j, i) - rows(column, i)*sum_of_rows(j)
+            end do
+            rows(column, i) = 0
+        end do
+        rows(column, pivot) = length
+    end subroutine reflect
+end module gracecg_estimation_square_root_information
