@@ -157,7 +157,7 @@ contains
                   sum(tallies%silent), sum(tallies%runs))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &
                   sum(far%contradicted), sum(far%runs))
-        call line('of these, not refused, the right cause among those named', sum(far%named), sum(far%runs - far%refused))
+        call line('of these the right cause among those named', sum(far%named), sum(far%contradicted))
 
     contains
 

@@ -48,7 +48,7 @@ module gracecg_studies_wrong_beliefs
         integer :: refused = 0          !! Runs in which the estimate failed
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
         integer :: found = 0            !! Runs in which the test of this very belief, with a value, contradicts it
-        integer :: named = 0            !! Of those that are not refused: the cause is among the explanations given
+        integer :: named = 0            !! Runs in which the cause is among the explanations given, also with a refusal
         integer :: silent = 0           !! Runs that are silently wrong
         real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
         real(dp) :: worst = 0           !! Largest error of a component, in standard deviations

@@ -3,6 +3,7 @@
 module test_square_root_information
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_base_text, only: integer_text
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_gauss_markov
@@ -275,8 +276,7 @@ contains
         dense = dense_covariance(process)
         do round = 1, 2
             problem = filter_problem_t(m=M, steps=STEPS, interval=INTERVAL)
-            problem%epoch = EPOCHS
-            if (round == 2) problem%epoch = pack(EPOCHS, EPOCHS < 21 .or. EPOCHS > 25)
+            problem%epoch = pack(EPOCHS, round == 1 .or. EPOCHS < 21 .or. EPOCHS > 25)     ! counted from 1
             n = size(problem%epoch)
             allocate (problem%prior(M + 1, M), problem%acceleration(M + 1, n, 3), source=0.0_dp)
             allocate (problem%kept(n, 3), source=.false.)
@@ -290,7 +290,8 @@ contains
                 problem%kept(k, 1) = is_observed(problem%epoch(k))
             end do
             problem%process(1) = process
-            problem%process(2:) = no_process()
+            problem%process(2) = no_process()
+            problem%process(3) = no_process()
             call whiten_by_process(process, problem%epoch, problem%kept(:, 1), problem%acceleration(:, :, 1), &
                                    remainder(:, :, 1), unused)
             call gather(problem, constants, remainder)
@@ -304,7 +305,8 @@ contains
                 place = findloc(with_it, problem%epoch(k), 1)
                 call invert(dense, with_it, PRIOR, inverse, unused)
                 expected = dot_product(inverse(place, :), observed(with_it))**2/inverse(place, place)
-                call check(error, abs(chi_square(k) - expected) < 1e-8_dp*(1 + expected), 'chi-square of sample')
+                call check(error, abs(chi_square(k) - expected) < 1e-8_dp*(1 + expected), &
+                           'chi-square of sample '//integer_text(k))
                 if (allocated(error)) return
             end do
             call invert(dense, used, PRIOR, inverse, unused)

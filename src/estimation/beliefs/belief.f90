@@ -146,13 +146,20 @@ contains
 
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
     !> samples change. An interchange is done if the value is not 0, whatever it is.
-    pure subroutine apply_value(parameter, value, observations)
+    pure subroutine apply_value(parameter, value, observations, noise_follows)
         integer, intent(in) :: parameter    !! Its place among PARAMETERS
         real(dp), intent(in) :: value       !! SI units
         type(observation_set_t), intent(inout) :: observations
+        logical, intent(in), optional :: noise_follows
+        !! Whether the levels of the accelerometer's noise become those of the samples as they then are: a scale factor
+        !! divides their noise, too, and interpolation smooths it. Fits under the belief can be compared only so
 
         integer :: i, j, next
-        real(dp) :: zeta(3), other
+        real(dp) :: zeta(3), other, noise
+        logical :: follows
+
+        follows = .false.
+        if (present(noise_follows)) follows = noise_follows
 
         associate (k => observations%knowledge)
             select case (parameter)
@@ -187,6 +194,7 @@ contains
             case (SCALE_FACTORS(1):SCALE_FACTORS(3))
                 i = parameter - SCALE_FACTORS(1) + 1
                 k%accelerometer_scale(i) = k%accelerometer_scale(i)*(1 + value)
+                if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level/(1 + value)**2
             case (FIELD_BIAS(1):FIELD_BIAS(3))
                 i = parameter - FIELD_BIAS(1) + 1
                 k%magnetometer_bias(i) = k%magnetometer_bias(i) + value
@@ -213,7 +221,8 @@ contains
                 observations%star_camera_time = observations%star_camera_time - value
             case (ACCELEROMETER_DELAYS(1):ACCELEROMETER_DELAYS(3))
                 i = parameter - ACCELEROMETER_DELAYS(1) + 1
-                call advance(observations%accelerometer_time, observations%acceleration(i, :), value)
+                call advance(observations%accelerometer_time, observations%acceleration(i, :), value, noise)
+                if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level*noise
             case (FIELD_TURN(1):FIELD_TURN(3))
                 zeta = along(parameter - FIELD_TURN(1) + 1, value)
                 call turn(observations%field, zeta)
@@ -258,16 +267,19 @@ contains
     end subroutine turn
 
     !> A series read at later tags: the value at t + delay, by Lagrange's cubic through the four nearest samples.
-    pure subroutine advance(times, series, delay)
+    pure subroutine advance(times, series, delay, noise)
         real(dp), intent(in) :: times(:)        !! Increasing, s
         real(dp), intent(inout) :: series(:)
         real(dp), intent(in) :: delay           !! s
+        real(dp), intent(out) :: noise          !! Variance that is left of white noise of variance 1
 
         real(dp) :: old(size(series)), t, weight
         integer :: i, j, l, first, n
 
         n = size(series)
+        noise = 1
         if (n < 4) return
+        noise = 0
         old = series
         first = 1
         do i = 1, n
@@ -285,6 +297,7 @@ contains
                     if (l /= j) weight = weight*(t - times(l))/(times(j) - times(l))
                 end do
                 series(i) = series(i) + weight*old(j)
+                noise = noise + weight**2/n
             end do
         end do
     end subroutine advance

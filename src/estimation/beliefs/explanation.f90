@@ -66,7 +66,7 @@ contains
                 value = test%value
                 do k = 1, 3
                     other = observations
-                    call apply_value(BELIEFS(test%belief)%parameter, value, other)
+                    call apply_value(BELIEFS(test%belief)%parameter, value, other, noise_follows=.true.)
                     call refit(other, without_tests(options), solution, left, error)
                     gain = max(gain, (misfit - left)/2)
                     if (2*gain > report%critical**2 .or. test%all_or_nothing) exit
@@ -276,7 +276,7 @@ contains
         tried%value = first
         do step = 1, MOST_STEPS
             other = observations
-            call apply_value(BELIEFS(belief)%parameter, tried%value, other)
+            call apply_value(BELIEFS(belief)%parameter, tried%value, other, noise_follows=.true.)
             call refit(other, options, solution, left, error)
             if (.not. allocated(solution%beliefs)) exit
             i = findloc(solution%beliefs%values%belief, belief, 1)

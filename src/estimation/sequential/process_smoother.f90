@@ -8,9 +8,9 @@
 !>     u = v/F - K^T r',                  D = 1/F + K^T N' K,
 !>     r = r' + h u,                      N = N' - (N' K) h^T - h (N' K)^T + D h h^T,
 !>
-!> or r = r', N = N' where a sample is left out. u is the smoothed e of a sample in use, u/D what it differs by from what
-!> all others predict and 1/D the variance of that, also of a sample that is left out (P. de Jong, J. Penzer, J. Am.
-!> Stat. Assoc. 93 (1998) 796-806). The smoothed process follows forwards: p = P r before the first sample,
+!> and where a sample is left out r = r', N = N', D = 1/(F - F^2 K^T N' K), u = (v - F K^T r') D. u is the smoothed e of a
+!> sample in use, u/D what a sample differs by from what all others predict and 1/D the variance of that (P. de Jong,
+!> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). The smoothed process follows forwards: p = P r before the first sample,
 !> p(k+1) = Phi p(k) + Q r (S. J. Koopman, Biometrika 80 (1993) 117-126).
 module gracecg_estimation_process_smoother
     use gracecg_base_kinds, only: dp
@@ -43,7 +43,7 @@ contains
         places = nonzero_rows(series)
         do first = 1, size(places), LANES
             call smooth_lanes(process%n, size(epoch), kept, process%output, gain, inverse_deviation, below, on, above, &
-                              places(first:min(first + LANES - 1, size(places))), series)
+                              information, places(first:min(first + LANES - 1, size(places))), series)
         end do
     end subroutine smooth_errors
 
@@ -74,7 +74,10 @@ contains
             end if
             seen = matmul(later, gain(:, i))
             information(i) = inverse_deviation(i)**2 + dot_product(gain(:, i), seen)
-            if (.not. kept(i)) cycle
+            if (.not. kept(i)) then
+                information(i) = inverse_deviation(i)**4/(inverse_deviation(i)**2 - dot_product(gain(:, i), seen))
+                cycle
+            end if
             do j = 1, n
                 later(:, j) = later(:, j) - output*seen(j)
                 if (abs(output(j)) > 0) later(:, j) = later(:, j) - output(j)*seen + information(i)*output(j)*output
@@ -83,10 +86,11 @@ contains
     end subroutine go_back
 
     !> u in place of v/sqrt F, of a few series side by side.
-    pure subroutine smooth_lanes(n, samples, kept, output, gain, inverse_deviation, below, on, above, places, series)
+    pure subroutine smooth_lanes(n, samples, kept, output, gain, inverse_deviation, below, on, above, information, places, &
+                                 series)
         integer, intent(in) :: n, samples
         logical, intent(in) :: kept(samples)
-        real(dp), intent(in) :: output(n), inverse_deviation(samples)
+        real(dp), intent(in) :: output(n), inverse_deviation(samples), information(samples)
         real(dp), intent(in), dimension(n, samples) :: gain, below, on, above
         integer, intent(in) :: places(:)                ! of the series, at most LANES
         real(dp), intent(inout) :: series(:, :)         ! (series, samples)
@@ -116,6 +120,7 @@ contains
             do j = 1, n
                 error = error - gain(j, i)*later(:, j)
             end do
+            if (.not. kept(i)) error = error*information(i)/inverse_deviation(i)**2
             do lane = 1, size(places)
                 series(places(lane), i) = error(lane)
             end do
