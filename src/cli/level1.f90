@@ -8,10 +8,10 @@ module gracecg_cli_level1
     use gracecg_files_file, only: directory_exists
     use gracecg_files_folder, only: files_in_folder
     use gracecg_observations_level1_conversion, only: convert_level1
-    use gracecg_observations_level1_header, only: product_of_file_name
+    use gracecg_observations_level1_header, only: product_of_file_name, date_of_file_name
     use gracecg_observations_level1_products, only: KIND_LETTER, KIND_F4, KIND_F8
     use gracecg_observations_level1_reader, only: level1_reader_t, level1_block_t
-    use gracecg_observations_level1_summary, only: level1_summary_t, field_summary_t, summarise_level1
+    use gracecg_observations_level1_summary, only: level1_summary_t, field_summary_t, summarise_level1, GAP_INTERVALS
     use gracecg_observations_level1_time, only: gps_date_text
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -23,6 +23,16 @@ module gracecg_cli_level1
 
     integer, parameter :: MOST_PATHS = 100000
     character(*), parameter :: ACC = 'ACC1A_2023-06-01_C_04.txt'
+
+    type :: file_end_t
+        !! Where the last file of a product and satellite ends
+        character(6) :: key = ''                !! Product and satellite
+        character(40) :: name = ''              !! Of the file
+        character(10) :: date = ''              !! In its name
+        integer(i8) :: seconds = 0              !! Of its last record
+        real(dp) :: fraction = 0                !! s
+    end type file_end_t
+
     character(7), parameter :: DUMP_FORMATS(2) = [character(7) :: 'csv', 'records']
 
 contains
@@ -48,6 +58,7 @@ contains
 
         type(string_t), allocatable :: paths(:), failures(:)
         type(level1_summary_t) :: summary
+        type(file_end_t), allocatable :: ends(:)
         type(data_table_t) :: table
         type(results_t) :: results
         integer :: i
@@ -57,7 +68,7 @@ contains
         call level1_paths(arguments, paths, error)
         if (allocated(error)) return
         call declare_columns(table)
-        allocate (failures(0))
+        allocate (failures(0), ends(0))
         do i = 1, size(paths)
             call summarise_level1(paths(i)%text, summary, error, with_fields=.false.)
             if (allocated(error)) then
@@ -65,6 +76,7 @@ contains
                 deallocate (error)
                 cycle
             end if
+            call tell_joint(summary, ends)
             call add_row(table, summary)
             call tell_warnings(paths(i)%text, summary%warnings, console)
         end do
@@ -74,6 +86,44 @@ contains
         if (size(failures) > 0 .and. .not. allocated(error)) &
             call fail(error, join(padded(failures), new_line('a')))
     end subroutine run_level1_list
+
+    !> Notes whether a file goes on where the one before it, of the same product and satellite and another day, ends:
+    !> with a gap, or overlapping, so that records may be there twice.
+    subroutine tell_joint(summary, ends)
+        type(level1_summary_t), intent(inout) :: summary
+        type(file_end_t), allocatable, intent(inout) :: ends(:)     !! Of the files before, one a product and satellite
+
+        real(dp), parameter :: NEXT = 86400     ! s: a file that begins later is of no day behind
+        character(9) :: size_text
+        character(6) :: key
+        real(dp) :: step
+        integer :: i
+
+        if (summary%records == 0 .or. summary%layout%is_event) return
+        key = summary%layout%product//summary%satellite
+        i = 1
+        do while (i <= size(ends))
+            if (ends(i)%key == key) exit
+            i = i + 1
+        end do
+        if (i > size(ends)) then
+            ends = [ends, file_end_t(key=key)]
+        else if (date_of_file_name(summary%path) > ends(i)%date .and. summary%interval > 0) then
+            step = real(summary%first_seconds - ends(i)%seconds, dp) + (summary%first_fraction - ends(i)%fraction)
+            write (size_text, '(f9.1)') abs(step)
+            if (step > GAP_INTERVALS*summary%interval .and. step < NEXT) then
+                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s behind the last record of '// &
+                            trim(ends(i)%name)//': a gap')
+            else if (step <= 0) then
+                call append(summary%warnings, 'begins '//trim(adjustl(size_text))//' s before the last record of '// &
+                            trim(ends(i)%name)//': they overlap, and records of equal epochs are used once')
+            end if
+        end if
+        ends(i)%name = file_name(summary%path)
+        ends(i)%date = date_of_file_name(summary%path)
+        ends(i)%seconds = summary%last_seconds
+        ends(i)%fraction = summary%last_fraction
+    end subroutine tell_joint
 
     !> The files of the arguments; of folders those that are named like Level-1 files.
     subroutine level1_paths(arguments, paths, error)

@@ -7,6 +7,7 @@ module gracecg_cli_level1_check
     use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_cli_arguments, only: arguments_t
     use gracecg_cli_console, only: console_t
+    use gracecg_cli_level1_estimate, only: add_day_option
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
@@ -28,6 +29,7 @@ contains
                                 'gracecg level1 check day')
         call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
                                   choices=SATELLITE_NAMES)
+        call add_day_option(arguments)
         call add_format_option(arguments)
     end subroutine declare_level1_check
 
@@ -41,15 +43,16 @@ contains
         type(level1_check_t) :: check
         type(data_table_t) :: table
         type(results_t) :: results
-        character(:), allocatable :: satellite
+        character(:), allocatable :: satellite, day
         integer :: i, unusual
 
         satellite = ''
         if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
+        call arguments%get('--day', day, misuse, default='')
         call take_format(arguments, console, misuse)
         if (allocated(misuse)) return
         if (satellite == '') satellite = ' '
-        call open_level1_folder(arguments%positional(1), satellite(1:1), files, error)
+        call open_level1_folder(arguments%positional(1), satellite(1:1), files, error, day)
         if (.not. allocated(error)) call check_level1(files, check, error)
         if (allocated(error)) return
         call table%column('quantity', 'a', 'quantity')

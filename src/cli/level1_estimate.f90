@@ -20,7 +20,7 @@ module gracecg_cli_level1_estimate
     use gracecg_cli_results, only: results_t, add_format_option, take_format
     implicit none
     private
-    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, take_calibration
+    public :: declare_level1_estimate, run_level1_estimate, declare_data_options, add_day_option, take_calibration
 
     character(1), parameter :: SATELLITE_NAMES(4) = ['A', 'B', 'C', 'D']
     character(12), parameter :: FIELDS(2) = [character(12) :: 'model', 'magnetometer']
@@ -58,12 +58,21 @@ contains
                                   'mass_properties and level1)', required=.true.)
         call arguments%add_option('--satellite', 'S', 'A, B, C or D (default: the first one that has files)', &
                                   choices=SATELLITE_NAMES)
+        call add_day_option(arguments)
         call arguments%add_option('--spans', 'FILE', 'sub-manoeuvres: an SOE file, or lines of start (GPS seconds past '// &
                                   '2000-01-01 12:00) and duration (s)')
         call arguments%add_option('--span', 'START DURATION', 'a single sub-manoeuvre, likewise')
         call arguments%add_option('--field', 'FIELD', 'of the Earth: model (default), or magnetometer: corrected for bias '// &
                                   'and rods by the model', choices=FIELDS)
     end subroutine declare_data_options
+
+    !> The option that says which day of a folder is meant.
+    subroutine add_day_option(arguments)
+        type(arguments_t), intent(inout) :: arguments
+
+        call arguments%add_option('--day', 'DATE', 'the manoeuvre that this day has part of, as 2020-02-01 (default: of all '// &
+                                  'files in the folder, which are joined); the days before and behind it are read, too')
+    end subroutine add_day_option
 
     !> Setup and data by the options. Fails as reading does.
     subroutine take_calibration(arguments, setup, calibration, misuse, error)
@@ -73,12 +82,13 @@ contains
         type(error_t), allocatable, intent(inout) :: misuse
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: setup_file, satellite, spans_file, field
+        character(:), allocatable :: setup_file, satellite, day, spans_file, field
         real(dp), allocatable :: span(:, :)
 
         call arguments%get('--setup', setup_file, misuse)
         satellite = ''
         if (arguments%has('--satellite')) call arguments%get('--satellite', satellite, misuse, choices=SATELLITE_NAMES)
+        call arguments%get('--day', day, misuse, default='')
         call arguments%get('--spans', spans_file, misuse, default='')
         allocate (span(2, 0))
         if (arguments%has('--span')) then
@@ -92,7 +102,8 @@ contains
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
         if (allocated(error)) return
-        call gather_calibration(arguments%positional(1), setup, satellite, spans_file, span, field, calibration, error)
+        call gather_calibration(arguments%positional(1), setup, satellite, spans_file, span, field, calibration, error, &
+                                day)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.

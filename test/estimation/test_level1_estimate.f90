@@ -4,14 +4,14 @@ module test_level1_estimate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, integer_text, split_words
+    use gracecg_base_text, only: string_t, integer_text, split_words, parse_integer
     use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised, &
         quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
     use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
-    use gracecg_files_file, only: file_exists, output_file_t, make_directory
+    use gracecg_files_file, only: file_exists, output_file_t, make_directory, text_file_t, read_text_file
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_base_random, only: random_stream_t, new_stream
@@ -82,6 +82,9 @@ contains
                     new_unittest('orbits', test_orbits), &
                     new_unittest('lag-of-firings', test_firings), &
                     new_unittest('heads-together', test_heads), &
+                    new_unittest('over-midnight', test_midnight), &
+                    new_unittest('several-days', test_several_days), &
+                    new_unittest('longest-span', test_longest_span), &
                     new_unittest('one-place', test_one_place), &
                     new_unittest('spans-by-currents', test_spans), &
                     new_unittest('wrong-rod', test_wrong_rod), &
@@ -625,6 +628,165 @@ contains
                                     abs(norm2(span%position(:, i)) - RADIUS) < 1, i=1, size(span%attitude_time))]), 'field')
         end associate
     end subroutine test_orbits
+
+    !> Writes the lines of a folder's text files with `first` <= time < `last` into files of another day, their times and
+    !> SOE events later by `shift`.
+    subroutine copy_day(from, to, date, first, last, shift, error)
+        character(*), intent(in) :: from, to, date  ! Folders; YYYY-MM-DD
+        real(dp), intent(in) :: first, last         ! s from the epoch
+        integer, intent(in) :: shift                ! s
+        type(error_type), allocatable, intent(out) :: error
+
+        character(5), parameter :: PRODUCTS(6) = ['ACC1A', 'MAG1B', 'SCA1B', 'GNV1B', 'GNI1B', 'CLK1B']
+        type(text_file_t) :: file
+        type(output_file_t) :: copy
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: line
+        integer(i8) :: seconds
+        integer :: i, k, blank
+        logical :: ok, is_header
+
+        call make_directory(to, failure)
+        do i = 1, size(PRODUCTS)
+            if (.not. allocated(failure)) call read_text_file(from//'/'//PRODUCTS(i)//DAY, file, failure)
+            if (.not. allocated(failure)) call copy%open(to//'/'//PRODUCTS(i)//'_'//date//'_C_04.txt', failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            is_header = .true.
+            do k = 1, file%line_count()
+                line = file%line(k)
+                if (is_header) then
+                    call copy%line(line)
+                    is_header = index(line, '# End') == 0
+                    cycle
+                end if
+                blank = index(line, ' ')
+                call parse_integer(line(:blank - 1), seconds, ok)
+                if (PRODUCTS(i) /= 'CLK1B' .and. (seconds < EPOCH + first .or. seconds >= EPOCH + last)) cycle
+                call copy%line(integer_text(seconds + shift)//line(blank:))
+            end do
+            call copy%commit(failure)
+        end do
+        call check_passes(error, message_of(failure))
+    end subroutine copy_day
+
+    !> A manoeuvre whose files end within a span and go on in those of the next day, three seconds of which are in both,
+    !> gives what it gives in one file.
+    subroutine test_midnight(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: whole, parted
+        type(level1_estimate_t) :: expected, found
+        type(error_t), allocatable :: failure
+        type(console_t) :: console
+        character(:), allocatable :: text
+        real(dp) :: middle
+        integer :: status, i
+
+        call estimate_day('l1_whole', flaws_t(spans=2, leakage=1e-12_dp), setup_said(), whole, expected, failure)
+        call check_passes(error, message_of(failure))
+        middle = start_of(0) + DURATION/2
+        if (.not. allocated(error)) &
+            call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-01', -1e4_dp, middle + 3, 0, error)
+        if (.not. allocated(error)) call copy_day(FOLDER//'l1_whole', FOLDER//'l1_parted', '2020-02-02', middle, 1e4_dp, 0, error)
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', reshape([real(dp) ::], [2, 0]), 'model', parted, failure)
+        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, says(parted%notes, 'files of 2 days are joined, 2020-02-01 to 2020-02-02'), 'days are told')
+        if (allocated(error)) return
+        call check(error, says(parted%notes, 'ACC1A: 30 records have an epoch that came before'), 'records that are there twice')
+        if (allocated(error)) return
+        call check(error, says(parted%notes, 'MAG1B: 1 records came before an earlier one'), 'order')
+        if (allocated(error)) return
+        ! No SOE file: the spans are those of the currents.
+        call check(error, parted%spans_from == 'the currents' .and. size(parted%spans) == 2, 'spans')
+        if (allocated(error)) return
+        call check(error, maxval(abs(parted%spans%start - whole%spans%start)) < 0.6_dp .and. &
+                   maxval(abs(parted%spans%stop - whole%spans%stop)) < 0.6_dp, 'begin and end')
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_parted', setup_said(), '', '', &
+                                reshape([(EPOCH + start_of(i), DURATION, i=0, 1)], [2, 2]), 'model', parted, failure)
+        if (.not. allocated(failure)) call estimate_level1(parted, setup_said(), LEVEL1_SOURCES, 'estimate', found, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        do i = 1, size(found%solutions)
+            call check(error, maxval(abs(found%solutions(i)%offset - expected%solutions(i)%offset)) < 1e-6_dp*MICROMETRE, &
+                       found%solutions(i)%source)
+            if (allocated(error)) return
+            call check(error, all(abs(found%solutions(i)%covariance - expected%solutions(i)%covariance) < &
+                                  1e-6_dp*maxval(abs(expected%solutions(i)%covariance))), 'covariance')
+            if (allocated(error)) return
+        end do
+        console%captured = .true.
+        call run_command_line(split_words('level1 list '//FOLDER//'l1_parted'), console, status)
+        text = console%output//console%messages
+        call check(error, status == 0 .and. index(text, 's before the last record of ACC1A_2020-02-01_C_04.txt') > 0, text)
+    end subroutine test_midnight
+
+    !> Two manoeuvres three days apart in one folder: which is meant has to be said, by its day, and is then taken.
+    subroutine test_several_days(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+        real(dp) :: none(2, 0)
+
+        call write_day('l1_first', flaws_t(spans=1), path)
+        call copy_day(path, FOLDER//'l1_days', '2020-02-01', -1e4_dp, 1e4_dp, 0, error)
+        if (.not. allocated(error)) call copy_day(path, FOLDER//'l1_days', '2020-02-04', -1e4_dp, 1e4_dp, 3*86400, error)
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure)
+        call check_fails(error, message_of(failure), [character(40) :: '2 manoeuvres', '2020-02-01T03:01 (1 spans)', &
+                                                      '2020-02-04T03:01 (1 spans)', '--day'])
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-04')
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, calibration%date, '2020-02-04')
+        if (allocated(error)) return
+        call check(error, size(calibration%spans) == 1 .and. calibration%epoch >= EPOCH + 3*86400 .and. &
+                   calibration%spans(1)%used, 'its span')
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-03')
+        call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of 2020-02-03'])
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-30')
+        call check_fails(error, message_of(failure), [character(40) :: '"2020-02-30" is no date'])
+        if (allocated(error)) return
+        ! Days that follow one another: the next one has no manoeuvre, which is said with where there is one.
+        call copy_day(path, FOLDER//'l1_days', '2020-02-05', -1e4_dp, start_of(0) - 10, 4*86400, error)
+        if (allocated(error)) return
+        call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')
+        call check_fails(error, message_of(failure), [character(60) :: 'no manoeuvre found on 2020-02-05, but at 2020-02-04T03:01'])
+    end subroutine test_several_days
+
+    !> A span longer than 900 s is left out with the reason; the others are used.
+    subroutine test_longest_span(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(level1_calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path
+
+        call write_day('l1_long', flaws_t(spans=2), path)
+        call gather_calibration(path, setup_said(), '', '', reshape([EPOCH + start_of(0), DURATION, EPOCH + start_of(1) - 850, &
+                                                                     901.0_dp], [2, 2]), 'model', calibration, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, calibration%spans(1)%used .and. .not. calibration%spans(2)%used, 'which are used')
+        if (allocated(error)) return
+        call check(error, trim(calibration%spans(2)%reason), 'longer than 900 s: give its sub-manoeuvres')
+        if (allocated(error)) return
+        ! One of 900 s is left out too, but because the files have only a part of it.
+        call gather_calibration(path, setup_said(), '', '', reshape([EPOCH + start_of(1) - 850, 900.0_dp], [2, 1]), 'model', &
+                                calibration, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, trim(calibration%spans(1)%reason), 'a gap in the orbit')
+    end subroutine test_longest_span
 
     !> Currents held from tag to tag are recognised; the lag of the accelerometer is found.
     subroutine test_held(error)

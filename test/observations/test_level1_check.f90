@@ -3,7 +3,7 @@
 module test_level1_check
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_files_file, only: directory_exists, make_directory
     use gracecg_observations_level1_check, only: level1_check_t, check_level1
     use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
@@ -84,6 +84,7 @@ contains
                                                 'QSA1B_2019-05-22_C_04.txt', 'notes.txt']
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
+        type(string_t), allocatable :: paths(:)
         character(:), allocatable :: path
         integer :: i
 
@@ -100,13 +101,23 @@ contains
         call open_level1_folder(DAYS, 'C', files, failure)
         if (.not. allocated(error)) call check(error, files%satellite//files%date, 'C2020-02-01')
         if (.not. allocated(error)) &
-            call check_fails(error, files%warnings(1)%text, [character(40) :: 'several days', '2020-02-01 is taken'])
+            call check_fails(error, files%warnings(1)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
         call files%path_of('MAS1B', path)
         if (.not. allocated(error)) call check(error, path, DAYS//'/MAS1B_2020-02-01_C_04.txt')
+        call files%paths_of('MAS1B', paths)
+        if (.not. allocated(error)) call check(error, size(paths), 2)
+        if (.not. allocated(error)) call check(error, paths(2)%text, DAYS//'/MAS1B_2020-02-02_C_04.txt')
         call files%path_of('QSA1B', path)
         if (.not. allocated(error)) call check(error, path, DAYS//'/QSA1B_2019-05-22_C_04.txt')
         call files%path_of('MAG1B', path)
         if (.not. allocated(error)) call check(error, path, '')
+        call files%paths_of('QSA1B', paths)
+        if (.not. allocated(error)) call check(error, size(paths), 1)
+        call open_level1_folder(DAYS, 'C', files, failure, '2020-02-02')
+        if (.not. allocated(error)) call check(error, files%date//files%days(1), '2020-02-022020-02-01')
+        call open_level1_folder(DAYS, 'C', files, failure, '2020-02-03')
+        if (.not. allocated(error)) &
+            call check_fails(error, message_of(failure), [character(60) :: 'no Level-1 files of satellite C of 2020-02-03'])
         call open_level1_folder(DAYS, 'A', files, failure)
         if (.not. allocated(error)) &
             call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of satellite A'])

@@ -309,15 +309,18 @@ contains
     !>
     !> Columns and their second derivatives are made orthonormal together, by the columns: of long spans polynomial,
     !> parabola and lines are too much alike for normal equations.
-    subroutine differentiate_attitude(span, times, angles, wanted, acceleration)
+    subroutine differentiate_attitude(span, times, angles, wanted, acceleration, patterns, noise)
         type(level1_span_t), intent(in) :: span
         real(dp), intent(in) :: times(:)                    !! Of the angles, s
         real(dp), intent(in) :: angles(:, :)                !! (3, n), rad
         real(dp), intent(in) :: wanted(:)                   !! Within the span, s
         real(dp), allocatable, intent(out) :: acceleration(:, :)    !! rad/s^2
+        real(dp), allocatable, intent(out) :: patterns(:, :)        !! (wanted, n): how white noise of the angles about an
+                                                                    !! axis, of 1 rad, shows, as n independent numbers, 1/s^2
+        real(dp), intent(out) :: noise(3)                           !! That noise, by the residuals of the fit, rad
 
         integer, parameter :: POWERS = 3
-        real(dp), allocatable :: columns(:, :), second(:, :), fired(:)
+        real(dp), allocatable :: columns(:, :), fired(:), amplitudes(:)
         real(dp) :: duration, omega, s(size(times)), u(size(times)), inside(size(wanted))
         integer :: lines, n, k, axis, column, firings
 
@@ -328,10 +331,10 @@ contains
         fired = pack(fired, fired > times(1) .and. fired < times(size(times) - 1))
         firings = size(fired)
         n = FIT_DEGREE + 1 + firings + POWERS + 2*lines
-        allocate (columns(size(times), n), second(size(wanted), n), source=0.0_dp)
+        allocate (columns(size(times), n), patterns(size(wanted), n), source=0.0_dp)
         allocate (acceleration(3, size(wanted)))
         call polynomial_columns(times, FIT_DEGREE, columns(:, :FIT_DEGREE + 1))
-        call polynomial_curvature(times, wanted, FIT_DEGREE, second(:, :FIT_DEGREE + 1))
+        call polynomial_curvature(times, wanted, FIT_DEGREE, patterns(:, :FIT_DEGREE + 1))
         do k = 1, firings
             columns(:, FIT_DEGREE + 1 + k) = max(0.0_dp, times - fired(k))
         end do
@@ -341,19 +344,21 @@ contains
         column = FIT_DEGREE + 1 + firings
         do k = 0, POWERS - 1
             columns(:, column + k + 1) = s**(k + 2)/((k + 1)*(k + 2)) + s**(k + 1)/(k + 1)*u
-            second(:, column + k + 1) = inside**k
+            patterns(:, column + k + 1) = inside**k
         end do
         column = column + POWERS
         do k = 1, lines
             omega = TWO_PI*k/duration
             columns(:, column + 2*k - 1) = (1 - cos(omega*s))/omega**2 + sin(omega*s)/omega*u
             columns(:, column + 2*k) = s/omega - sin(omega*s)/omega**2 + (1 - cos(omega*s))/omega*u
-            second(:, column + 2*k - 1) = cos(omega*inside)
-            second(:, column + 2*k) = sin(omega*inside)
+            patterns(:, column + 2*k - 1) = cos(omega*inside)
+            patterns(:, column + 2*k) = sin(omega*inside)
         end do
-        call orthonormalise_with(columns, second)
+        call orthonormalise_with(columns, patterns)
         do axis = 1, 3
-            acceleration(axis, :) = matmul(second, matmul(angles(axis, :), columns))
+            amplitudes = matmul(angles(axis, :), columns)
+            acceleration(axis, :) = matmul(patterns, amplitudes)
+            noise(axis) = norm2(angles(axis, :) - matmul(columns, amplitudes))/sqrt(real(max(1, size(times) - n), dp))
         end do
     end subroutine differentiate_attitude
 end module gracecg_estimation_level1_angular

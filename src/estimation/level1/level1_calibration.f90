@@ -64,6 +64,7 @@ module gracecg_estimation_level1_calibration
         type(level1_firing_t), allocatable :: firings(:)    !! Thruster firings that tell of delays
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
+        real(dp) :: largest_current = 0                 !! Of all files, mA
         real(dp), allocatable :: measured_field(:, :)   !! T
         real(dp) :: clock_correction = 0                !! GPS less OBC time at the epoch, s
         real(dp) :: field_difference = -1               !! RMS of magnetometer, corrected, less model, T; -1: not known
@@ -106,12 +107,12 @@ contains
         span%angular = span%angular(:, wanted)
     end subroutine keep_samples
 
-    !> Leaves a span out.
+    !> Leaves a span out; the first reason stays.
     subroutine leave_out(span, reason)
         type(level1_span_t), intent(inout) :: span
         character(*), intent(in) :: reason      !! Why, for people
 
+        if (span%used) span%reason = reason
         span%used = .false.
-        span%reason = reason
     end subroutine leave_out
 end module gracecg_estimation_level1_calibration

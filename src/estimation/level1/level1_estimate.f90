@@ -522,12 +522,12 @@ contains
                         series(i)%acceleration(k, :) = span%angular(k, :) - sum(span%angular(k, :))/size(span%time)
                     end do
                 case ('sca')
-                    call differentiate_attitude(span, span%attitude_time, span%angle, &
-                                                span%time - estimate%accelerometer_delay, series(i)%acceleration)
+                    call differentiate_attitude(span, span%attitude_time, span%angle, span%time - estimate%accelerometer_delay, &
+                                                series(i)%acceleration, series(i)%patterns, series(i)%noise)
                 case ('imu')
                     call gyro_attitude(span, estimate%gyros, times, angles)
                     call differentiate_attitude(span, times, angles, span%time - estimate%accelerometer_delay, &
-                                                series(i)%acceleration)
+                                                series(i)%acceleration, series(i)%patterns, series(i)%noise)
                 case default
                     call fail(error, 'there is no source "'//source//'"')
                 end select

@@ -1,31 +1,32 @@
 !> A calibration gathered from a folder of Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_estimation_level1_gathering
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_lapack, only: normal_equations, solve_normal_equations
     use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_observations_level1_folder, only: level1_folder_t, open_level1_folder
     use gracecg_observations_level1_records, only: level1_records_t, read_level1
     use gracecg_observations_level1_setup, only: level1_setup_t
-    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock
+    use gracecg_observations_level1_time, only: level1_clock_t, new_level1_clock, gps_date_text
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, &
         middle_of, SPAN_MARGIN
-    use gracecg_estimation_level1_instruments, only: find_file, read_currents, read_firings, read_accelerometer, &
+    use gracecg_estimation_level1_instruments, only: find_files, read_currents, read_firings, read_accelerometer, &
         read_attitude, read_gyros
     use gracecg_estimation_level1_series, only: interpolate, node_before
-    use gracecg_estimation_level1_spans, only: choose_spans
+    use gracecg_estimation_level1_spans, only: said_spans, choose_spans
     implicit none
     private
     public :: gather_calibration
 
     real(dp), parameter :: READ_MARGIN = 8      !! Records are read so much farther than SPAN_MARGIN, s
+    real(dp), parameter :: LONGEST_SPAN = 900   !! s: the parabola of a span follows no more of what is slow
 
 contains
 
     !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
-    subroutine gather_calibration(folder, setup, satellite, spans_file, given_span, field_choice, calibration, error)
+    subroutine gather_calibration(folder, setup, satellite, spans_file, given_span, field_choice, calibration, error, day)
         character(*), intent(in) :: folder          !! Of the Level-1 files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
@@ -35,24 +36,36 @@ contains
         character(*), intent(in) :: field_choice    !! model or magnetometer
         type(level1_calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
 
         type(level1_folder_t) :: paths
         type(level1_records_t) :: records
         type(level1_clock_t) :: clock
-        real(dp), allocatable :: spans(:, :), windows(:, :)
-        character(:), allocatable :: path
+        real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
+        type(string_t), allocatable :: found(:)
+        character(:), allocatable :: wanted
+        character(26) :: date
         integer :: i
 
+        wanted = ''
+        if (present(day)) wanted = day
         allocate (calibration%notes(0))
-        call open_files(folder, satellite, paths, calibration, error)
+        call open_files(folder, satellite, wanted, paths, calibration, error)
         if (.not. allocated(error)) call make_clock(paths, calibration, clock, error)
-        if (.not. allocated(error)) call read_currents(paths, clock, calibration, error)
-        if (.not. allocated(error)) call choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
+        if (.not. allocated(error)) call said_spans(paths, spans_file, given_span, calibration, said, error)
+        if (.not. allocated(error)) call read_currents(paths, clock, setup, said, calibration, error)
+        if (.not. allocated(error)) call choose_spans(said, wanted, setup, calibration, spans, error)
         if (allocated(error)) return
+        if (size(paths%days) > 1) then
+            date = gps_date_text(calibration%epoch + floor(spans(1, 1), i8), 0.0_dp)
+            calibration%date = date(:len(calibration%date))
+        end if
         allocate (calibration%spans(size(spans, 2)))
         do i = 1, size(spans, 2)
             calibration%spans(i)%start = spans(1, i)
             calibration%spans(i)%stop = spans(2, i)
+            if (spans(2, i) - spans(1, i) > LONGEST_SPAN) call leave_out(calibration%spans(i), 'longer than '// &
+                integer_text(nint(LONGEST_SPAN))//' s: give its sub-manoeuvres')
         end do
         windows = spans + real(calibration%epoch, dp)
         windows(1, :) = windows(1, :) - SPAN_MARGIN - READ_MARGIN
@@ -65,37 +78,37 @@ contains
         call fit_magnetometer(calibration, field_choice == 'magnetometer', error)
         if (allocated(error)) return
         call edit_spans(setup, calibration)
-        call find_file(paths, ['MAS1B', 'MAS1A'], path)
-        if (path == '') return
-        call read_level1(path, records, error)
+        call find_files(paths, ['MAS1B', 'MAS1A'], found)
+        if (size(found) == 0) return
+        call read_level1(found, records, error)
         if (.not. allocated(error)) call take_gas(records, calibration)
     end subroutine gather_calibration
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
-    subroutine open_files(folder, satellite, files, calibration, error)
-        character(*), intent(in) :: folder, satellite
+    subroutine open_files(folder, satellite, day, files, calibration, error)
+        character(*), intent(in) :: folder, satellite, day
         type(level1_folder_t), intent(out) :: files
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: path
+        type(string_t), allocatable :: found(:)
         character(1) :: wanted
         integer :: i
 
         wanted = satellite
-        call open_level1_folder(folder, wanted, files, error)
+        call open_level1_folder(folder, wanted, files, error, day)
         if (allocated(error)) return
         calibration%satellite = files%satellite
         calibration%date = files%date
         do i = 1, size(files%warnings)
             call note(calibration, files%warnings(i)%text)
         end do
-        call files%path_of('ACC1A', path)
-        if (path /= '') return
+        call files%paths_of('ACC1A', found)
+        if (size(found) > 0) return
         call fail(error, trim(folder)//': no file of product ACC1A of satellite '//files%satellite//', which is the '// &
                   'observation; its name is like ACC1A_2020-02-01_C_04.txt')
-        call find_file(files, ['ACT1A', 'ACT1B'], path)
-        if (path /= '') error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
+        call find_files(files, ['ACT1A', 'ACT1B'], found)
+        if (size(found) > 0) error%message = error%message//'. ACT data are no observation: they may be transplanted from '// &
             'the other satellite, and have no angular accelerations'
     end subroutine open_files
 
@@ -107,19 +120,19 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_records_t) :: clk, tim
-        character(:), allocatable :: path, other
+        type(string_t), allocatable :: found(:), others(:)
 
-        call find_file(paths, ['CLK1B'], path)
-        call find_file(paths, ['TIM1B'], other)
-        if (path == '') then
+        call paths%paths_of('CLK1B', found)
+        call paths%paths_of('TIM1B', others)
+        if (size(found) == 0) then
             call fail(error, 'no file of product CLK1B of satellite '//calibration%satellite//': the tags of ACC1A cannot be '// &
                       'taken to GPS time')
             return
         end if
-        call read_level1(path, clk, error)
+        call read_level1(found, clk, error)
         if (allocated(error)) return
-        if (other /= '') then
-            call read_level1(other, tim, error)
+        if (size(others) > 0) then
+            call read_level1(others, tim, error)
             if (.not. allocated(error)) call new_level1_clock(clock, error, clk, tim)
         else
             call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
@@ -212,7 +225,6 @@ contains
         type(level1_calibration_t), intent(inout) :: calibration
 
         real(dp), parameter :: LONGEST_STEP = 1.5_dp    ! Intervals of the currents
-        real(dp), parameter :: LONGEST_SPAN = 900       ! s: the parabola of a span follows no more of what is slow
         logical, allocatable :: stays(:)
         real(dp) :: interval, gap
         integer :: i, k, n, before
@@ -240,10 +252,6 @@ contains
                 call keep_samples(span, stays)
                 deallocate (stays)
                 if (.not. span%used) cycle
-                if (span%stop - span%start > LONGEST_SPAN) then
-                    call leave_out(span, 'longer than '//integer_text(nint(LONGEST_SPAN))//' s: give its sub-manoeuvres')
-                    cycle
-                end if
                 if (size(span%time) < setup%least_share*span%expected) then
                     call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
                                    ' samples')

@@ -5,7 +5,7 @@ module gracecg_estimation_level1_instruments
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: DEGREE, EARTH_GM, MICROMETRE
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, integer_text
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, rotation_matrix
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
@@ -19,45 +19,51 @@ module gracecg_estimation_level1_instruments
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, level1_firing_t, leave_out, &
         note, middle_of, SPAN_MARGIN, FIRING_MARGIN
     use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
+    use gracecg_estimation_level1_spans, only: find_spans
     implicit none
     private
-    public :: find_file, read_currents, read_firings, read_accelerometer, read_attitude, read_gyros
+    public :: find_files, read_currents, read_firings, read_accelerometer, read_attitude, read_gyros
 
     integer, parameter :: HEADS = 3
     real(dp), parameter :: ORBIT_MARGIN = 130   !! Orbits are read so much farther, s: two records of every product
 
 contains
 
-    !> The file of the first of some products that is there; empty: none.
-    subroutine find_file(files, products, path)
+    !> The files of one of some products, on every day that has one: the first product that is there on as many days as
+    !> any of them.
+    subroutine find_files(files, products, paths)
         type(level1_folder_t), intent(in) :: files
         character(5), intent(in) :: products(:)    !! Names of products, the preferred first
-        character(:), allocatable, intent(out) :: path    !! Of the first that is there; empty: none
+        type(string_t), allocatable, intent(out) :: paths(:)    !! In order of the days; none: there is none
 
+        type(string_t), allocatable :: others(:)
         integer :: i
 
+        allocate (paths(0))
         do i = 1, size(products)
-            call files%path_of(products(i), path)
-            if (path /= '') return
+            call files%paths_of(products(i), others)
+            if (size(others) > size(paths)) call move_alloc(others, paths)
         end do
-    end subroutine find_file
+    end subroutine find_files
 
     !> Reads the wanted fields of a product in GPS time.
-    subroutine read_product(path, clock, calibration, fields, records, error, windows)
-        character(*), intent(in) :: path, fields(:)
+    subroutine read_product(paths, clock, calibration, fields, records, error, windows)
+        type(string_t), intent(in) :: paths(:)
+        character(*), intent(in) :: fields(:)
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         type(level1_records_t), intent(out) :: records
         type(error_t), allocatable, intent(out) :: error
-        real(dp), intent(in), optional :: windows(:, :)     !! s past 2000-01-01 12:00; absent: all
+        real(dp), intent(in), optional :: windows(:, :)     !! (2, n), s past 2000-01-01 12:00; absent: all
 
         integer :: extrapolated, i
 
-        call read_level1(path, records, error, fields, windows)
+        call read_level1(paths, records, error, fields, windows)
         if (allocated(error)) return
         if (records%count == 0) return
         if (records%satellite /= calibration%satellite) then
-            call fail(error, path//': its records are of satellite '//records%satellite//', not '//calibration%satellite)
+            call fail(error, records%path//': its records are of satellite '//records%satellite//', not '// &
+                      calibration%satellite)
             return
         end if
         if (records%layout%product(5:5) == 'A' .and. records%time_ref == 'G') call note(calibration, records%layout%product// &
@@ -85,28 +91,79 @@ contains
         end do
     end function without_bits
 
-    !> Net currents of the rods, |A| - |B|, and the measured field, of MAG1B or MAG1A.
-    subroutine read_currents(paths, clock, calibration, error)
+    !> Net currents of the rods and the measured field, of MAG1B or MAG1A: of one file all; of several those around
+    !> manoeuvres, which are looked for in one file after the other, and around the spans that are said.
+    subroutine read_currents(paths, clock, setup, said, calibration, error)
         type(level1_folder_t), intent(in) :: paths
+        type(level1_clock_t), intent(in) :: clock
+        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: said(:, :)      !! (2, n): begin and end of spans, s past 2000-01-01 12:00 GPS
+        type(level1_calibration_t), intent(inout) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: AROUND = 600     ! s, of what is kept
+        real(dp), parameter :: AT_ENDS = 60     ! s, of every file: a span may begin in one and end in the next
+        type(string_t), allocatable :: found(:)
+        type(level1_calibration_t) :: of_file
+        real(dp), allocatable :: windows(:, :), spans(:, :)
+        real(dp) :: epoch, ends(2)
+        integer(i8) :: first
+        integer :: i, n
+
+        call find_files(paths, ['MAG1B', 'MAG1A'], found)
+        if (size(found) == 0) then
+            call fail(error, 'no file of product MAG1B or MAG1A of satellite '//calibration%satellite//': the currents of the '// &
+                      'torque rods are not known')
+            return
+        end if
+        if (size(found) == 1) then
+            call take_currents(found, clock, calibration, error)
+            return
+        end if
+        windows = said
+        windows(1, :) = said(1, :) - AROUND
+        windows(2, :) = said(2, :) + AROUND
+        first = huge(first)
+        of_file%satellite = calibration%satellite
+        allocate (of_file%notes(0))
+        do i = 1, size(found)
+            call take_currents(found(i:i), clock, of_file, error)
+            if (allocated(error)) return
+            n = size(of_file%current_time)
+            epoch = real(of_file%epoch, dp)
+            ends = epoch + [0.0_dp, of_file%current_time(n)]
+            call find_spans(of_file%current_time, of_file%current, setup%science_current, setup%excitation_current, &
+                            setup%sine_share, spans)
+            if (size(spans) > 0 .or. any(said(1, :) < ends(2) .and. said(2, :) > ends(1))) first = min(first, of_file%epoch)
+            spans = spans + epoch
+            windows = reshape([windows, ends(1), ends(1) + AT_ENDS, ends(2) - AT_ENDS, ends(2)], [2, size(windows, 2) + 2])
+            do n = 1, size(spans, 2)
+                windows = reshape([windows, spans(1, n) - AROUND, spans(2, n) + AROUND], [2, size(windows, 2) + 1])
+            end do
+        end do
+        calibration%largest_current = of_file%largest_current
+        call take_currents(found, clock, calibration, error, windows)
+        if (allocated(error) .or. first == huge(first)) return
+        calibration%current_time = calibration%current_time + real(calibration%epoch - first, dp)
+        calibration%epoch = first
+    end subroutine read_currents
+
+    !> Net currents, |A| - |B|, and the measured field of some files.
+    subroutine take_currents(found, clock, calibration, error, windows)
+        type(string_t), intent(in) :: found(:)
         type(level1_clock_t), intent(in) :: clock
         type(level1_calibration_t), intent(inout) :: calibration
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: windows(:, :)     !! (2, n), s past 2000-01-01 12:00; absent: all
 
         character(10), parameter :: FIELDS(10) = [character(10) :: 'MfvX_RAW', 'MfvY_RAW', 'MfvZ_RAW', 'torque1A', 'torque2A', &
                                                   'torque3A', 'torque1B', 'torque2B', 'torque3B', 'qualflg']
         real(dp), parameter :: LEAST = 0.5_dp       ! mA: what has a sign
         type(level1_records_t) :: mag
         logical :: grace_fo
-        character(:), allocatable :: path
         integer :: negative_a, wrong_b
 
-        call find_file(paths, ['MAG1B', 'MAG1A'], path)
-        if (path == '') then
-            call fail(error, 'no file of product MAG1B or MAG1A of satellite '//calibration%satellite//': the currents of the '// &
-                      'torque rods are not known')
-            return
-        end if
-        call read_product(path, clock, calibration, FIELDS, mag, error)
+        call read_product(found, clock, calibration, FIELDS, mag, error, windows)
         if (allocated(error)) return
         call mag%drop(.not. without_bits(mag, [0, 6]) .or. any(ieee_is_nan(mag%values), 2))
         if (mag%count < 10) then
@@ -117,6 +174,7 @@ contains
         calibration%current_time = real(mag%seconds - calibration%epoch, dp) + mag%fraction
         calibration%measured_field = transpose(mag%values(:, 1:3))*MICROMETRE
         calibration%current = transpose(abs(mag%values(:, 4:6)) - abs(mag%values(:, 7:9)))
+        calibration%largest_current = max(calibration%largest_current, maxval(abs(calibration%current)))
         grace_fo = any(calibration%satellite == ['C', 'D'])
         negative_a = count(mag%values(:, 4:6) < -LEAST)
         wrong_b = count(merge(mag%values(:, 7:9) > LEAST, mag%values(:, 7:9) < -LEAST, grace_fo))
@@ -125,7 +183,7 @@ contains
         if (wrong_b > 0) call note(calibration, mag%layout%product//': B currents with the wrong sign: '// &
                                    integer_text(wrong_b)//' are '//trim(merge('positive', 'negative', grace_fo))// &
                                    ', which is not the convention of this mission; the net current |A| - |B| does not use it')
-    end subroutine read_currents
+    end subroutine take_currents
 
     !> Thruster firings: those at the spans, and of the others outside of them the nearest, which tell of delays.
     subroutine read_firings(paths, clock, calibration, error)
@@ -140,20 +198,20 @@ contains
         type(level1_records_t) :: records
         real(dp), allocatable :: times(:), away(:)
         logical, allocatable :: alone(:)
-        character(:), allocatable :: path
+        type(string_t), allocatable :: found(:)
         integer :: i, n
 
         allocate (calibration%firings(0))
         do i = 1, size(calibration%spans)
             allocate (calibration%spans(i)%firings(0))
         end do
-        call find_file(paths, ['THR1B', 'THR1A'], path)
-        if (path == '') then
+        call find_files(paths, ['THR1B', 'THR1A'], found)
+        if (size(found) == 0) then
             call note(calibration, 'no THR1B or THR1A: firings of thrusters are not known, and no sample is vetoed')
             return
         end if
         fields = [character(10) :: ('on_time_'//integer_text(i), i=1, 14)]
-        call read_product(path, clock, calibration, fields, records, error)
+        call read_product(found, clock, calibration, fields, records, error)
         if (allocated(error)) return
         if (records%count == 0) return
         call records%drop(.not. any(records%values > 0, 2))
@@ -213,15 +271,15 @@ contains
         real(dp) :: interval
         integer(i8) :: second
         real(dp) :: fraction
-        character(:), allocatable :: path
+        type(string_t), allocatable :: found(:)
         integer :: i, k
 
         second = calibration%epoch
         fraction = 0
         call clock%gps_time(second, fraction)
         calibration%clock_correction = real(second - calibration%epoch, dp) + fraction
-        call find_file(paths, ['ACC1A'], path)
-        call read_product(path, clock, calibration, FIELDS, acc, error, with_firings(windows, calibration))
+        call find_files(paths, ['ACC1A'], found)
+        call read_product(found, clock, calibration, FIELDS, acc, error, with_firings(windows, calibration))
         if (allocated(error)) return
         if (acc%count < 10) then
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
@@ -301,19 +359,22 @@ contains
         type(level1_records_t) :: fixed, inertial
         class(geomagnetic_model_t), allocatable :: model
         real(dp), allocatable :: times(:), q(:, :)
-        character(:), allocatable :: path, other
+        type(string_t), allocatable :: found(:), others(:)
+        logical :: has_fixed, has_inertial
         integer :: i
 
         call star_cameras(paths, clock, calibration, windows, times, q, error)
         if (allocated(error)) return
-        call find_file(paths, ['GNV1B'], path)
-        call find_file(paths, ['GNI1B'], other)
-        if (path == '' .and. other == '') then
+        call find_files(paths, ['GNV1B'], found)
+        call find_files(paths, ['GNI1B'], others)
+        has_fixed = size(found) > 0
+        has_inertial = size(others) > 0
+        if (.not. (has_fixed .or. has_inertial)) then
             call fail(error, 'no file of product GNV1B or GNI1B of satellite '//calibration%satellite//': the orbit is not known')
             return
         end if
-        if (path /= '') call read_orbit(path, fixed)
-        if (other /= '' .and. .not. allocated(error)) call read_orbit(other, inertial)
+        if (has_fixed) call read_orbit(found, fixed)
+        if (has_inertial .and. .not. allocated(error)) call read_orbit(others, inertial)
         if (allocated(error)) return
         if (setup%field_file == '') then
             call new_geomagnetic_model('igrf14', decimal_year(utc_of_gps(calibration%epoch, 0.0_dp)), '', model, error)
@@ -322,20 +383,20 @@ contains
                                        model, error)
         end if
         if (allocated(error)) return
-        if (path == '' .or. other == '') call note(calibration, 'no '//trim(merge('GNV1B', 'GNI1B', path == ''))// &
+        if (.not. (has_fixed .and. has_inertial)) call note(calibration, 'no '//merge('GNI1B', 'GNV1B', has_fixed)// &
             ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)')
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
-                if (path /= '') call check_orbit(fixed, calibration%epoch, span)
-                if (other /= '') call check_orbit(inertial, calibration%epoch, span)
-                call span_attitude(calibration, span, times, q, fixed, inertial, path /= '', other /= '', model)
+                if (has_fixed) call check_orbit(fixed, calibration%epoch, span)
+                if (has_inertial) call check_orbit(inertial, calibration%epoch, span)
+                call span_attitude(calibration, span, times, q, fixed, inertial, has_fixed, has_inertial, model)
             end associate
         end do
 
     contains
 
-        subroutine read_orbit(path, orbit)
-            character(*), intent(in) :: path
+        subroutine read_orbit(found, orbit)
+            type(string_t), intent(in) :: found(:)
             type(level1_records_t), intent(out) :: orbit
 
             character(4), parameter :: STATE(6) = ['xpos', 'ypos', 'zpos', 'xvel', 'yvel', 'zvel']
@@ -343,9 +404,9 @@ contains
 
             wider(1, :) = windows(1, :) - ORBIT_MARGIN
             wider(2, :) = windows(2, :) + ORBIT_MARGIN
-            call read_product(path, clock, calibration, STATE, orbit, error, wider)
+            call read_product(found, clock, calibration, STATE, orbit, error, wider)
             if (allocated(error)) return
-            if (orbit%count < 2) call fail(error, path//': no orbit within the spans of the manoeuvre')
+            if (orbit%count < 2) call fail(error, orbit%path//': no orbit within the spans of the manoeuvre')
         end subroutine read_orbit
     end subroutine read_attitude
 
@@ -363,27 +424,28 @@ contains
         type(level1_records_t) :: sca, qsa
         real(dp), allocatable :: joint_times(:), joint_q(:, :)
         real(dp) :: mounting(4, HEADS)
-        character(:), allocatable :: path, other, names
+        type(string_t), allocatable :: found(:), others(:)
+        character(:), allocatable :: names
         logical :: heads_alone, known(HEADS)
         integer :: i, k, head
 
-        call find_file(paths, ['SCA1B'], path)
-        heads_alone = path == ''
+        call find_files(paths, ['SCA1B'], found)
+        heads_alone = size(found) == 0
         if (.not. heads_alone) then
-            call read_product(path, clock, calibration, FIELDS(:6), sca, error, windows)
+            call read_product(found, clock, calibration, FIELDS(:6), sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop(.not. without_bits(sca, [0]))
         else
-            call find_file(paths, ['SCA1A'], path)
-            call find_file(paths, ['QSA1B'], other)
-            if (path == '' .or. other == '') then
+            call find_files(paths, ['SCA1A'], found)
+            call find_files(paths, ['QSA1B'], others)
+            if (size(found) == 0 .or. size(others) == 0) then
                 call fail(error, 'no file of product SCA1B, or SCA1A with QSA1B, of satellite '//calibration%satellite// &
                           ': the attitude is not known')
                 return
             end if
-            call read_level1(other, qsa, error)
+            call read_level1(others, qsa, error)
             if (allocated(error)) return
-            call read_product(path, clock, calibration, FIELDS, sca, error, windows)
+            call read_product(found, clock, calibration, FIELDS, sca, error, windows)
             if (allocated(error)) return
             if (sca%count > 0) call sca%drop([(.not. btest(nint(sca%values(k, 7)), 0), k=1, sca%count)])
             names = ''
@@ -499,7 +561,7 @@ contains
         type(level1_records_t) :: imu
         real(dp), allocatable :: times(:)
         logical, allocatable :: wanted(:)
-        character(:), allocatable :: path
+        type(string_t), allocatable :: found(:)
         integer :: i, k
 
         do i = 1, size(calibration%spans)
@@ -514,9 +576,9 @@ contains
                 allocate (calibration%firings(i)%gyros(k)%time(0), calibration%firings(i)%gyros(k)%angle(0))
             end do
         end do
-        call find_file(paths, ['IMU1B', 'IMU1A'], path)
-        if (path == '') return
-        call read_product(path, clock, calibration, FIELDS, imu, error, with_firings(windows, calibration))
+        call find_files(paths, ['IMU1B', 'IMU1A'], found)
+        if (size(found) == 0) return
+        call read_product(found, clock, calibration, FIELDS, imu, error, with_firings(windows, calibration))
         if (allocated(error)) return
         if (imu%count == 0) return
         call imu%drop(.not. without_bits(imu, [0, 1, 6]))

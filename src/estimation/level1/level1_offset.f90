@@ -29,6 +29,9 @@ module gracecg_estimation_level1_offset
     type :: source_series_t
         !! The angular acceleration of one span
         real(dp), allocatable :: acceleration(:, :)     !! rad/s^2; axis, sample
+        real(dp), allocatable :: patterns(:, :)         !! Of angles that were differentiated: how their noise of 1 rad shows in
+                                                        !! it, as independent numbers; sample, pattern; 1/s^2
+        real(dp) :: noise(3) = 0                        !! Sigma of the angles about each axis, rad
     end type source_series_t
 
     type :: consider_t
@@ -71,6 +74,8 @@ module gracecg_estimation_level1_offset
         real(dp), allocatable :: rows(:, :)     !! Parameter, band column
         real(dp), allocatable :: observed(:)
         real(dp), allocatable :: others(:, :)   !! Considered accelerations: band column, each
+        real(dp), allocatable :: patterns(:, :) !! Of the source's noise: band column, pattern
+        real(dp) :: noise(3) = 0                !! Its sigma by axis of the source
         real(dp), allocatable :: products(:, :) !! I_k B_b of the rods driven, of 120 mA and 30 000 nT: band column, each
     end type block_t
 
@@ -204,7 +209,8 @@ contains
                 solution%leak_rate_sigma(a, rods(k)) = sqrt(covariance(i + r, i + r))
             end do
         end do
-        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, proportional)
+        call consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, proportional)
+        if (allocated(error)) return
         call span_solutions(calibration, blocks, weight, x, solution)
     end subroutine solve_offset
 
@@ -251,6 +257,11 @@ contains
                             matmul(motion(i)%current(rods(k), :)/FULL_CURRENT*motion(i)%field(c, :)/FULL_FIELD, motion(i)%band)
                     end do
                 end do
+                blocks(b)%noise = source(i)%noise
+                if (allocated(source(i)%patterns)) then
+                    if (a == 1) blocks(b)%patterns = matmul(transpose(motion(i)%band), source(i)%patterns)
+                    if (a > 1) blocks(b)%patterns = blocks(b - 1)%patterns
+                end if
                 ! Of what is considered the row that belongs to d: [change x d]_a, three columns each.
                 allocate (blocks(b)%others(m, 3*size(considered)), source=0.0_dp)
                 do c = 1, size(considered)
@@ -397,19 +408,22 @@ contains
     end subroutine residual_weights
 
     !> Adds to the covariance of d what is considered: its effect on d by least squares, times its sigma.
-    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, proportional)
+    subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, proportional)
         type(block_t), intent(in) :: blocks(:)
         real(dp), intent(in) :: weight(3), x(:), covariance(:, :)
         type(consider_t), intent(in) :: considered(:)
         real(dp), intent(in) :: scale_sigma, prior(2)
         integer, intent(in) :: r                        !! Rods
         type(level1_solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
         real(dp), intent(in), optional :: proportional  !! Of what is proportional to I and B, m/s^2
 
         real(dp) :: effect(size(x))
         integer :: i, c, a, k
 
         solution%covariance = solution%formal
+        call consider_noise(blocks, weight, x, covariance, solution, error)
+        if (allocated(error)) return
         do a = 1, 3             ! scale of the accelerometer
             effect = 0
             do i = 1, size(blocks)
@@ -461,6 +475,67 @@ contains
             end do
         end subroutine add
     end subroutine consider
+
+    !> Puts into the covariance of d the noise of a source that has some in itself, not in what it is compared with.
+    !>
+    !> Pattern j of the noise adds E_j d, E_j = [e_b p_j x], to the residuals and E_j to the columns A of d, so that d changes
+    !> by C (sum_j z_j sigma_b A^T W E_j d - M d): z_j are normal numbers, and M = sum_j sigma_b^2 E_j^T W E_j, which is
+    !> diagonal, makes d too small by the share C M (W. A. Fuller, Measurement error models, 1987, section 1.1.1). What of the
+    !> noise is in the residuals, and with them in the formal covariance, is taken out of that. Fails when the noise is no
+    !> small part of what determines d.
+    subroutine consider_noise(blocks, weight, x, covariance, solution, error)
+        type(block_t), intent(in) :: blocks(:)          !! Three of each span, by axis
+        real(dp), intent(in) :: weight(3), x(:), covariance(:, :)
+        type(level1_solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LARGEST_SHARE = 0.2_dp   ! Of d, that is lost
+        real(dp), allocatable :: change(:, :)
+        real(dp) :: squares, lost(3), d(3), shares(3), vectors(3, 3), power(3), among
+        integer :: i, k, axis, next, last
+
+        lost = 0        ! the diagonal of M
+        among = 0
+        do i = 1, size(blocks), 3
+            if (.not. allocated(blocks(i)%patterns)) return
+            squares = sum(blocks(i)%patterns**2)
+            among = among + size(blocks(i)%observed)
+            do axis = 1, 3
+                next = modulo(axis, 3) + 1
+                last = modulo(axis + 1, 3) + 1
+                lost(axis) = lost(axis) + squares*(blocks(i)%noise(last)**2*weight(next) + blocks(i)%noise(next)**2*weight(last))
+            end do
+        end do
+        call symmetric_eigen(covariance(:3, :3)*sqrt(spread(lost, 1, 3)*spread(lost, 2, 3)), shares, vectors, error)
+        if (allocated(error)) return
+        if (shares(3) > LARGEST_SHARE) then
+            call fail(error, 'the noise of its angles is '//integer_text(nint(100*min(shares(3), 1.0_dp)))// &
+                      ' % of what would determine d: no offset by it')
+            return
+        end if
+        d = matmul(inverse_3x3(identity(3) - covariance(:3, :3)*spread(lost, 1, 3)), x(:3))
+        solution%covariance = solution%covariance + spread(d - x(:3), 1, 3)*spread(d - x(:3), 2, 3)
+        power = 0
+        do i = 1, size(blocks), 3
+            associate (span => blocks(i:i + 2), noise => blocks(i)%noise)
+                squares = sum(span(1)%patterns**2)
+                do axis = 1, 3      ! of the noise
+                    next = modulo(axis, 3) + 1
+                    last = modulo(axis + 1, 3) + 1
+                    change = noise(axis)*matmul(covariance(:3, :), &
+                        matmul(weight(last)*d(next)*span(last)%rows - weight(next)*d(last)*span(next)%rows, span(1)%patterns))
+                    solution%covariance = solution%covariance + matmul(change, transpose(change))
+                    power(last) = power(last) + squares*(noise(axis)*d(next))**2/among
+                    power(next) = power(next) + squares*(noise(axis)*d(last))**2/among
+                end do
+            end associate
+        end do
+        do i = 1, size(blocks)
+            k = blocks(i)%axis
+            change = weight(k)*sqrt(min(power(k), 1/weight(k)))*matmul(covariance(:3, :), blocks(i)%rows)
+            solution%covariance = solution%covariance - matmul(change, transpose(change))
+        end do
+    end subroutine consider_noise
 
     !> Each span alone with the leakage of all; chi square of the spans about the combined offset.
     subroutine span_solutions(calibration, blocks, weight, x, solution)

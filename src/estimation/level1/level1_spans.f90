@@ -1,6 +1,6 @@
 !> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods.
 module gracecg_estimation_level1_spans
-    use gracecg_base_kinds, only: dp
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, integer_text, lower_case, parse_real, real_text, split_words
@@ -9,35 +9,35 @@ module gracecg_estimation_level1_spans
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_folder, only: level1_folder_t
     use gracecg_observations_level1_setup, only: level1_setup_t
+    use gracecg_observations_level1_time, only: gps_date_text
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, note
     implicit none
     private
-    public :: choose_spans, find_spans, strongest_line
+    public :: said_spans, choose_spans, find_spans, strongest_line
 
     real(dp), parameter :: WINDOW = 20, SHIFT = 4           !! s
     real(dp), parameter :: SLOWEST = 2/60.0_dp, FASTEST = 25/60.0_dp    !! Of lines, Hz
     real(dp), parameter :: LONGEST_PAUSE = 4                !! Below the science level within a span, s
+    character(*), parameter :: FROM_EVENTS = 'the SOE file (CMCAL)'
     integer, parameter :: MOST_LINES = 3
     integer, parameter :: FEWEST_SAMPLES = 20
     real(dp), parameter :: SHORTEST = 10                    !! A span, s
 
 contains
 
-    !> The spans, s from the epoch: given, of a file, of the SOE file in the folder, or of the currents.
-    subroutine choose_spans(paths, spans_file, given_span, setup, calibration, spans, error)
+    !> The spans that are said, s past 2000-01-01 12:00 GPS: given, of a file, or of the SOE files in the folder.
+    subroutine said_spans(paths, spans_file, given_span, calibration, spans, error)
         type(level1_folder_t), intent(in) :: paths
         character(*), intent(in) :: spans_file    !! A file of spans; empty: none
-        real(dp), intent(in) :: given_span(:, :)    !! (2, n): begin and end, s; of size 0: none
-        type(level1_setup_t), intent(in) :: setup
+        real(dp), intent(in) :: given_span(:, :)    !! (2, n): begin and duration, s; of size 0: none
         type(level1_calibration_t), intent(inout) :: calibration
-        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s
+        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s; of size 0: nobody says
         type(error_t), allocatable, intent(out) :: error
 
         type(level1_event_t), allocatable :: events(:)
         type(string_t), allocatable :: found(:)
         real(dp), allocatable :: of_file(:, :)
-        real(dp) :: first, last
         integer :: i
 
         spans = given_span
@@ -61,28 +61,108 @@ contains
                 if (allocated(error)) return
                 call manoeuvre_spans(events, calibration%satellite, of_file)
                 if (size(of_file, 2) > 0) spans = of_file
-                calibration%spans_from = 'the SOE file (CMCAL)'
+                calibration%spans_from = FROM_EVENTS
             end do
         end if
-        spans = spans - real(calibration%epoch, dp)
+    end subroutine said_spans
+
+    !> The spans, s from the epoch: those that are said and lie within the data, else those that the currents show.
+    subroutine choose_spans(said, day, setup, calibration, spans, error)
+        real(dp), intent(in) :: said(:, :)      !! (2, n): begin and end, s past 2000-01-01 12:00 GPS
+        character(*), intent(in) :: day         !! The manoeuvre that this day has part of, YYYY-MM-DD; empty: the only one
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(out) :: spans(:, :)    !! (2, m): begin and end, s
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp) :: first, last
+
+        spans = said - real(calibration%epoch, dp)
         first = calibration%current_time(1)
         last = calibration%current_time(size(calibration%current_time))
         if (size(spans, 2) > 0) then
-            spans = reshape(pack(spans, spread(spans(2, :) > first .and. spans(1, :) < last, 1, 2)), &
-                            [2, count(spans(2, :) > first .and. spans(1, :) < last)])
+            spans = some_of(spans, spans(2, :) > first .and. spans(1, :) < last)
             if (size(spans, 2) == 0) call note(calibration, 'no span of '//trim(calibration%spans_from)//' lies within the data')
         end if
-        if (calibration%spans_from == 'the SOE file (CMCAL)') call narrow_by_currents(setup, calibration, spans)
+        if (calibration%spans_from == FROM_EVENTS) call narrow_by_currents(setup, calibration, spans)
         if (size(spans, 2) == 0) then
             call find_spans(calibration%current_time, calibration%current, setup%science_current, setup%excitation_current, &
                             setup%sine_share, spans)
             calibration%spans_from = 'the currents'
         end if
-        if (size(spans, 2) == 0) call fail(error, 'no manoeuvre found: no span is given, no SOE file has CMCAL events within '// &
-                                           'the data, and the currents of the rods (at most '// &
-                                           real_text(nint(10*maxval(abs(calibration%current)))/10.0_dp)// &
-                                           ' mA) are those of science mode')
+        if (size(spans, 2) == 0) then
+            call fail(error, 'no manoeuvre found: no span is given, no SOE file has CMCAL events within '// &
+                      'the data, and the currents of the rods (at most '// &
+                      real_text(nint(10*calibration%largest_current)/10.0_dp)//' mA) are those of science mode')
+        else if (calibration%spans_from == FROM_EVENTS .or. calibration%spans_from == 'the currents') then
+            call choose_manoeuvre(calibration, day, spans, error)
+        end if
     end subroutine choose_spans
+
+    !> The spans of one manoeuvre: half a day without a span parts two, between which the masses may have been moved.
+    !> Fails when there are several, and the day does not tell which is meant.
+    subroutine choose_manoeuvre(calibration, day, spans, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        character(*), intent(in) :: day
+        real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, m): begin and end in time, s from the epoch
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LONGEST_PAUSE = 43200    ! s
+        integer, parameter :: MOST_TOLD = 5
+        integer :: number(size(spans, 2)), i, first
+        logical :: meant(size(spans, 2))
+        character(:), allocatable :: list
+
+        number = 1
+        do i = 2, size(number)
+            number(i) = number(i - 1)
+            if (spans(1, i) - maxval(spans(2, :i - 1)) > LONGEST_PAUSE) number(i) = number(i) + 1
+        end do
+        meant = .true.
+        if (day /= '') then
+            meant = [(index(date_at(spans(1, i)), day) == 1 .or. index(date_at(spans(2, i)), day) == 1, i=1, size(number))]
+            meant = [(any(meant .and. number == number(i)), i=1, size(number))]
+        end if
+        first = max(1, findloc(meant, .true., 1))
+        if (all(meant .eqv. number == number(first))) then
+            spans = some_of(spans, meant)
+            return
+        end if
+        list = ''
+        do i = 1, min(MOST_TOLD, maxval(number))
+            first = findloc(number, i, 1)
+            list = list//date_at(spans(1, first))//' ('//integer_text(count(number == i))//' spans), '
+        end do
+        list = list(:len(list) - 2)
+        if (maxval(number) > MOST_TOLD) list = list//', ...'
+        if (.not. any(meant)) then
+            call fail(error, 'no manoeuvre found on '//day//', but at '//list)
+        else if (day == '') then
+            call fail(error, 'the files have '//integer_text(maxval(number))//' manoeuvres, between which the masses may '// &
+                      'have been moved: '//list//'; choose one by its day (--day), or give the spans (--spans)')
+        else
+            call fail(error, day//' has part of several manoeuvres: '//list//'; give the spans (--spans)')
+        end if
+
+    contains
+
+        !> The date of a time from the epoch, to the minute.
+        character(16) function date_at(time)
+            real(dp), intent(in) :: time    ! s
+
+            date_at = gps_date_text(calibration%epoch + floor(time, i8), 0.0_dp)
+        end function date_at
+    end subroutine choose_manoeuvre
+
+    !> Some of some spans.
+    pure function some_of(spans, wanted) result(chosen)
+        real(dp), intent(in) :: spans(:, :)     !! (2, n)
+        logical, intent(in) :: wanted(:)
+        real(dp) :: chosen(2, count(wanted))
+
+        chosen(1, :) = pack(spans(1, :), wanted)
+        chosen(2, :) = pack(spans(2, :), wanted)
+    end function some_of
 
     !> Events are said, currents flow: where an event is longer than what its currents show, or holds several
     !> sub-manoeuvres, these are the spans.
@@ -104,9 +184,7 @@ contains
                         calibration%current_time < spans(2, i) + AROUND)
             call find_spans(calibration%current_time(near), calibration%current(:, near), setup%science_current, &
                             setup%excitation_current, setup%sine_share, found)
-            found = reshape(pack(found, spread(found(1, :) > spans(1, i) - ENOUGH .and. found(2, :) < spans(2, i) + ENOUGH, 1, &
-                                               2)), [2, count(found(1, :) > spans(1, i) - ENOUGH .and. &
-                                                              found(2, :) < spans(2, i) + ENOUGH)])
+            found = some_of(found, found(1, :) > spans(1, i) - ENOUGH .and. found(2, :) < spans(2, i) + ENOUGH)
             if (size(found, 2) == 1) then
                 if (found(1, 1) < spans(1, i) + ENOUGH .and. found(2, 1) > spans(2, i) - ENOUGH) found = spans(:, i:i)
             end if

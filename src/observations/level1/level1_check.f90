@@ -131,7 +131,7 @@ contains
         if (.not. allocated(error)) call check_gas(files, check, error)
     end subroutine check_level1
 
-    !> Reads the file of a product, if there is one, as far as it is looked at.
+    !> Reads the files of a product, if there are some, as far as they are looked at.
     subroutine take(files, product, records, found, check, error)
         type(level1_folder_t), intent(in) :: files
         character(5), intent(in) :: product
@@ -140,13 +140,13 @@ contains
         type(level1_check_t), intent(inout) :: check
         type(error_t), allocatable, intent(out) :: error
 
-        character(:), allocatable :: path
+        type(string_t), allocatable :: paths(:)
         integer :: i
 
-        call files%path_of(product, path)
-        found = path /= ''
+        call files%paths_of(product, paths)
+        found = size(paths) > 0
         if (.not. found) return
-        call read_level1(path, records, error, most=MOST_RECORDS)
+        call read_level1(paths, records, error, most=MOST_RECORDS)
         if (allocated(error)) return
         do i = 1, size(records%warnings)
             call check%note(product//': '//records%warnings(i)%text)

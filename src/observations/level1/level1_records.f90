@@ -1,5 +1,5 @@
-!> The records of a Level-1 file in memory: all of them, or those within some spans of time; all fields, or
-!> those asked for; in order of time, each epoch once.
+!> The records of a Level-1 file in memory, or of the files of several days together: all of them, or those within
+!> some spans of time; all fields, or those asked for; in order of time, each epoch once.
 !>
 !>     type(level1_records_t) :: acc
 !>     call read_level1('ACC1A_2023-06-01_C_04.txt', acc, error, fields=[character(16) :: 'lin_accl_x', 'qualflg'], &
@@ -19,9 +19,15 @@ module gracecg_observations_level1_records
 
     integer, parameter :: LEAST_ROOM = 4096     !! Records
 
+    interface read_level1
+        !! Records of one file, or of several of one product
+        module procedure read_file
+        module procedure read_files
+    end interface read_level1
+
     type :: level1_records_t
         !! Records in order of time
-        character(:), allocatable :: path               !! Of the file
+        character(:), allocatable :: path               !! Of the file, of several the first
         type(level1_header_t) :: header                 !! What the header says
         type(level1_layout_t) :: layout                 !! All fields of the product
         character(1) :: satellite = ''                  !! A to D, by the records; blank when there is none
@@ -46,7 +52,7 @@ contains
     !> Reads a file. Of equal epochs of one series (head, gyro, tank) the first record stays; of clocks and
     !> calibration histories (QSA1B, VCM1B, ...) the last. Fails when the file cannot be read, a record is
     !> broken, satellites or time frames are mixed, or a field is not of the product.
-    subroutine read_level1(path, records, error, fields, spans, most)
+    subroutine read_file(path, records, error, fields, spans, most)
         character(*), intent(in) :: path                        !! Of the file
         type(level1_records_t), intent(out) :: records
         type(error_t), allocatable, intent(out) :: error
@@ -54,22 +60,72 @@ contains
         real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
         integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
 
+        call read_files([string_t(path)], records, error, fields, spans, most)
+    end subroutine read_file
+
+    !> Reads files of one product and satellite as if they were one: those of days that follow one another, in that
+    !> order. Where they overlap epochs are there once, as in one file. Fails as for one file, and when product,
+    !> satellite or time frame are not those of the first.
+    subroutine read_files(paths, records, error, fields, spans, most)
+        type(string_t), intent(in) :: paths(:)                  !! Of the files, one at least
+        type(level1_records_t), intent(out) :: records
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: fields(:)         !! Their names; without them: all
+        real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
+        integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
+
+        real(dp), allocatable :: series(:)
+        integer :: i
+
+        do i = 1, size(paths)
+            call read_on(trim(paths(i)%text), records, series, error, fields, spans, most)
+            if (allocated(error)) return
+            if (present(most)) then
+                if (records%count >= most) exit
+            end if
+        end do
+        call shrink(records, series)
+        if (records%unsorted > 0) call sort(records, series)
+        call drop_duplicates(records, series)
+        if (records%unsorted > 0) &
+            call note(records, integer_text(records%unsorted)//' records came before an earlier one: they are sorted')
+        if (records%duplicates > 0 .and. .not. records%layout%keeps_last) &
+            call note(records, integer_text(records%duplicates)//' records have an epoch that came before: the first '// &
+                      'of equal epochs is kept')
+    end subroutine read_files
+
+    !> Reads a file behind what is there.
+    subroutine read_on(path, records, series, error, fields, spans, most)
+        character(*), intent(in) :: path
+        type(level1_records_t), intent(inout) :: records
+        real(dp), allocatable, intent(inout) :: series(:)
+        type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: fields(:)
+        real(dp), intent(in), optional :: spans(:, :)
+        integer, intent(in), optional :: most
+
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
-        real(dp), allocatable :: series(:)
         integer, allocatable :: position(:)
         integer :: kept(BLOCK_RECORDS), wanted, i
 
         call reader%open(path, error)
         if (allocated(error)) return
-        records%path = trim(path)
-        records%header = reader%header
-        records%layout = reader%layout
+        if (.not. allocated(records%path)) then
+            records%path = path
+            records%header = reader%header
+            records%layout = reader%layout
+            allocate (records%warnings(0))
+        else if (reader%layout%product /= records%layout%product) then
+            call fail(error, path//': is of product '//reader%layout%product//', not '//records%layout%product//' as '// &
+                      records%path)
+            return
+        end if
         call choose_fields(reader%layout, path, records%fields, position, error, fields)
         if (allocated(error)) return
         wanted = LEAST_ROOM
         if (.not. (present(spans) .or. present(most))) wanted = max(wanted, expected_records(path, reader%header%records))
-        call reserve(records, series, wanted)
+        call reserve(records, series, records%count + wanted)
         do
             call reader%next(block, error)
             if (allocated(error)) return
@@ -91,28 +147,40 @@ contains
                 if (records%count >= most) exit
             end if
         end do
-        records%satellite = reader%satellite
-        records%time_ref = reader%time_ref
-        records%warnings = reader%warnings
+        call take_origin(path, reader, records, error)
+    end subroutine read_on
+
+    !> Satellite, time frame and warnings of a file that was read. Fails when they are mixed in it, or are not those of
+    !> the files before.
+    subroutine take_origin(path, reader, records, error)
+        character(*), intent(in) :: path
+        type(level1_reader_t), intent(in) :: reader
+        type(level1_records_t), intent(inout) :: records
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i
+
+        do i = 1, size(reader%warnings)
+            call note(records, reader%warnings(i)%text)
+        end do
         if (reader%of_other_satellites > 0) then
-            call fail(error, records%path//': '//integer_text(reader%of_other_satellites)//' of '// &
+            call fail(error, path//': '//integer_text(reader%of_other_satellites)//' of '// &
                       integer_text(reader%records)//' records are of another satellite than '//reader%satellite// &
                       ', that of the first; use one file a satellite')
         else if (reader%of_other_time > 0) then
-            call fail(error, records%path//': '//integer_text(reader%of_other_time)//' of '// &
+            call fail(error, path//': '//integer_text(reader%of_other_time)//' of '// &
                       integer_text(reader%records)//' records have another time frame than '//reader%time_ref// &
                       ', that of the first')
+        else if (records%satellite /= '' .and. reader%records > 0 .and. reader%satellite /= records%satellite) then
+            call fail(error, path//': its records are of satellite '//reader%satellite//', those of '//records%path// &
+                      ' of '//records%satellite)
+        else if (records%time_ref /= '' .and. reader%records > 0 .and. reader%time_ref /= records%time_ref) then
+            call fail(error, path//': its records have time frame '//reader%time_ref//', those of '//records%path//' '// &
+                      records%time_ref)
         end if
-        if (allocated(error)) return
-        call shrink(records, series)
-        if (records%unsorted > 0) call sort(records, series)
-        call drop_duplicates(records, series)
-        if (records%unsorted > 0) &
-            call note(records, integer_text(records%unsorted)//' records came before an earlier one: they are sorted')
-        if (records%duplicates > 0 .and. .not. records%layout%keeps_last) &
-            call note(records, integer_text(records%duplicates)//' records have an epoch that came before: the first '// &
-                      'of equal epochs is kept')
-    end subroutine read_level1
+        if (records%satellite == '' .or. records%count == 0) records%satellite = reader%satellite
+        if (records%time_ref == '') records%time_ref = reader%time_ref
+    end subroutine take_origin
 
     !> Records announced by the header, but not more than the file can have.
     integer function expected_records(path, announced) result(n)
