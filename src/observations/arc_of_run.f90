@@ -3,12 +3,13 @@ module gracecg_observations_arc_of_run
     use gracecg_base_kinds, only: dp
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_environment_time, only: utc_plus, tai_minus_utc, sidereal_angle
+    use gracecg_spacecraft_moment_series, only: moment_series_t
     use gracecg_spacecraft_torque_rods, only: begin_rods_at
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     implicit none
     private
-    public :: beginning_of, arc_of_run
+    public :: beginning_of, arc_of_run, without_moments
 
     real(dp), parameter :: ROUNDING = 1e-6_dp       !! Of a sampling interval
     integer, parameter :: FIELD_MARGIN = 3, ORBIT_MARGIN = 4
@@ -74,6 +75,15 @@ contains
                       min(size(time), last_not_after(time, to) + ORBIT_MARGIN), from, arc%orbit_time, arc%orbit_position)
         end associate
     end subroutine arc_of_run
+
+    !> The same knowledge but for the measured moments of the rods.
+    pure function without_moments(knowledge) result(rest)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(operator_knowledge_t) :: rest
+
+        rest = knowledge
+        rest%rods%measured = moment_series_t()
+    end function without_moments
 
     !> What an operator knows, at a later time 0 and for an arc that begins there.
     pure function knowledge_of_arc(knowledge, from, duration) result(moved)

@@ -11,9 +11,8 @@ module gracecg_estimation_arc_chain
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, expect_pieces
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text
-    use gracecg_spacecraft_moment_series, only: moment_series_t
     use gracecg_spacecraft_torque_rods, only: moves_rods, check_rods_fire
-    use gracecg_observations_arc_of_run, only: arc_of_run
+    use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_estimation_arc_length, only: longest_arc
@@ -94,8 +93,7 @@ contains
             return
         end if
         work%observations => observations
-        work%knowledge = observations%knowledge
-        work%knowledge%rods%measured = moment_series_t()
+        work%knowledge = without_moments(observations%knowledge)
         work%options = options
         work%options%information = .true.
         work%options%history = .false.
