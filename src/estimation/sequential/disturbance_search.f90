@@ -10,6 +10,12 @@
 !> s the innovations' variances given the constants, e the residuals. A search begins only where the
 !> spectrum of the whitened residuals has a line that noise would hardly make, so that where the drag
 !> is a straight line nothing is lost; and a process must raise 2 ln L by a given amount to be taken.
+!>
+!> A tone has a likelihood in closed form. With c its cosine and sine, whitened, their amplitudes of the variance v a
+!> priori, and the constants' estimate y from the whitened partials W and observations r without it,
+!>
+!>     2 ln L(tone) - 2 ln L = g^T P g - ln det(v S + I),   S = c^T c - c^T W (R_y^T R_y)^-1 W^T c,
+!>     g = c^T (r - W y),   P = (S + I/v)^-1.
 module gracecg_estimation_disturbance_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
@@ -18,10 +24,11 @@ module gracecg_estimation_disturbance_search
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
     use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
     use gracecg_estimation_noise_whitening, only: whiten_by_process
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, filter_axis, gather, smooth_axis
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, filter_axis, &
+        gather, smooth_axis
     implicit none
     private
-    public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance
+    public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance, weigh_tone
 
     integer, parameter :: MOST_DISTURBANCES = 2         !! Processes of an axis
 
@@ -52,12 +59,15 @@ module gracecg_estimation_disturbance_search
     real(dp), parameter :: LINE_LIKELY_NOISE = 20
     !! Below this no search: a line of the spectrum is a chi-square with 2 degrees of freedom, exceeds 20
     !! with the probability exp(-10), and some 30 frequencies in each of 3 axes are independent
-    real(dp), parameter :: DAMPINGS(4) = [1e-5_dp, 0.003_dp, 0.05_dp, 1.0_dp]
-    !! Where the search begins: a pure tone, oscillations that wander more and more, a smooth wander
+    real(dp), parameter :: TONE = 1e-6_dp       !! Damping ratio of what does not wander
+    real(dp), parameter :: WANDERING(3) = [0.003_dp, 0.05_dp, 1.0_dp]
+    !! Where the search for other dampings begins: oscillations that wander more and more, a smooth wander
     real(dp), parameter :: COARSE = 2.5_dp, FINER = 1.5_dp  !! Steps of the search
     integer, parameter :: MOST_STEPS = 5
     real(dp), parameter :: WORTH = 1e-3_dp      !! Fall of -2 ln L below which a step is none: rounding must not decide
+    real(dp), parameter :: CLEARLY = 10         !! Worse than another by so much of -2 ln L
     integer, parameter :: SIZE_OF = 1, DAMPING = 2
+    integer, parameter :: ROUNDS_OF_VARIANCE = 6        !! To the most likely size of a tone
 
 contains
 
@@ -89,15 +99,15 @@ contains
         integer :: axis
 
         noise = problem%process
-        problem%acceleration(SHARED, :, :) = 0
+        problem%acceleration([SHARED, FREQUENCY], :, :) = 0
         do axis = 1, 3
             call search_axis(problem, axis, needed_gain, remainder, found%axis(axis)%list)
             largest(axis) = white_sigma(axis)*maxval([0.0_dp, found%axis(axis)%list%sigma])
         end do
         if (.not. maxval(largest) > 0) return
         found%leading = maxloc(largest, 1)
-        call share_disturbance(found%leading, noise(found%leading)%n, white_sigma, airflow, problem, remainder, &
-                               found%shared_part, error)
+        call share_disturbance(found%leading, found%axis(found%leading)%list, noise(found%leading)%n, white_sigma, airflow, &
+                               problem, remainder, found%shared_part, error)
         if (allocated(error)) return
         do axis = 1, 3
             if (axis == found%leading) cycle
@@ -110,8 +120,12 @@ contains
 
     !> Smooths the disturbance of the leading axis and lets the other two see a part of it: a priori that
     !> of an acceleration along the airflow, if that is anywhere near the leading axis.
-    subroutine share_disturbance(leading, noise_states, white_sigma, airflow, problem, remainder, part, error)
+    !>
+    !> A tone x(t), which wanders by less than a radian in the arc, is known no better than its frequency: an error of it
+    !> by c cycles in the arc T, which is estimated, adds c dx/dc = 2 pi c (t - T/2)/T x'/omega, the process' second state.
+    subroutine share_disturbance(leading, list, noise_states, white_sigma, airflow, problem, remainder, part, error)
         integer, intent(in) :: leading              !! Axis
+        type(disturbance_t), intent(in) :: list(:)  !! Its disturbances
         integer, intent(in) :: noise_states         !! Of its process: those of the instrument's noise
         real(dp), intent(in) :: white_sigma(3), airflow(3)
         type(filter_problem_t), intent(inout) :: problem
@@ -121,24 +135,35 @@ contains
 
         type(process_filter_t) :: filter
         type(constants_t) :: constants
-        real(dp), dimension(size(problem%epoch)) :: disturbance, unused_residual, unused_chi_square
-        real(dp) :: signal(problem%process(leading)%n)
-        integer :: axis, other
+        real(dp) :: disturbance(2, size(problem%epoch))     ! and its partial by the frequency
+        real(dp), dimension(size(problem%epoch)) :: unused_residual, unused_chi_square
+        real(dp) :: signals(problem%process(leading)%n, 2), arc
+        integer :: axis, other, largest, i
 
         part = 0
         call filter_axis(problem, leading, problem%process(leading), .true., filter, remainder(:, :, leading), error)
         if (allocated(error)) return
         call gather(problem, constants, remainder)
-        signal = problem%process(leading)%output
-        signal(:noise_states) = 0
-        call smooth_axis(problem, leading, filter, constants, signal, disturbance, unused_residual, &
+        signals = 0
+        signals(noise_states + 1:, 1) = problem%process(leading)%output(noise_states + 1:)
+        largest = maxloc(list%sigma, 1)
+        arc = problem%steps*problem%interval
+        if (list(largest)%damping*TWO_PI*list(largest)%frequency*arc < 1) signals(noise_states + 2*largest, 2) = TWO_PI
+        call smooth_axis(problem, leading, filter, constants, signals, disturbance, unused_residual, &
                          unused_chi_square)
+        do i = 1, size(problem%epoch)
+            disturbance(2, i) = disturbance(2, i)*(problem%epoch(i)/real(problem%steps, dp) - 0.5_dp)
+        end do
+        problem%acceleration(FREQUENCY, :, leading) = disturbance(2, :)
         other = 0
         do axis = 1, 3
             if (axis == leading) cycle
             other = other + 1
             if (abs(airflow(leading)) > ALONG_THE_AIRFLOW) part(other) = airflow(axis)/airflow(leading)
-            problem%acceleration(SHARED(other), :, axis) = disturbance*white_sigma(leading)/white_sigma(axis)
+            associate (units => white_sigma(leading)/white_sigma(axis))
+                problem%acceleration(SHARED(other), :, axis) = disturbance(1, :)*units
+                problem%acceleration(FREQUENCY, :, axis) = disturbance(2, :)*units*part(other)
+            end associate
         end do
     end subroutine share_disturbance
 
@@ -150,37 +175,36 @@ contains
         real(dp), intent(inout) :: remainder(:, :, :)   !! Of all axes with their processes
         type(disturbance_t), allocatable, intent(out) :: found(:)
 
-        type(constants_t) :: others
+        type(constants_t) :: others, constants
         type(disturbance_t) :: best
         real(dp) :: current, value, line, frequency, amplitude
-        real(dp), allocatable :: trial(:, :)
 
         allocate (found(0))
-        allocate (trial, mold=remainder(:, :, axis))
         call gather(problem, others, remainder, without=axis)
-        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, trial, current)
+        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), constants, current)
         do while (size(found) < MOST_DISTURBANCES)
-            call line_of_residuals(problem, axis, others, remainder(:, :, axis), line, frequency, amplitude)
+            call line_of_residuals(problem, axis, constants, remainder(:, :, axis), line, frequency, amplitude)
             if (line < LINE_LIKELY_NOISE) exit
-            call best_disturbance(problem, axis, others, frequency, amplitude, trial, best, value)
+            call best_disturbance(problem, axis, others, constants, remainder(:, :, axis), current, frequency, amplitude, &
+                                  best, value)
             if (.not. current - value > needed_gain) exit
             problem%process(axis) = with_disturbance(problem%process(axis), best, problem%interval)
             found = [found, best]
             call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), &
-                                          current)
+                                          constants, current)
         end do
     end subroutine search_axis
 
     !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
-    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, value)
+    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, constants, value)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
         type(gauss_markov_t), intent(in) :: process
         type(constants_t), intent(in) :: others         !! From all but this axis
         real(dp), intent(out) :: remainder(:, :)        !! Of this axis
+        type(constants_t), intent(out) :: constants     !! From all
         real(dp), intent(out) :: value
 
-        type(constants_t) :: constants
         real(dp) :: log_variance
 
         call whiten_by_process(process, problem%epoch, problem%kept(:, axis), problem%acceleration(:, :, axis), &
@@ -191,22 +215,19 @@ contains
     end subroutine minus_two_log_likelihood
 
     !> The strongest line in the spectrum of an axis' whitened residuals.
-    subroutine line_of_residuals(problem, axis, others, remainder, line, frequency, amplitude)
+    subroutine line_of_residuals(problem, axis, constants, remainder, line, frequency, amplitude)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
-        type(constants_t), intent(in) :: others
+        type(constants_t), intent(in) :: constants      !! From all observations
         real(dp), intent(in) :: remainder(:, :)
         real(dp), intent(out) :: line                   !! A chi-square with two degrees of freedom
         real(dp), intent(out) :: frequency              !! Hz
         real(dp), intent(out) :: amplitude              !! Of the whitened residuals
 
-        type(constants_t) :: constants
         real(dp) :: residual(size(remainder, 2)), y(problem%m)
         integer :: i, m, kept
 
         m = problem%m
-        constants = others
-        call constants%fold_in_all(remainder)
         y = constants%solution()
         do i = 1, size(residual)
             residual(i) = remainder(m + 1, i) - dot_product(remainder(:m, i), y)
@@ -217,58 +238,76 @@ contains
         amplitude = sqrt(2*line/kept)
     end subroutine line_of_residuals
 
-    !> The disturbance near a line of the spectrum that makes the observations most likely: for each of
-    !> a few dampings the size, then the frequency of the best of them.
-    subroutine best_disturbance(problem, axis, others, frequency, amplitude, remainder, best, value)
+    !> The disturbance near a line of the spectrum that makes the observations most likely: the best tone, and for each of
+    !> a few dampings the size; if one of these is better than the tone, its frequency, damping and size.
+    subroutine best_disturbance(problem, axis, others, constants, remainder, current, frequency, amplitude, best, value)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
-        type(constants_t), intent(in) :: others
+        type(constants_t), intent(in) :: others         !! From all but this axis
+        type(constants_t), intent(in) :: constants      !! From all observations, without the disturbance
+        real(dp), intent(in) :: remainder(:, :)         !! Of the axis, without the disturbance
+        real(dp), intent(in) :: current                 !! -2 ln L without it
         real(dp), intent(in) :: frequency, amplitude    !! Of the line
-        real(dp), intent(out) :: remainder(:, :)        !! Workspace
         type(disturbance_t), intent(out) :: best
         real(dp), intent(out) :: value                  !! -2 ln L
 
         type(disturbance_t) :: trial
-        real(dp) :: trial_value, shift
+        real(dp) :: root(problem%m, problem%m), y(problem%m), trial_value, shift
+        real(dp), allocatable :: unused(:, :)
         integer :: i
 
-        value = huge(1.0_dp)
-        best = disturbance_t(amplitude, frequency, 1.0_dp)
-        do i = 1, size(DAMPINGS)
-            trial = disturbance_t(amplitude, frequency, DAMPINGS(i))
+        root = constants%inverse_root()
+        y = constants%solution()
+        best = disturbance_t(amplitude, frequency, TONE)
+        call evaluate(best, value)
+        call improve_frequencies(NEAR_LINE/(problem%steps*problem%interval))
+        allocate (unused, mold=remainder)
+        do i = 1, size(WANDERING)
+            trial = disturbance_t(amplitude, best%frequency, WANDERING(i))
             call evaluate(trial, trial_value)
             call improve(SIZE_OF, COARSE, trial, trial_value)
+            if (trial_value > value + CLEARLY) exit     ! what wanders even more is farther off
             if (trial_value < value) then
                 value = trial_value
                 best = trial
             end if
         end do
-        shift = max(best%damping*frequency, NEAR_LINE/(problem%steps*problem%interval))
-        call improve_frequency(best, value, shift)
-        call improve_frequency(best, value, shift/4)
-        call improve_frequency(best, value, shift/16)
-        ! a tone whose frequency was not yet right may have lost against a wander
-        trial = best
-        trial%damping = DAMPINGS(1)
-        call evaluate(trial, trial_value)
-        call improve_frequency(trial, trial_value, shift/4)
-        if (trial_value < value) then
-            value = trial_value
-            best = trial
-        end if
+        if (.not. best%damping > TONE) return
+        shift = max(best%damping*best%frequency, NEAR_LINE/(problem%steps*problem%interval))
+        call improve_frequencies(shift)
         call improve(DAMPING, FINER*FINER, best, value)
         call improve(SIZE_OF, FINER, best, value)
 
     contains
 
+        !> A tone gets its most likely size.
         subroutine evaluate(disturbance, result)
-            type(disturbance_t), intent(in) :: disturbance
+            type(disturbance_t), intent(inout) :: disturbance
             real(dp), intent(out) :: result
 
-            call minus_two_log_likelihood(problem, axis, &
-                                          with_disturbance(problem%process(axis), disturbance, problem%interval), &
-                                          others, remainder, result)
+            type(constants_t) :: with_it
+
+            if (disturbance%damping > TONE) then
+                call minus_two_log_likelihood(problem, axis, &
+                                              with_disturbance(problem%process(axis), disturbance, problem%interval), &
+                                              others, unused, with_it, result)
+            else
+                call weigh_tone(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%interval, remainder, &
+                                root, y, disturbance%frequency, disturbance%sigma, result)
+                result = current - result
+            end if
         end subroutine evaluate
+
+        !> Finer and finer.
+        subroutine improve_frequencies(shift)
+            real(dp), intent(in) :: shift           ! First change, Hz
+
+            integer :: k
+
+            do k = 0, 2
+                call improve_frequency(best, value, shift/4**k)
+            end do
+        end subroutine improve_frequencies
 
         !> Size or damping larger by factors as long as that helps; else smaller.
         subroutine improve(which, factor, disturbance, lowest)
@@ -334,4 +373,49 @@ contains
             end if
         end subroutine improve_frequency
     end subroutine best_disturbance
+
+    !> By how much a tone raises 2 ln L, at the size that raises it most: by rounds of expectation and maximisation
+    !> (A. P. Dempster, N. M. Laird, D. B. Rubin, J. R. Stat. Soc. B 39 (1977) 1-38).
+    subroutine weigh_tone(process, epoch, kept, interval, remainder, root, y, frequency, sigma, gain)
+        type(gauss_markov_t), intent(in) :: process     !! Of the axis, without the tone
+        integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals
+        logical, intent(in) :: kept(:)                  !! (samples)
+        real(dp), intent(in) :: interval                !! s
+        real(dp), intent(in) :: remainder(:, :)         !! Whitened by the process: (m + 1, samples)
+        real(dp), intent(in) :: root(:, :), y(:)        !! R_y^-1 and estimate of the constants from all observations
+        real(dp), intent(in) :: frequency               !! Hz
+        real(dp), intent(inout) :: sigma                !! Of the tone, white noise = 1
+        real(dp), intent(out) :: gain                   !! Of 2 ln L
+
+        real(dp), dimension(2, size(epoch)) :: tone, whitened
+        real(dp) :: seen(size(y), 2), s(2, 2), p(2, 2), g(2), a(2), v, unused, angle
+        integer :: i, m, round
+
+        m = size(y)
+        do i = 1, size(epoch)
+            angle = TWO_PI*frequency*epoch(i)*interval
+            tone(:, i) = [cos(angle), sin(angle)]
+        end do
+        call whiten_by_process(process, epoch, kept, tone, whitened, unused)
+        seen = matmul(remainder(:m, :), transpose(whitened))
+        g = matmul(whitened, remainder(m + 1, :)) - matmul(y, seen)
+        seen = matmul(transpose(root), seen)
+        s = matmul(whitened, transpose(whitened)) - matmul(transpose(seen), seen)
+        v = sigma**2
+        do round = 0, ROUNDS_OF_VARIANCE
+            p = inverse_of(s + reshape([1/v, 0.0_dp, 0.0_dp, 1/v], [2, 2]))
+            a = matmul(p, g)
+            if (round < ROUNDS_OF_VARIANCE) v = (sum(a**2) + p(1, 1) + p(2, 2))/2
+        end do
+        sigma = sqrt(v)
+        gain = dot_product(g, a) - log((1 + v*s(1, 1))*(1 + v*s(2, 2)) - v**2*s(1, 2)*s(2, 1))
+    end subroutine weigh_tone
+
+    !> Of a matrix of two rows.
+    pure function inverse_of(m) result(inverse)
+        real(dp), intent(in) :: m(2, 2)
+        real(dp) :: inverse(2, 2)
+
+        inverse = reshape([m(2, 2), -m(2, 1), -m(1, 2), m(1, 1)], [2, 2])/(m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1))
+    end function inverse_of
 end module gracecg_estimation_disturbance_search

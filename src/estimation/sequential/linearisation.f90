@@ -2,7 +2,7 @@
 !> units of its noise.
 !>
 !> The constants that the filter estimates stand in blocks: first the parts of a disturbance that two axes
-!> share with a third, then the parameters of the physical model, of these the CG offset last.
+!> share with a third, then the error of its frequency, then the parameters of the physical model, of these the CG offset last.
 module gracecg_estimation_linearisation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail
@@ -13,7 +13,7 @@ module gracecg_estimation_linearisation
     use gracecg_estimation_physical_model, only: physical_model_t, model_state_t, model_trajectory_t, &
         integrate_trajectory, predict_accelerations, star_angles, correct_state, turn_between, describe_model_state
     use gracecg_estimation_iteration, only: iteration_t, append_iteration, rms_of
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY
     implicit none
     private
     public :: MODEL_FIRST, N_CONSTANTS, ESTIMATED, OFFSET_PLACES, FIRST_FIT
@@ -29,8 +29,9 @@ module gracecg_estimation_linearisation
     character(*), parameter :: FIRST_FIT = 'attitude and rate'
 
     !> The constants
-    integer, parameter :: MODEL_FIRST = size(SHARED) + 1    !! First those SHARED; from here on those ESTIMATED
-    integer, parameter :: N_CONSTANTS = size(SHARED) + size(ESTIMATED)    !! Their number
+    integer, parameter :: MODEL_FIRST = FREQUENCY + 1     !! First those SHARED, FREQUENCY; from here on those ESTIMATED
+    integer, parameter :: N_CONSTANTS = FREQUENCY + size(ESTIMATED)    !! Their number
+    real(dp), parameter :: FREQUENCY_SIGMA = 1              !! A priori, cycles an arc: what a spectrum resolves
 
     !> What an estimate begins with and does not change.
     type :: given_t
@@ -90,9 +91,11 @@ contains
         integer :: i
 
         known(SHARED) = shared_part
+        known(FREQUENCY) = 0
         known(MODEL_FIRST:) = given%guess%value(ESTIMATED) - state%value(ESTIMATED)
         known(MODEL_FIRST:MODEL_FIRST + 2) = turn_between(state%quaternion, given%guess%quaternion)
         sigma(SHARED) = given%shared_sigma
+        sigma(FREQUENCY) = FREQUENCY_SIGMA
         sigma(MODEL_FIRST:) = given%prior_sigma
         problem%prior = 0
         do i = 1, N_CONSTANTS

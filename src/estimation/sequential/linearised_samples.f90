@@ -1,8 +1,9 @@
 !> The calibration as a filter sees it: linearised samples of accelerometer and star camera in the
 !> order of time, the disturbances of each accelerometer axis as Gauss-Markov processes.
 !>
-!> The constants are the parts of a disturbance that two axes share with a third, the parameters of the
-!> physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every axis has a process of its own (the
+!> The constants are the parts of a disturbance that two axes share with a third, the error of its frequency, the
+!> parameters of the physical model at the epoch (gracecg_estimation_linearisation) and, last, the CG offset. Every
+!> axis has a process of its own (the
 !> flicker noise of the instrument, and what the non-gravitational acceleration does beside its
 !> straight line); given the constants, the axes are independent, so each is filtered by itself and
 !> the remainders meet in the array of the constants (gracecg_estimation_square_root_filter).
@@ -17,10 +18,11 @@ module gracecg_estimation_linearised_samples
     use gracecg_estimation_running_estimate, only: running_estimate_t
     implicit none
     private
-    public :: filter_problem_t, SHARED
+    public :: filter_problem_t, SHARED, FREQUENCY
     public :: flicker_process, filter_axis, gather, run_through_time, smooth_axis, smooth_star_camera
 
     integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
+    integer, parameter :: FREQUENCY = 3     !! Place of the error of a tone's frequency, in units of one cycle an arc
 
     !> A calibration, linearised about a nominal trajectory.
     type :: filter_problem_t
@@ -209,13 +211,13 @@ contains
     !> J. Penzer, J. Am. Stat. Assoc. 93 (1998) 796-806). With e the smoothed residual of a kept sample
     !> and v the variance of the smoothed prediction, in units of the white noise, that is e^2/(1 - v);
     !> for a sample that is not kept, e^2/(1 + v).
-    subroutine smooth_axis(problem, axis, filter, constants, signal, disturbance, residual, chi_square)
+    subroutine smooth_axis(problem, axis, filter, constants, signals, disturbance, residual, chi_square)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
         type(process_filter_t), intent(in) :: filter    !! At the last sample, with its history
         type(constants_t), intent(in) :: constants      !! After all observations
-        real(dp), intent(in) :: signal(:)               !! Of the process' states those wanted: h, or a part of it
-        real(dp), intent(out) :: disturbance(:)         !! signal^T p at the samples, white noise = 1
+        real(dp), intent(in) :: signals(:, :)           !! Of the process' states those wanted: h, a part of it; by column
+        real(dp), intent(out) :: disturbance(:, :)      !! signals^T p, (signals, samples), white noise = 1
         real(dp), intent(out) :: residual(:)            !! Smoothed residuals e
         real(dp), intent(out) :: chi_square(:)          !! (samples)
 
@@ -242,7 +244,7 @@ contains
                     v = v + spread_g**2
                 end do
                 p = smoother%mean + matmul(y_seen, smoother%gain)
-                disturbance(i) = dot_product(signal, p)
+                disturbance(:, i) = matmul(p, signals)
                 residual(i) = row(problem%m + 1) - dot_product(row(:problem%m), y) - dot_product(h, p)
                 if (problem%kept(i, axis)) then
                     chi_square(i) = residual(i)**2/max(1 - v, epsilon(v))

@@ -184,7 +184,8 @@ contains
 
     !> Brings the nominal trajectory near the truth by the star camera alone: Gauss and Newton's
     !> iteration with the accelerometer left aside. What it would determine stays as it was. Spikes of the
-    !> star camera are left out before they can pull the trajectory.
+    !> star camera are left out before they can pull the trajectory, and once more looked for about the fit: about a poor
+    !> first guess the ends of the arc stand out, and a spike may not.
     subroutine fit_attitude(given, nominal, problem, error)
         type(given_t), intent(in) :: given
         type(nominal_t), intent(inout) :: nominal
@@ -211,6 +212,8 @@ contains
             call linearise_stars(given, nominal, problem)
             if (corrections_in_sigmas(constants, y, ATTITUDE_AND_RATE) < 1) exit
         end do
+        problem%star_kept = .true.
+        call screen_stars(problem)
         call linearise_accelerations(given, nominal, problem)
     end subroutine fit_attitude
 
@@ -317,19 +320,20 @@ contains
         type(filtered_t), intent(inout) :: filtered     !! The residuals are put there
         logical, intent(out) :: changed         !! Another set of samples than before
 
-        real(dp), dimension(size(problem%epoch)) :: flicker, residual, chi_square
+        real(dp), dimension(size(problem%epoch)) :: residual, chi_square
+        real(dp) :: flicker(1, size(problem%epoch))
         real(dp) :: star_chi_square(size(problem%star_time))
-        real(dp), allocatable :: signal(:)
+        real(dp), allocatable :: signal(:, :)
         integer :: axis
 
         changed = .false.
         if (.not. allocated(filtered%residual)) allocate (filtered%residual(3, size(problem%epoch)))
         do axis = 1, 3
-            signal = problem%process(axis)%output
-            signal(given%noise_states(axis) + 1:) = 0
+            signal = reshape(problem%process(axis)%output, [problem%process(axis)%n, 1])
+            signal(given%noise_states(axis) + 1:, 1) = 0
             call smooth_axis(problem, axis, filtered%axis(axis), filtered%constants, signal, flicker, residual, &
                              chi_square)
-            residual = given%white_sigma(axis)*(residual + flicker)
+            residual = given%white_sigma(axis)*(residual + flicker(1, :))
             filtered%residual(axis, :) = residual
             filtered%residual_rms(axis) = norm2(pack(residual, problem%kept(:, axis)))/ &
                                           sqrt(real(max(1, count(problem%kept(:, axis))), dp))

@@ -10,7 +10,7 @@ module gracecg_estimation_sequential_solution
         BIAS, RATE, ATTITUDE_ANGLES
     use gracecg_estimation_physical_model, only: model_state_t, correct_state
     use gracecg_estimation_square_root_filter, only: constants_t, process_filter_t
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, run_through_time
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, run_through_time
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, OFFSET_PLACES, MODEL_FIRST, &
         N_CONSTANTS
     use gracecg_estimation_disturbance_search, only: disturbances_t
@@ -126,8 +126,8 @@ contains
         names = PARAMETER_NAMES(ESTIMATED)
         places = [(MODEL_FIRST - 1 + i, i=1, size(ESTIMATED))]
         if (with_shared) then
-            names = [character(12) :: names, 'shared_1', 'shared_2']
-            places = [places, SHARED]
+            names = [character(12) :: names, 'shared_1', 'shared_2', 'frequency']
+            places = [places, SHARED, FREQUENCY]
         end if
         by = 0
         do i = 1, N_CONSTANTS
