@@ -126,6 +126,7 @@ module gracecg
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
+    use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
@@ -208,6 +209,7 @@ module gracecg
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
     public :: estimate_runs, run_information_t, read_information
+    public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
     public :: new_tank_series, offset_history_t, history_point_t, trace_offset
 

@@ -73,6 +73,7 @@ program tester
     use test_physical_model, only: collect_physical_model
     use test_optimal, only: collect_optimal
     use test_beliefs_of_operator, only: collect_beliefs
+    use test_arc_chain, only: collect_arc_chain
     use test_joint, only: collect_joint
     use test_bound_command, only: collect_bound_command
     use test_programme, only: collect_programme
@@ -193,6 +194,7 @@ program tester
              new_testsuite('optimal', collect_optimal), &
              new_testsuite('beliefs', collect_beliefs), &
              new_testsuite('joint', collect_joint), &
+             new_testsuite('arc-chain', collect_arc_chain), &
              new_testsuite('bound', collect_bound), &
              new_testsuite('programme', collect_programme), &
              new_testsuite('bound-command', collect_bound_command), &

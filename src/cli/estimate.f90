@@ -1,11 +1,15 @@
 !> gracecg estimate: the CG offset from an observation set.
 module gracecg_cli_estimate
     use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
+    use gracecg_estimation_arc_chain, only: USUAL_ARC, SHORTEST_ARC
+    use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_joint_estimate, only: joint_options_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, OF_SETUP
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_plausibility, only: refuse_implausible
@@ -13,7 +17,8 @@ module gracecg_cli_estimate
     use gracecg_files_file, only: check_writable
     use gracecg_cli_calibration_page, only: write_calibration_page, page_folder
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
-    use gracecg_cli_joint, only: declare_joint_options, joint_option_given, run_joint
+    use gracecg_cli_arc_chain, only: run_chain
+    use gracecg_cli_joint, only: declare_joint_options, joint_option_given, run_joint, take_groups
     use gracecg_cli_running_file, only: write_running_estimate
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -51,6 +56,10 @@ contains
         call arguments%add_option('--running', 'FILE', 'CSV of the estimate as it grows with the samples; '// &
                                   'sequential alone has one')
         call declare_joint_options(arguments)
+        call arguments%add_option('--arc', 'S', 'optimal estimates a run that is too long for one fit in arcs of so many '// &
+                                  'seconds at most (default '//rounded_text(USUAL_ARC, 3)//'), and joins them; given, also '// &
+                                  'a shorter run')
+        call arguments%add_option('--threads', 'N', 'to work on arcs (default: the processors of the machine)')
     end subroutine declare_estimate
 
     function algorithm_help() result(text)
@@ -73,7 +82,11 @@ contains
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         type(fit_record_t) :: record
+        type(estimation_options_t) :: options
+        type(joint_options_t) :: joint
         character(:), allocatable :: algorithm, page, running_file, options_file
+        real(dp) :: arc
+        integer :: threads
 
         call arguments%get('--algorithm', algorithm, misuse, choices=ESTIMATOR_NAMES)
         call take_format(arguments, console, misuse)
@@ -83,8 +96,14 @@ contains
         call refuse_if(running_file /= '' .and. algorithm /= 'sequential', '--running: '//algorithm// &
                        ' estimates from all samples at once and has no running estimate; use --algorithm '// &
                        'sequential', misuse)
-        call refuse_if(arguments%positional_count() == 1 .and. joint_option_given(arguments) /= '', &
-                       trim(joint_option_given(arguments))//' is for several runs', misuse)
+        call arguments%get('--arc', arc, misuse, default=0.0_dp, low=SHORTEST_ARC, high=1e4_dp)
+        call arguments%get_threads(threads, misuse)
+        call take_groups(arguments, '--own', joint%own, misuse)
+        call take_groups(arguments, '--also', joint%added, misuse)
+        call refuse_if(arguments%positional_count() == 1 .and. arguments%has('--changes'), &
+                       '--changes is for several runs', misuse)
+        call refuse_if(arguments%has('--arc') .and. (algorithm /= 'optimal' .or. arguments%positional_count() > 1), &
+                       '--arc is for one run and --algorithm optimal: several runs are joined as they are', misuse)
         call refuse_if(arguments%positional_count() > 1 .and. (algorithm /= 'optimal' .or. page /= ''), &
                        'several runs are estimated with --algorithm optimal, without --report', misuse)
         if (allocated(misuse)) return
@@ -96,8 +115,21 @@ contains
         call check_writable(page, error)
         if (.not. allocated(error)) call check_writable(running_file, error)
         if (allocated(error)) return
-        call read_and_estimate(arguments%positional(1), options_file, algorithm, page /= '', arguments%has('--verbose'), &
-                               observations, solution, record, console, error)
+        call read_run(arguments%positional(1), options_file, observations, options, console, error)
+        if (.not. allocated(error) .and. algorithm == 'optimal' .and. &
+            observations%knowledge%duration > merge(arc, longest_arc(observations%knowledge), arc > 0)) then
+            call refuse_of_chain(observations%knowledge, page /= '', arguments%has('--verbose'), error)
+            if (.not. allocated(error)) &
+                call run_chain(observations, options, joint, merge(arc, USUAL_ARC, arc > 0), threads, console, error)
+            return
+        end if
+        if (.not. allocated(error) .and. joint_option_given(arguments) /= '') then
+            call fail(error, trim(joint_option_given(arguments))//' is for several runs, or for one in several arcs (--arc)')
+            return
+        end if
+        if (.not. allocated(error)) &
+            call estimate(algorithm, page /= '', arguments%has('--verbose'), console, observations, options, solution, &
+                          record, error)
         if (allocated(error)) then
             if (page /= '') call show_page(error%message)
             return
@@ -143,20 +175,15 @@ contains
         end subroutine show_page
     end subroutine run_estimate
 
-    !> The observations of a folder and what the algorithm makes of them.
-    subroutine read_and_estimate(folder, options_file, algorithm, recorded, verbose, observations, solution, &
-                                 record, console, error)
-        character(*), intent(in) :: folder, options_file, algorithm
-        logical, intent(in) :: recorded         !! The fit is to be recorded for a page
-        logical, intent(in) :: verbose          !! Every iteration is to be kept
+    !> The observations of a folder, and how to estimate.
+    subroutine read_run(folder, options_file, observations, options, console, error)
+        character(*), intent(in) :: folder, options_file
         type(observation_set_t), intent(out) :: observations
-        type(solution_t), intent(out) :: solution
-        type(fit_record_t), intent(out) :: record
+        type(estimation_options_t), intent(out) :: options
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: nothing
-        type(estimation_options_t) :: options
 
         call read_observations(folder, observations, error)
         if (allocated(error)) then
@@ -165,7 +192,20 @@ contains
         end if
         call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
         if (.not. allocated(error)) call take_options(folder, options_file, options, console, error)
-        if (allocated(error)) return
+    end subroutine read_run
+
+    !> What the algorithm makes of the observations.
+    subroutine estimate(algorithm, recorded, verbose, console, observations, options, solution, record, error)
+        character(*), intent(in) :: algorithm
+        logical, intent(in) :: recorded         !! The fit is to be recorded for a page
+        logical, intent(in) :: verbose          !! Every iteration is to be kept
+        type(console_t), intent(in) :: console
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(inout) :: options
+        type(solution_t), intent(out) :: solution
+        type(fit_record_t), intent(out) :: record
+        type(error_t), allocatable, intent(out) :: error
+
         options%history = verbose
         options%information = console%format == 'json'
         if (recorded) then
@@ -174,7 +214,19 @@ contains
             call estimate_offset(algorithm, observations, options, solution, error)
         end if
         if (.not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
-    end subroutine read_and_estimate
+    end subroutine estimate
+
+    !> A chain has a fit for each arc: what shows one fit is refused.
+    subroutine refuse_of_chain(knowledge, page, verbose, error)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        logical, intent(in) :: page, verbose        !! --report, --verbose
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. (page .or. verbose)) return
+        call fail(error, trim(merge('--report ', '--verbose', page))//' shows one fit, but the run of '// &
+                  rounded_text(knowledge%duration, 6)//' s is estimated in arcs, each with a fit of its own: leave it out; '// &
+                  '--format csv or json has the arcs')
+    end subroutine refuse_of_chain
 
     !> The options of --options; without it those that need no telling, or those in a setup.nml of version 0.1.
     subroutine take_options(folder, options_file, options, console, error)

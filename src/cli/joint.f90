@@ -4,7 +4,7 @@ module gracecg_cli_joint
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: string_t, split, integer_text, rounded_text, join
-    use gracecg_environment_time, only: utc_text
+    use gracecg_environment_time, only: utc_t, utc_text
     use gracecg_files_data_table, only: data_table_t
     use gracecg_files_file, only: directory_exists
     use gracecg_files_value, only: did_you_mean
@@ -22,7 +22,7 @@ module gracecg_cli_joint
     use gracecg_cli_results, only: results_t
     implicit none
     private
-    public :: declare_joint_options, run_joint, joint_option_given
+    public :: declare_joint_options, run_joint, joint_option_given, take_groups, show_joint, publish_joint
 
     character(9), parameter :: OPTIONS(3) = [character(9) :: '--own', '--also', '--changes']    !! That only a joint estimate has
     character(*), parameter :: COLUMNS = 'run,time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,'// &
@@ -67,6 +67,7 @@ contains
         type(joint_run_t), allocatable :: runs(:)
         type(joint_options_t) :: options
         type(joint_solution_t) :: solution
+        type(string_t), allocatable :: names(:)
         character(:), allocatable :: changes
         integer :: i
 
@@ -83,9 +84,12 @@ contains
         end do
         call estimate_runs(runs, options, solution, error)
         if (allocated(error)) return
-        call warn_of_disagreement(arguments, solution, console)
-        call show(arguments, runs, solution, console)
-        call publish(arguments, runs, solution, console, error)
+        allocate (names(size(runs)))
+        do i = 1, size(runs)
+            names(i)%text = arguments%positional(i)
+        end do
+        call show_joint('runs', names, runs%information%epoch, solution, console)
+        call publish_joint('joint', names, runs%information%epoch, solution, console, error)
     end subroutine run_joint
 
     !> A list of groups of parameters.
@@ -141,8 +145,9 @@ contains
     end subroutine read_run
 
     !> Runs that do not agree are told before anything else.
-    subroutine warn_of_disagreement(arguments, solution, console)
-        type(arguments_t), intent(in) :: arguments
+    subroutine warn_of_disagreement(kind, names, solution, console)
+        character(*), intent(in) :: kind        !! runs or arcs
+        type(string_t), intent(in) :: names(:)
         type(joint_solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
@@ -150,14 +155,14 @@ contains
 
         if (solution%consistent) return
         worst = minloc(solution%runs%probability, 1)
-        call console%warn('the runs do not agree on one offset: chi square '//rounded_text(solution%statistic, 4)// &
+        call console%warn('the '//kind//' do not agree on one offset: chi square '//rounded_text(solution%statistic, 4)// &
                           ' for '//integer_text(solution%degrees)//' degrees of freedom, which chance reaches with a '// &
                           'probability of '//rounded_text(solution%probability, 2)//'; masses that moved between them '// &
                           'belong into --changes')
         do i = 1, size(solution%runs)
             associate (run => solution%runs(i))
                 if (run%agrees .or. size(solution%runs) == 2 .and. i /= worst) cycle
-                call console%warn(arguments%positional(i)//' differs from the rest by '// &
+                call console%warn(names(i)%text//' differs from the rest by '// &
                                   rounded_text(run%difference(1)/MILLIMETRE, 3)//', '// &
                                   rounded_text(run%difference(2)/MILLIMETRE, 3)//', '// &
                                   rounded_text(run%difference(3)/MILLIMETRE, 3)//' mm (sigma '// &
@@ -169,9 +174,10 @@ contains
     end subroutine warn_of_disagreement
 
     !> For people.
-    subroutine show(arguments, runs, solution, console)
-        type(arguments_t), intent(in) :: arguments
-        type(joint_run_t), intent(in) :: runs(:)
+    subroutine show_joint(kind, names, epochs, solution, console)
+        character(*), intent(in) :: kind            !! What is joined: runs or arcs
+        type(string_t), intent(in) :: names(:)      !! Of each
+        type(utc_t), intent(in) :: epochs(:)        !! Time 0 of each
         type(joint_solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
 
@@ -179,16 +185,17 @@ contains
         character(100) :: line
         integer :: i, j
 
-        call console%line(integer_text(size(runs))//' runs, one offset at '// &
-                          utc_text(runs(solution%last)%information%epoch)//' UTC')
+        call warn_of_disagreement(kind, names, solution, console)
+        call console%line(integer_text(size(names))//' '//kind//', one offset at '// &
+                          utc_text(epochs(solution%last))//' UTC')
         do i = 1, 3
             write (line, '("d", a1, f12.5, " +/-", f9.5, " mm")') 'xyz'(i:i), solution%offset(i)/MILLIMETRE, &
                 sqrt(solution%covariance(i, i))/MILLIMETRE
             call console%line(trim(line))
         end do
         call console%line('')
-        call console%line('each run alone, and minus all others')
-        call table%column('run', 'a', 'run')
+        call console%line('each '//kind(:3)//' alone, and minus all others')
+        call table%column('run', 'a', kind(:3))
         do i = 1, 3
             call table%column('d'//'xyz'(i:i)//'_mm', 'f10.4', trim(merge('d, mm|', '|     ', i == 1))//'xyz'(i:i))
         end do
@@ -202,9 +209,9 @@ contains
         end do
         call table%column('chi_square', 'f9.2', 'chi square|of 3')
         call table%column('variance_factor', 'f8.3', 'variance|factor')
-        do i = 1, size(runs)
+        do i = 1, size(names)
             associate (run => solution%runs(i))
-                call table%add(arguments%positional(i))
+                call table%add(names(i)%text)
                 call table%add([run%offset, run%difference, run%difference_sigma]/MILLIMETRE)
                 call table%add(run%statistic)
                 call table%add(run%squares/max(1, run%redundancy))
@@ -216,7 +223,7 @@ contains
                           rounded_text(solution%probability, 3)//' (refused below '//rounded_text(FAMILY_LEVEL, 2)//')')
         if (.not. any(solution%parameter_sigma > 0)) return
         call console%line('')
-        call console%line('what the runs share')
+        call console%line('what the '//kind//' share')
         call others%column('parameter', 'a', 'parameter')
         call others%column('value', 'es12.4', 'value')
         call others%column('sigma', 'es11.2', 'sigma')
@@ -228,12 +235,13 @@ contains
             call others%add(trim(PARAMETER_UNITS(JOINED(j))))
         end do
         call console%table(others)
-    end subroutine show
+    end subroutine show_joint
 
     !> As CSV or JSON: the joint estimate first, then each run alone.
-    subroutine publish(arguments, runs, solution, console, error)
-        type(arguments_t), intent(in) :: arguments
-        type(joint_run_t), intent(in) :: runs(:)
+    subroutine publish_joint(case, names, epochs, solution, console, error)
+        character(*), intent(in) :: case            !! Member of JSON
+        type(string_t), intent(in) :: names(:)      !! Of each run
+        type(utc_t), intent(in) :: epochs(:)        !! Time 0 of each
         type(joint_solution_t), intent(in) :: solution
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
@@ -246,7 +254,7 @@ contains
         call table%columns_of(COLUMNS)
         squares = sum(solution%runs%squares)/max(1, sum(solution%runs%redundancy))
         call table%add('joint')
-        call table%add(utc_text(runs(solution%last)%information%epoch))
+        call table%add(utc_text(epochs(solution%last)))
         call table%add([solution%offset, [(sqrt(solution%covariance(i, i)), i=1, 3)]]/MILLIMETRE)
         do i = 1, 6
             call table%add_nothing()
@@ -254,10 +262,10 @@ contains
         call table%add([solution%statistic, solution%probability])
         call table%add(solution%consistent)
         call table%add(squares)
-        do i = 1, size(runs)
+        do i = 1, size(names)
             associate (run => solution%runs(i))
-                call table%add(arguments%positional(i))
-                call table%add(utc_text(runs(i)%information%epoch))
+                call table%add(names(i)%text)
+                call table%add(utc_text(epochs(i)))
                 call table%add([run%offset, run%sigma, run%difference, run%difference_sigma]/MILLIMETRE)
                 call table%add([run%statistic, run%probability])
                 call table%add(run%agrees)
@@ -265,8 +273,8 @@ contains
             end associate
         end do
         call results%open('estimate')
-        call results%member('case', 'joint')
-        call results%member('epoch_utc', utc_text(runs(solution%last)%information%epoch))
+        call results%member('case', case)
+        call results%member('epoch_utc', utc_text(epochs(solution%last)))
         call results%member('offset_m', solution%offset)
         call results%begin('covariance')
         call results%member('matrix', solution%covariance)
@@ -285,5 +293,5 @@ contains
         end do
         call results%end()
         call results%publish(table, console, error)
-    end subroutine publish
+    end subroutine publish_joint
 end module gracecg_cli_joint

@@ -12,7 +12,7 @@ module gracecg_observations_observation_set
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     implicit none
     private
-    public :: observation_set_t, check_observations, has_orbit, has_star_camera, beginning_of, SAMPLE_TOLERANCE
+    public :: observation_set_t, check_observations, has_orbit, has_star_camera, SAMPLE_TOLERANCE
 
     !> Samples of the three instruments, and the orbit if it is known (GPS), for the model that stands
     !> in for a lost magnetometer. Times are seconds from the epoch.
@@ -50,31 +50,6 @@ contains
 
         has_star_camera = size(observations%star_camera_time) > 0
     end function has_star_camera
-
-    !> The first part of an arc: the samples before a time. The orbit stays whole.
-    pure subroutine beginning_of(observations, length, part)
-        type(observation_set_t), intent(in) :: observations
-        real(dp), intent(in) :: length          !! s, not longer than the arc
-        type(observation_set_t), intent(out) :: part
-
-        integer :: n
-
-        part%knowledge = observations%knowledge
-        part%knowledge%duration = length
-        n = count(observations%accelerometer_time < length)
-        part%accelerometer_time = observations%accelerometer_time(:n)
-        part%acceleration = observations%acceleration(:, :n)
-        n = count(observations%star_camera_time < length)
-        part%star_camera_time = observations%star_camera_time(:n)
-        part%star_camera_head = observations%star_camera_head(:n)
-        part%quaternion = observations%quaternion(:, :n)
-        n = count(observations%magnetometer_time < length)
-        part%magnetometer_time = observations%magnetometer_time(:n)
-        part%field = observations%field(:, :n)
-        if (.not. has_orbit(observations)) return
-        part%orbit_time = observations%orbit_time
-        part%orbit_position = observations%orbit_position
-    end subroutine beginning_of
 
     !> Refuses what no estimator could use: empty or inconsistent series, NaN, times that go back,
     !> two different samples of one time, values of another unit, quaternions that are not unit, an

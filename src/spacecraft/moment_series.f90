@@ -7,12 +7,13 @@
 module gracecg_spacecraft_moment_series
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: integer_text
     implicit none
     private
     public :: moment_series_t, new_moment_series, has_moments, series_moments, check_moments_cover, median_spacing
-    public :: FEWEST_MOMENTS, interchange_series
+    public :: FEWEST_MOMENTS, interchange_series, part_of_series
 
     integer, parameter :: FEWEST_MOMENTS = 5            !! Samples, for a slope
     real(dp), parameter :: LARGEST_MOMENT = 300         !! Ten times what a rod bears: beyond, it is another unit, A m^2
@@ -56,6 +57,33 @@ contains
         self%moment([first, second], :) = self%moment([second, first], :)
         self%slope([first, second], :) = self%slope([second, first], :)
     end subroutine interchange_series
+
+    !> The samples that an interval of time needs, with a margin, and the slopes they had: within the interval the
+    !> moments are those of the whole series. Times count from its beginning.
+    pure subroutine part_of_series(self, from, to, reach, part)
+        type(moment_series_t), intent(in) :: self
+        real(dp), intent(in) :: from, to            !! s
+        real(dp), intent(in) :: reach               !! By which it is asked for earlier, or later; s
+        type(moment_series_t), intent(out) :: part  !! Nothing measured, if nothing was
+
+        integer :: first, last
+
+        if (.not. has_moments(self)) return
+        ! as many on either side as make a series, too, at an end of it or where samples are missing
+        first = max(1, interval_before(self%time, from - reach) - FEWEST_MOMENTS)
+        last = min(size(self%time), interval_before(self%time, to + reach) + 1 + FEWEST_MOMENTS)
+        part%time = self%time(first:last) - from
+        part%moment = self%moment(:, first:last)
+        part%slope = self%slope(:, first:last)
+    end subroutine part_of_series
+
+    !> The number of the sample before a time, or of the interval at an end that is nearest to it.
+    pure integer function interval_before(time, t) result(low)
+        real(dp), intent(in) :: time(:)     !! Increasing, s
+        real(dp), intent(in) :: t           !! s
+
+        low = max(1, min(size(time) - 1, last_not_after(time, t)))
+    end function interval_before
 
     subroutine check_samples(time, moment, error)
         real(dp), intent(in) :: time(:), moment(:, :)
@@ -141,19 +169,9 @@ contains
         real(dp) :: moment(3)
 
         real(dp) :: h, u
-        integer :: low, high, middle, n
+        integer :: low
 
-        n = size(self%time)
-        low = 1
-        high = n
-        do while (high - low > 1)
-            middle = (low + high)/2
-            if (self%time(middle) <= t) then
-                low = middle
-            else
-                high = middle
-            end if
-        end do
+        low = interval_before(self%time, t)
         h = self%time(low + 1) - self%time(low)
         u = min(2.0_dp, max(-1.0_dp, (t - self%time(low))/h))
         moment = self%moment(:, low) + u**2*(3 - 2*u)*(self%moment(:, low + 1) - self%moment(:, low)) + &

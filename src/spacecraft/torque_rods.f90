@@ -6,11 +6,11 @@ module gracecg_spacecraft_torque_rods
     use gracecg_base_error, only: error_t, fail, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_moment_series, only: moment_series_t, has_moments, series_moments, median_spacing, &
-        interchange_series
+        interchange_series, part_of_series
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
-    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods, gain_unit
+    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
     public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 
@@ -309,6 +309,22 @@ contains
         rods%delay = 0
     end subroutine take_measured_moments
 
+    !> The same manoeuvre with its times counted from a later one, as far as an arc needs it: a wave's phase is that at
+    !> its start, so that the moments are the same.
+    pure subroutine begin_rods_at(measured, from, duration, rods)
+        type(moment_series_t), intent(in) :: measured   !! Of the rods until now, whatever stands in `rods`
+        real(dp), intent(in) :: from        !! The new time 0, s
+        real(dp), intent(in) :: duration    !! Of the arc that begins there, s
+        type(torque_rods_t), intent(inout) :: rods
+
+        type(moment_series_t) :: part
+
+        call part_of_series(measured, from, from + duration, maxval(abs(rods%delay)), part)
+        rods%measured = part
+        rods%activations%start = rods%activations%start - from
+        rods%activations%stop = rods%activations%stop - from
+    end subroutine begin_rods_at
+
     !> What changes of a gain are counted in: the gain itself; of a rod that is thought dead, 1.
     elemental real(dp) function gain_unit(gain) result(unit)
         real(dp), intent(in) :: gain    !! Of one rod
@@ -432,7 +448,8 @@ contains
         end if
         do i = 1, self%count
             associate (a => self%activations(i))
-                if (a%start + self%delay(a%axis) >= duration .or. .not. abs(a%amplitude) > 0) cycle
+                if (.not. abs(a%amplitude) > 0) cycle
+                if (a%start + self%delay(a%axis) >= duration .or. a%stop + self%delay(a%axis) <= 0) cycle
                 if (a%frequency > 0 .or. a%waveform == COSINE .or. abs(sin(a%phase)) > 0) moves_rods = .true.
             end associate
         end do

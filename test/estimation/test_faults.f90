@@ -673,7 +673,7 @@ contains
         if (allocated(error)) return
         observations%knowledge%duration = 1.001_dp*longest
         call refused(error, observations, [character(W) :: 'too long', 'without state noise', 'sigma_torque', &
-                                           '0.143 deg', 'estimate RUN1 RUN2'])
+                                           '0.143 deg', 'optimal takes such a run in arcs'])
     end subroutine test_too_long
 
     subroutine test_stuck_axis(error)

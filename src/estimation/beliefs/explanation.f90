@@ -12,7 +12,8 @@
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_observations_observation_set, only: observation_set_t, beginning_of
+    use gracecg_observations_arc_of_run, only: beginning_of
+    use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_optimal_options, only: WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES

@@ -1,9 +1,10 @@
 !> Interpolation in a series of samples: linear, CSR-TM-00-01 section 4.5, and cubic for an orbit.
 module gracecg_estimation_interpolation
     use gracecg_base_kinds, only: dp
+    use gracecg_base_increasing_numbers, only: last_not_after
     implicit none
     private
-    public :: interpolation_t, interpolation_at, interpolated, is_covered, last_not_after
+    public :: interpolation_t, interpolation_at, interpolated, is_covered
     public :: cubic_interpolated, LONGEST_GAP, REACH, LONGEST_ORBIT_SPACING
 
     !> A value by linear interpolation: (1 - fraction) v(first) + fraction v(first + 1).
@@ -66,24 +67,6 @@ contains
         is_covered = source%supported .or. &
                      any(abs(times(max(1, before):min(size(times), before + 1)) - t) < interval/2)
     end function is_covered
-
-    !> How many of increasing times are not after t, by bisection.
-    pure integer function last_not_after(times, t) result(low)
-        real(dp), intent(in) :: times(:), t !! Increasing; both in s
-
-        integer :: high, middle
-
-        low = 0
-        high = size(times) + 1
-        do while (high - low > 1)
-            middle = (low + high)/2
-            if (times(middle) <= t) then
-                low = middle
-            else
-                high = middle
-            end if
-        end do
-    end function last_not_after
 
     !> Lagrange's cubic through the two samples before and the two after t (the nearest four at an end).
     pure function cubic_interpolated(times, values, t) result(value)

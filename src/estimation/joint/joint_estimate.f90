@@ -62,13 +62,24 @@ module gracecg_estimation_joint_estimate
         integer :: last = 1                     !! The run whose time the offset is of
     end type joint_solution_t
 
-    !> Places of the joint parameters.
+    !> Places of what runs share, and of what each has of its own.
     type :: layout_t
-        integer :: count = 0
-        integer, allocatable :: place(:, :)     !! (JOINED_COUNT, runs); 0: not estimated
+        integer :: count = 0                    !! Of shared parameters
+        integer :: place(JOINED_COUNT) = 0      !! Of JOINED among them; 0: elsewhere
         integer, allocatable :: change(:, :)    !! (3, changes): errors of changes; 0: exact
-        integer, allocatable :: free(:, :)      !! (3, runs): an offset of its own; 0: none
+        integer :: own_count = 0                !! Of a run's own parameters
+        integer :: own(JOINED_COUNT) = 0        !! Of JOINED among them; 0: elsewhere
     end type layout_t
+
+    !> The normal equations of a run, reduced to what is shared: a run's own parameters meet no other run's, so that
+    !> they are eliminated run by run, and the work grows with the number of runs.
+    type :: equations_t
+        real(dp), allocatable :: normal(:, :), rhs(:)   !! Of the shared parameters
+        real(dp), allocatable :: inverse(:, :)          !! Of its own parameters, the shared ones kept
+        real(dp), allocatable :: own(:)                 !! Their values where the shared ones are 0
+        real(dp), allocatable :: gain(:, :)             !! By which they fall with the shared ones, (shared, own)
+        real(dp) :: squares = 0                         !! By which they lower the sum of squares
+    end type equations_t
 
 contains
 
@@ -81,8 +92,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(layout_t) :: layout
+        type(equations_t), allocatable :: equations(:)
         real(dp), allocatable :: value(:), covariance(:, :)
-        logical :: free(size(runs))
         integer :: i, j
 
         if (size(runs) == 0) then
@@ -95,26 +106,26 @@ contains
         do i = 2, size(runs)
             if (seconds_between(runs(solution%last)%epoch, runs(i)%epoch) > 0) solution%last = i
         end do
-        free = .false.
-        call solve(runs, options, solution%last, free, layout, value, covariance, error)
+        call solve(runs, options, runs(solution%last)%epoch, layout, equations, value, covariance, error)
         call add_context(error, 'joint estimate')
         if (allocated(error)) return
         solution%offset = value(:3)
         solution%covariance = covariance(:3, :3)
         do j = 4, JOINED_COUNT
-            associate (k => layout%place(j, 1))
-                if (k == 0 .or. options%own(GROUP_OF_JOINED(j))) cycle
+            associate (k => layout%place(j))
+                if (k == 0) cycle
                 solution%parameter(j) = value(k)
                 solution%parameter_sigma(j) = sqrt(covariance(k, k))
             end associate
         end do
         allocate (solution%runs(size(runs)))
         do i = 1, size(runs)
-            call place_run(runs, options, layout, value, i, solution)
-            call look_at_run_alone(runs, options, i, solution, error)
+            call place_run(runs(i), options, layout, equations(i), value, runs(solution%last)%epoch, solution%runs(i))
+            call look_at_run_alone(runs(i), options, runs(solution%last)%epoch, solution%runs(i), error)
+            call add_context(error, 'run '//integer_text(i)//' alone')
             if (allocated(error)) return
         end do
-        if (size(runs) > 1) call test_all(runs, options, solution, error)
+        if (size(runs) > 1) call test_agreement(runs, options, layout, equations, value, solution, error)
     end subroutine estimate_jointly
 
     !> What is shared must be an error of the same belief in every run.
@@ -152,26 +163,28 @@ contains
         end do
     end function is_estimated
 
-    !> Numbers the joint parameters.
-    subroutine lay_out(runs, options, free, layout)
+    !> Numbers the parameters.
+    subroutine lay_out(runs, options, layout)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
-        logical, intent(in) :: free(:)          !! (runs): has an offset of its own
         type(layout_t), intent(out) :: layout
 
         integer :: i, j, changes
 
         changes = 0
         if (allocated(options%changes)) changes = size(options%changes)
-        allocate (layout%place(JOINED_COUNT, size(runs)), layout%change(3, changes), layout%free(3, size(runs)), source=0)
-        layout%place(:3, :) = spread([1, 2, 3], 2, size(runs))
+        allocate (layout%change(3, changes), source=0)
+        layout%place(:3) = [1, 2, 3]
         layout%count = 3
         do j = 4, JOINED_COUNT
             if (.not. is_estimated(runs, options, GROUP_OF_JOINED(j))) cycle
-            do i = 1, size(runs)
-                if (i == 1 .or. options%own(GROUP_OF_JOINED(j))) layout%count = layout%count + 1
-                layout%place(j, i) = layout%count
-            end do
+            if (options%own(GROUP_OF_JOINED(j))) then
+                layout%own_count = layout%own_count + 1
+                layout%own(j) = layout%own_count
+            else
+                layout%count = layout%count + 1
+                layout%place(j) = layout%count
+            end if
         end do
         do i = 1, changes
             do j = 1, 3
@@ -180,81 +193,142 @@ contains
                 layout%change(j, i) = layout%count
             end do
         end do
-        do i = 1, size(runs)
-            if (.not. free(i)) cycle
-            layout%free(:, i) = layout%count + [1, 2, 3]
-            layout%count = layout%count + 3
-        end do
     end subroutine lay_out
 
-    !> The least squares of all runs together.
-    subroutine solve(runs, options, last, free, layout, value, covariance, error)
+    !> The least squares of all runs together: what they share.
+    subroutine solve(runs, options, time, layout, equations, value, covariance, error)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
-        integer, intent(in) :: last             !! The run whose time the offset is of
-        logical, intent(in) :: free(:)          !! (runs): has an offset of its own
+        type(utc_t), intent(in) :: time         !! Which the offset is of
         type(layout_t), intent(out) :: layout
+        type(equations_t), allocatable, intent(out) :: equations(:)     !! Of each run
         real(dp), allocatable, intent(out) :: value(:), covariance(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), allocatable :: normal(:, :), rhs(:), map(:, :)
-        character(12), allocatable :: names(:)
-        real(dp) :: condition, fixed(JOINED_COUNT)
+        real(dp), allocatable :: normal(:, :), rhs(:)
+        integer :: i
+
+        call lay_out(runs, options, layout)
+        allocate (equations(size(runs)), value(layout%count), covariance(layout%count, layout%count), rhs(layout%count))
+        normal = known_beforehand(runs(1), options, layout)
+        rhs = 0
+        do i = 1, size(runs)
+            call set_up(runs(i), options, layout, time, .false., equations(i), error)
+            if (allocated(error)) return
+            normal = normal + equations(i)%normal
+            rhs = rhs + equations(i)%rhs
+        end do
+        call solve_shared(layout, normal, rhs, value, covariance, error)
+    end subroutine solve
+
+    subroutine solve_shared(layout, normal, rhs, value, covariance, error)
+        type(layout_t), intent(in) :: layout
+        real(dp), intent(in) :: normal(:, :), rhs(:)
+        real(dp), intent(out) :: value(:), covariance(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        character(12) :: names(layout%count)
+        real(dp) :: condition
+        integer :: j
+
+        names = 'change'
+        do j = 1, JOINED_COUNT
+            if (layout%place(j) > 0) names(layout%place(j)) = PARAMETER_NAMES(JOINED(j))
+        end do
+        call solve_normal_equations(normal, rhs, value, covariance, condition, error, names)
+    end subroutine solve_shared
+
+    !> A-priori knowledge of what is shared, counted once, and of the changes.
+    function known_beforehand(first, options, layout) result(normal)
+        type(run_information_t), intent(in) :: first        !! Run
+        type(joint_options_t), intent(in) :: options
+        type(layout_t), intent(in) :: layout
+        real(dp) :: normal(layout%count, layout%count)
+
         integer :: i, j, k
 
-        call lay_out(runs, options, free, layout)
-        allocate (normal(layout%count, layout%count), rhs(layout%count), source=0.0_dp)
-        allocate (value(layout%count), covariance(layout%count, layout%count), names(layout%count))
-        names = 'change'
-        do i = 1, size(runs)
-            call map_of(runs, options, layout, runs(last)%epoch, i, map, fixed)
-            normal = normal + matmul(transpose(map), matmul(runs(i)%matrix, map))
-            rhs = rhs + matmul(transpose(map), runs(i)%rhs + matmul(runs(i)%matrix, runs(i)%point - fixed))
-            do j = 1, JOINED_COUNT
-                k = layout%place(j, i)
-                if (k == 0) cycle
-                names(k) = PARAMETER_NAMES(JOINED(j))
-                if (i > 1 .and. k == layout%place(j, 1)) cycle      ! counted already
-                if (runs(i)%prior_sigma(j) > 0) normal(k, k) = normal(k, k) + 1/runs(i)%prior_sigma(j)**2
-            end do
+        normal = 0
+        do j = 1, JOINED_COUNT
+            k = layout%place(j)
+            if (k > 0 .and. first%prior_sigma(j) > 0) normal(k, k) = 1/first%prior_sigma(j)**2
         end do
         do i = 1, size(layout%change, 2)
             do j = 1, 3
                 k = layout%change(j, i)
-                if (k > 0) normal(k, k) = normal(k, k) + 1/options%changes(i)%sigma(j)**2
+                if (k > 0) normal(k, k) = 1/options%changes(i)%sigma(j)**2
             end do
         end do
-        call solve_normal_equations(normal, rhs, value, covariance, condition, error, names)
-    end subroutine solve
+    end function known_beforehand
 
-    !> JOINED of a run as a linear function of the joint parameters: map parameters + fixed.
-    subroutine map_of(runs, options, layout, time, i, map, fixed)
-        type(run_information_t), intent(in) :: runs(:)
+    !> The equations of a run, which may have an offset of its own, d + delta: delta stands behind its other parameters.
+    subroutine set_up(run, options, layout, time, free, equations, error)
+        type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
         type(utc_t), intent(in) :: time         !! Which the offset is of
-        integer, intent(in) :: i                !! The run
+        logical, intent(in) :: free             !! It has an offset of its own
+        type(equations_t), intent(out) :: equations
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), allocatable :: map(:, :), normal(:, :), rhs(:)
+        character(12), allocatable :: names(:)
+        real(dp) :: fixed(JOINED_COUNT), condition
+        integer :: j, k, n, own
+
+        call map_of(run, options, layout, time, free, map, fixed)
+        n = layout%count
+        own = size(map, 2) - n
+        normal = matmul(transpose(map), matmul(run%matrix, map))
+        rhs = matmul(transpose(map), run%rhs + matmul(run%matrix, run%point - fixed))
+        equations%normal = normal(:n, :n)
+        equations%rhs = rhs(:n)
+        allocate (equations%inverse(own, own), equations%own(own), equations%gain(n, own), names(own))
+        if (own == 0) return
+        names = 'offset'
+        do j = 1, JOINED_COUNT
+            k = layout%own(j)
+            if (k == 0) cycle
+            names(k) = PARAMETER_NAMES(JOINED(j))
+            if (run%prior_sigma(j) > 0) normal(n + k, n + k) = normal(n + k, n + k) + 1/run%prior_sigma(j)**2
+        end do
+        call solve_normal_equations(normal(n + 1:, n + 1:), rhs(n + 1:), equations%own, equations%inverse, condition, error, &
+                                    names)
+        if (allocated(error)) return
+        equations%gain = matmul(normal(:n, n + 1:), equations%inverse)
+        equations%normal = equations%normal - matmul(equations%gain, normal(n + 1:, :n))
+        equations%rhs = equations%rhs - matmul(equations%gain, rhs(n + 1:))
+        equations%squares = dot_product(rhs(n + 1:), equations%own)
+    end subroutine set_up
+
+    !> JOINED of a run as a linear function of shared and own parameters: map parameters + fixed.
+    subroutine map_of(run, options, layout, time, free, map, fixed)
+        type(run_information_t), intent(in) :: run
+        type(joint_options_t), intent(in) :: options
+        type(layout_t), intent(in) :: layout
+        type(utc_t), intent(in) :: time         !! Which the offset is of
+        logical, intent(in) :: free             !! The run has an offset of its own
         real(dp), allocatable, intent(out) :: map(:, :)
         real(dp), intent(out) :: fixed(JOINED_COUNT)
 
         real(dp) :: change(3), variance(3)
         integer :: j, k
 
-        allocate (map(JOINED_COUNT, layout%count), source=0.0_dp)
-        do j = 1, JOINED_COUNT
-            if (layout%place(j, i) > 0) map(j, layout%place(j, i)) = 1
-        end do
-        call change_between(options, runs(i)%epoch, time, change, variance)
+        associate (before => layout%count + layout%own_count)
+            allocate (map(JOINED_COUNT, before + merge(3, 0, free)), source=0.0_dp)
+            do j = 1, JOINED_COUNT
+                if (layout%place(j) > 0) map(j, layout%place(j)) = 1
+                if (layout%own(j) > 0) map(j, layout%count + layout%own(j)) = 1
+                if (free .and. j <= 3) map(j, before + j) = 1
+            end do
+        end associate
+        call change_between(options, run%epoch, time, change, variance)
         fixed = 0
         fixed(:3) = -change
         do k = 1, size(layout%change, 2)
-            if (.not. is_between(options%changes(k), runs(i)%epoch, time)) cycle
+            if (.not. is_between(options%changes(k), run%epoch, time)) cycle
             do j = 1, 3
                 if (layout%change(j, k) > 0) map(j, layout%change(j, k)) = -1
             end do
-        end do
-        do j = 1, 3
-            if (layout%free(j, i) > 0) map(j, layout%free(j, i)) = 1
         end do
     end subroutine map_of
 
@@ -277,87 +351,126 @@ contains
     end subroutine change_between
 
     !> A run at the joint estimate: its values and the squares of its residuals.
-    subroutine place_run(runs, options, layout, value, i, solution)
-        type(run_information_t), intent(in) :: runs(:)
+    subroutine place_run(run, options, layout, equations, value, time, verdict)
+        type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
         type(layout_t), intent(in) :: layout
-        real(dp), intent(in) :: value(:)
-        integer, intent(in) :: i
-        type(joint_solution_t), intent(inout) :: solution
+        type(equations_t), intent(in) :: equations
+        real(dp), intent(in) :: value(:)        !! Of what is shared
+        type(utc_t), intent(in) :: time         !! Which the offset is of
+        type(run_verdict_t), intent(inout) :: verdict
 
         real(dp), allocatable :: map(:, :)
         real(dp) :: fixed(JOINED_COUNT), away(JOINED_COUNT)
 
-        call map_of(runs, options, layout, runs(solution%last)%epoch, i, map, fixed)
-        associate (run => solution%runs(i))
-            run%point = matmul(map, value) + fixed
-            away = run%point - runs(i)%point
-            run%squares = runs(i)%squares - 2*dot_product(runs(i)%rhs, away) + &
-                          dot_product(away, matmul(runs(i)%matrix, away))
-            run%redundancy = runs(i)%redundancy
-        end associate
+        call map_of(run, options, layout, time, .false., map, fixed)
+        verdict%point = matmul(map, [value, equations%own - matmul(value, equations%gain)]) + fixed
+        away = verdict%point - run%point
+        verdict%squares = run%squares - 2*dot_product(run%rhs, away) + dot_product(away, matmul(run%matrix, away))
+        verdict%redundancy = run%redundancy
     end subroutine place_run
 
-    !> What a run says alone, and by how much that differs from what the others say.
-    subroutine look_at_run_alone(runs, options, i, solution, error)
-        type(run_information_t), intent(in) :: runs(:)
+    !> What a run says alone.
+    subroutine look_at_run_alone(run, options, time, verdict, error)
+        type(run_information_t), intent(in) :: run
         type(joint_options_t), intent(in) :: options
-        integer, intent(in) :: i
-        type(joint_solution_t), intent(inout) :: solution
+        type(utc_t), intent(in) :: time         !! Which the offset is of
+        type(run_verdict_t), intent(inout) :: verdict
         type(error_t), allocatable, intent(out) :: error
 
         type(layout_t) :: layout
+        type(equations_t), allocatable :: equations(:)
         real(dp), allocatable :: value(:), covariance(:, :)
         real(dp) :: change(3), variance(3)
-        logical :: free(size(runs))
         integer :: j
 
-        associate (run => solution%runs(i))
-            call solve(runs(i:i), options, 1, [.false.], layout, value, covariance, error)
-            call add_context(error, 'run '//integer_text(i)//' alone')
-            if (allocated(error)) return
-            call change_between(options, runs(i)%epoch, runs(solution%last)%epoch, change, variance)
-            run%offset = value(:3) + change
-            run%sigma = sqrt([(covariance(j, j), j=1, 3)] + variance)
-            if (size(runs) == 1) return
-            free = .false.
-            free(i) = .true.
-            call solve(runs, options, solution%last, free, layout, value, covariance, error)
-            if (allocated(error)) return
-            associate (k => layout%free(:, i))
-                run%difference = value(layout%free(1, i):layout%free(3, i))
-                run%difference_sigma = [(sqrt(covariance(k(j), k(j))), j=1, 3)]
-                run%statistic = wald(run%difference, &
-                                     covariance(layout%free(1, i):layout%free(3, i), layout%free(1, i):layout%free(3, i)))
-            end associate
-            run%probability = chi_square_tail(run%statistic, 3)
-            run%agrees = run%probability > FAMILY_LEVEL/size(runs)
-        end associate
+        call solve([run], options, run%epoch, layout, equations, value, covariance, error)
+        if (allocated(error)) return
+        call change_between(options, run%epoch, time, change, variance)
+        verdict%offset = value(:3) + change
+        verdict%sigma = sqrt([(covariance(j, j), j=1, 3)] + variance)
     end subroutine look_at_run_alone
 
-    !> All runs against one offset.
-    subroutine test_all(runs, options, solution, error)
+    !> Each run against all others, and all against one offset: the sum of squares falls, when every run but the last
+    !> has an offset of its own, by what x^T C^-1 x of all their differences is.
+    subroutine test_agreement(runs, options, layout, equations, value, solution, error)
         type(run_information_t), intent(in) :: runs(:)
         type(joint_options_t), intent(in) :: options
+        type(layout_t), intent(in) :: layout
+        type(equations_t), intent(in) :: equations(:)
+        real(dp), intent(in) :: value(:)        !! Of what is shared
         type(joint_solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        type(layout_t) :: layout
-        real(dp), allocatable :: value(:), covariance(:, :)
-        logical :: free(size(runs))
-        integer :: first, n
+        type(equations_t) :: free(size(runs))
+        ! sums over the runs before each (and what is known beforehand), and over those after it: no difference of
+        ! sums, in which a run that says little would be lost
+        real(dp), allocatable :: before(:, :, :), before_rhs(:, :)
+        real(dp), dimension(layout%count, layout%count) :: after, covariance, normal
+        real(dp), dimension(layout%count) :: after_rhs, rhs, shared
+        integer :: i
 
-        free = .true.
-        free(solution%last) = .false.
-        call solve(runs, options, solution%last, free, layout, value, covariance, error)
+        allocate (before(layout%count, layout%count, size(runs)), before_rhs(layout%count, size(runs)))
+        before(:, :, 1) = known_beforehand(runs(1), options, layout)
+        before_rhs(:, 1) = 0
+        normal = before(:, :, 1)
+        rhs = 0
+        do i = 1, size(runs)
+            call set_up(runs(i), options, layout, runs(solution%last)%epoch, .true., free(i), error)
+            if (allocated(error)) return
+            if (i > 1) then
+                before(:, :, i) = before(:, :, i - 1) + equations(i - 1)%normal
+                before_rhs(:, i) = before_rhs(:, i - 1) + equations(i - 1)%rhs
+            end if
+            if (i == solution%last) then
+                normal = normal + equations(i)%normal
+                rhs = rhs + equations(i)%rhs
+            else
+                normal = normal + free(i)%normal
+                rhs = rhs + free(i)%rhs
+                solution%statistic = solution%statistic + (free(i)%squares - equations(i)%squares)
+            end if
+        end do
+        call solve_shared(layout, normal, rhs, shared, covariance, error)
         if (allocated(error)) return
-        n = layout%count
+        solution%statistic = solution%statistic + dot_product(rhs, shared) - &
+                             dot_product(before_rhs(:, size(runs)) + equations(size(runs))%rhs, value)
         solution%degrees = 3*(size(runs) - 1)
-        first = n - solution%degrees + 1
-        solution%statistic = wald(value(first:), covariance(first:, first:))
-        solution%probability = chi_square_tail(solution%statistic, solution%degrees)
+        solution%probability = chi_square_tail(max(0.0_dp, solution%statistic), solution%degrees)
+        after = 0
+        after_rhs = 0
+        do i = size(runs), 1, -1
+            call solve_shared(layout, before(:, :, i) + free(i)%normal + after, before_rhs(:, i) + free(i)%rhs + after_rhs, &
+                              shared, covariance, error)
+            if (allocated(error)) return
+            call judge(layout, free(i), shared, covariance, FAMILY_LEVEL/size(runs), solution%runs(i))
+            after = after + equations(i)%normal
+            after_rhs = after_rhs + equations(i)%rhs
+        end do
         solution%consistent = solution%probability > FAMILY_LEVEL .and. all(solution%runs%agrees)
-    end subroutine test_all
+    end subroutine test_agreement
+
+    !> The difference of a run that has an offset of its own.
+    subroutine judge(layout, free, shared, covariance, level, verdict)
+        type(layout_t), intent(in) :: layout
+        type(equations_t), intent(in) :: free       !! Of the run
+        real(dp), intent(in) :: shared(:), covariance(:, :)     !! What all runs then share
+        real(dp), intent(in) :: level               !! Of the test
+        type(run_verdict_t), intent(inout) :: verdict
+
+        real(dp) :: own(size(free%own)), own_covariance(size(free%own), size(free%own))
+        integer :: j
+
+        own = free%own - matmul(shared, free%gain)
+        own_covariance = free%inverse + matmul(transpose(free%gain), matmul(covariance, free%gain))
+        associate (d => layout%own_count)
+            verdict%difference = own(d + 1:)
+            verdict%difference_sigma = [(sqrt(own_covariance(d + j, d + j)), j=1, 3)]
+            verdict%statistic = wald(verdict%difference, own_covariance(d + 1:, d + 1:))
+        end associate
+        verdict%probability = chi_square_tail(verdict%statistic, 3)
+        verdict%agrees = verdict%probability > level
+    end subroutine judge
 
     !> x^T C^-1 x.
     real(dp) function wald(x, covariance)

@@ -30,9 +30,8 @@ contains
                   'from its initial state, without state noise, and torques that nobody models, of '// &
                   rounded_text(knowledge%a_priori%sigma_torque, 3)//' N m (sigma_torque of &a_priori), turn the satellite by '// &
                   rounded_text(MOST_DRIFT*(knowledge%duration/longest)**2/DEGREE, 3)//' deg in it; the fits hold to '// &
-                  rounded_text(MOST_DRIFT/DEGREE, 3)//' deg, '//rounded_text(longest, 4)//' s. Give each manoeuvre as an '// &
-                  'observation set of its own and estimate them together: gracecg estimate RUN1 RUN2 ... --algorithm '// &
-                  'optimal; level1 estimate takes files of hours')
+                  rounded_text(MOST_DRIFT/DEGREE, 3)//' deg, '//rounded_text(longest, 4)//' s. gracecg estimate '// &
+                  '--algorithm optimal takes such a run in arcs and joins them; level1 estimate takes files of hours')
     end subroutine refuse_long_arc
 
     !> The longest arc that is not refused, s.

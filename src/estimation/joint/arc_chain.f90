@@ -1,0 +1,249 @@
+!> A long run as a chain of arcs: it is cut into arcs of equal length, each estimated by `optimal` with an epoch,
+!> attitude, rate, bias, drag and torque of its own, and joined with the others (gracecg_estimation_joint_estimate).
+!> Rotation without noise of the state is then followed through one arc only, however long the run is.
+!>
+!> Of an arc its information about the offset and what arcs share is kept, not its fit, so that memory grows with the
+!> samples alone. It is that at the arc's own estimate: linearising anew at the joint one changes the result far below
+!> a sigma (docs/validation.md).
+module gracecg_estimation_arc_chain
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_progress, only: progress_t, expect_pieces
+    use gracecg_base_text, only: string_t, append, integer_text, rounded_text
+    use gracecg_spacecraft_torque_rods, only: moves_rods, check_rods_fire
+    use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
+    use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations
+    use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
+    use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_plausibility, only: refuse_implausible
+    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_estimation_solution, only: solution_t
+    implicit none
+    private
+    public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC, SHORTEST_ARC
+
+    real(dp), parameter :: USUAL_ARC = 60
+    !! s. That of the report. Shorter arcs spend more on what each has of its own; longer ones cost the same for a
+    !! sample, and of a satellite that turns freely their forces and torques bend more than a fit follows
+    !! (docs/validation.md: front 1 and its rods for an hour)
+    real(dp), parameter :: SHORTEST_ARC = 10    !! s
+    real(dp), parameter :: MOST_REFUSED = 0.25_dp
+    !! Part of the arcs with a manoeuvre that may be left out, as of a series of samples
+
+    !> One of the arcs.
+    type :: chained_arc_t
+        real(dp) :: from = 0, to = 0        !! s from the run's epoch
+        logical :: joined = .false.         !! Its information is in the joint estimate
+        logical :: moves_rods = .false.     !! A rod acts in it
+        character(:), allocatable :: reason !! Why it is left out
+        type(run_information_t) :: information          !! At its own estimate
+        type(string_t), allocatable :: warnings(:)      !! Of its estimate
+    end type chained_arc_t
+
+    !> The estimate of a run in arcs.
+    type :: arc_chain_t
+        type(chained_arc_t), allocatable :: arcs(:)     !! In the order of time, those left out among them
+        type(joint_solution_t) :: solution              !! Its runs are the arcs that are joined
+        type(string_t), allocatable :: warnings(:)      !! Arcs left out, and what several arcs warn of
+    end type arc_chain_t
+
+    !> The arcs, as work for several threads.
+    type, extends(parallel_work_t) :: arcs_work_t
+        type(observation_set_t), pointer :: observations => null()
+        type(operator_knowledge_t) :: knowledge         ! theirs, without measured moments
+        type(estimation_options_t) :: options
+        type(joint_options_t) :: joint
+        type(chained_arc_t), allocatable :: arcs(:)
+    contains
+        procedure :: do_one => estimate_arc
+    end type arcs_work_t
+
+contains
+
+    !> The offset of a run in arcs of `length` at most, cut at epochs that all instruments share as far as these have such.
+    !>
+    !> An arc that `optimal` refuses, or that determines nothing by itself, is left out with a warning. Fails when the
+    !> observations are refused, no rod acts in the run, an arc would be longer than a fit holds, more than a quarter of
+    !> the arcs with a manoeuvre is refused, or the offset is not determined or not plausible.
+    subroutine estimate_chain(observations, options, joint, length, threads, chain, error, progress)
+        type(observation_set_t), intent(in), target :: observations
+        type(estimation_options_t), intent(in) :: options   !! First guesses are those of the first arc
+        type(joint_options_t), intent(in) :: joint          !! What arcs have their own; no changes
+        real(dp), intent(in) :: length                      !! s, e.g. USUAL_ARC
+        integer, intent(in) :: threads                      !! 1 and more
+        type(arc_chain_t), intent(out) :: chain
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress  !! Arcs are counted
+
+        type(arcs_work_t) :: work
+        real(dp) :: longest
+
+        allocate (chain%warnings(0))
+        call check_observations(observations, error)
+        if (.not. allocated(error)) call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
+        if (allocated(error)) return
+        longest = longest_arc(observations%knowledge)
+        if (.not. (length >= SHORTEST_ARC .and. length <= longest)) then
+            call fail(error, 'arcs of '//rounded_text(length, 4)//' s: they have to last from '// &
+                      rounded_text(SHORTEST_ARC, 3)//' s to '//rounded_text(longest, 4)//' s, to which a fit holds')
+            return
+        end if
+        work%observations => observations
+        work%knowledge = without_moments(observations%knowledge)
+        work%options = options
+        work%options%information = .true.
+        work%options%history = .false.
+        work%options%test_beliefs = .false.     ! nobody would read a test in every arc
+        work%joint = joint
+        call cut(observations%knowledge, length, work%arcs)
+        call expect_pieces(progress, size(work%arcs), 'arcs')
+        call run_parallel(work, size(work%arcs), threads, error, progress)
+        if (allocated(error)) return
+        call move_alloc(work%arcs, chain%arcs)
+        call judge_arcs(chain, error)
+        if (allocated(error)) return
+        call estimate_jointly(pack(chain%arcs%information, chain%arcs%joined), joint, chain%solution, error)
+        if (.not. allocated(error)) call check_offset(options, chain%solution, error)
+        if (.not. allocated(error)) call gather_warnings(chain)
+    end subroutine estimate_chain
+
+    !> Where arcs begin and end: equal lengths but for rounding to an interval at which all instruments sample.
+    subroutine cut(knowledge, length, arcs)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: length
+        type(chained_arc_t), allocatable, intent(out) :: arcs(:)
+
+        real(dp) :: common
+        integer :: i, n
+
+        associate (own => knowledge%accelerometer_interval)
+            common = own*max(1, nint(max(knowledge%star_camera_interval, knowledge%magnetometer_interval)/own))
+            if (common > length/SHORTEST_ARC) common = own
+        end associate
+        n = max(1, ceiling(knowledge%duration/length - 1e-9_dp))
+        allocate (arcs(n))
+        do i = 1, n
+            arcs(i)%to = common*anint(knowledge%duration/common*i/n)
+        end do
+        arcs(n)%to = knowledge%duration
+        arcs(2:)%from = arcs(:n - 1)%to
+    end subroutine cut
+
+    !> One arc: never an error of the chain, but a reason to leave the arc out.
+    subroutine estimate_arc(self, i, error)
+        class(arcs_work_t), intent(inout) :: self
+        integer, intent(in) :: i
+        type(error_t), allocatable, intent(out) :: error
+
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(joint_solution_t) :: alone
+        type(error_t), allocatable :: refusal
+
+        associate (arc => self%arcs(i))
+            call arc_of_run(self%observations, self%knowledge, arc%from, arc%to, observations)
+            arc%moves_rods = moves_rods(observations%knowledge%rods, arc%to - arc%from)
+            options = self%options
+            if (i > 1) then
+                options%guess_quaternion = 0
+                options%guess_angular_velocity = 0
+            end if
+            call estimate_optimal(observations, options, solution, refusal)
+            if (.not. allocated(refusal) .and. .not. solution%converged) call fail(refusal, 'optimal did not converge')
+            if (.not. allocated(refusal)) then
+                arc%information = solution%information
+                call estimate_jointly([arc%information], self%joint, alone, refusal)
+            end if
+            arc%joined = .not. allocated(refusal)
+            if (allocated(refusal)) arc%reason = refusal%message
+            call move_alloc(solution%warnings, arc%warnings)
+        end associate
+    end subroutine estimate_arc
+
+    !> Warns of arcs that are left out, and fails when too many of those with a manoeuvre are.
+    subroutine judge_arcs(chain, error)
+        type(arc_chain_t), intent(inout) :: chain
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: i, first, refused, moving
+
+        refused = count(chain%arcs%moves_rods .and. .not. chain%arcs%joined)
+        moving = count(chain%arcs%moves_rods)
+        first = findloc(chain%arcs%moves_rods .and. .not. chain%arcs%joined, .true., 1)
+        if (refused > MOST_REFUSED*moving) then
+            call fail(error, integer_text(refused)//' of '//integer_text(moving)//' arcs with a manoeuvre are refused; '// &
+                      trim(arc_text(chain%arcs(first)))//': '//chain%arcs(first)%reason)
+            return
+        end if
+        do i = 1, size(chain%arcs)
+            if (.not. chain%arcs(i)%joined) &
+                call append(chain%warnings, trim(arc_text(chain%arcs(i)))//' is left out: '//chain%arcs(i)%reason)
+        end do
+    end subroutine judge_arcs
+
+    pure function arc_text(arc) result(text)
+        type(chained_arc_t), intent(in) :: arc
+        character(60) :: text       ! blanks behind it
+
+        text = 'the arc from '//rounded_text(arc%from, 6)//' to '//rounded_text(arc%to, 6)//' s'
+    end function arc_text
+
+    subroutine check_offset(options, solution, error)
+        type(estimation_options_t), intent(in) :: options
+        type(joint_solution_t), intent(in) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        type(solution_t) :: whole
+
+        whole%algorithm = 'optimal'
+        whole%converged = .true.
+        whole%offset = solution%offset
+        whole%covariance = solution%covariance
+        call refuse_implausible(whole, options%largest_offset, error)
+    end subroutine check_offset
+
+    !> A warning that several arcs give, with other numbers perhaps, is told once.
+    subroutine gather_warnings(chain)
+        type(arc_chain_t), intent(inout) :: chain
+
+        type(string_t), allocatable :: told(:)
+        integer, allocatable :: arcs(:), first(:)
+        integer :: i, j, k
+
+        allocate (told(0), arcs(0), first(0))
+        do i = 1, size(chain%arcs)
+            if (.not. chain%arcs(i)%joined) cycle
+            do j = 1, size(chain%arcs(i)%warnings)
+                associate (text => chain%arcs(i)%warnings(j)%text)
+                    do k = 1, size(told)
+                        if (same_words(text, told(k)%text)) exit
+                    end do
+                    if (k > size(told)) then
+                        call append(told, text)
+                        arcs = [arcs, 0]
+                        first = [first, i]
+                    end if
+                    arcs(k) = arcs(k) + 1
+                end associate
+            end do
+        end do
+        do k = 1, size(told)
+            call append(chain%warnings, integer_text(arcs(k))//' of '//integer_text(count(chain%arcs%joined))// &
+                        ' arcs, '//trim(arc_text(chain%arcs(first(k))))//' first: '//told(k)%text)
+        end do
+    end subroutine gather_warnings
+
+    !> Do texts begin with the same words, up to the first digit?
+    pure logical function same_words(a, b)
+        character(*), intent(in) :: a, b
+
+        character(*), parameter :: DIGITS = '0123456789'
+
+        same_words = a(:modulo(scan(a, DIGITS) - 1, len(a) + 1)) == b(:modulo(scan(b, DIGITS) - 1, len(b) + 1))
+    end function same_words
+end module gracecg_estimation_arc_chain

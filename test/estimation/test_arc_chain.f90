@@ -1,0 +1,325 @@
+!> Long runs in arcs: an arc that is cut out is the run that begins there, the chain is the joint estimate of its arcs,
+!> and what cannot be estimated is left out or refused.
+module test_arc_chain
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+    use gracecg_base_kinds, only: dp
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_error, only: error_t, message_of
+    use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
+    use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_environment_time, only: utc_plus, sidereal_angle, parse_utc
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, dipole_moment, moves_rods, begin_rods_at, &
+        new_torque_rods
+    use gracecg_observations_arc_of_run, only: arc_of_run
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
+    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_estimation_arc_chain, only: arc_chain_t, estimate_chain
+    use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t
+    use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
+    use gracecg_estimation_optimal_options, only: WAVE_NONE
+    use gracecg_estimation_options, only: estimation_options_t
+    use fixture, only: check_fails, check_passes
+    use testdrive, only: new_unittest, unittest_type, error_type, check
+    implicit none
+    private
+    public :: collect_arc_chain
+
+    integer, parameter :: W = 60
+    real(dp), parameter :: ARC = 20     !! s
+
+contains
+
+    subroutine collect_arc_chain(testsuite)
+        type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+        testsuite = [ &
+                    new_unittest('an-arc-is-the-run-that-begins-there', test_arc), &
+                    new_unittest('rods-of-an-arc', test_rods), &
+                    new_unittest('earth-of-an-arc', test_earth), &
+                    new_unittest('chain-is-the-joint-estimate-of-its-arcs', test_chain), &
+                    new_unittest('arcs-left-out', test_left_out), &
+                    new_unittest('refused', test_refused)]
+    end subroutine collect_arc_chain
+
+    subroutine open_case(simulator, options, error)
+        type(simulator_t), intent(out) :: simulator
+        type(estimation_options_t), intent(out) :: options
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(error_t), allocatable :: failure
+
+        call find_calibration('front-3', calibration, failure)
+        if (.not. allocated(failure)) then
+            calibration%case%density_wave%amplitude = 0
+            calibration%case%density_wave_random = .false.
+            call new_simulator(calibration%case, simulator, failure)
+        end if
+        call check_passes(error, message_of(failure))
+        options%optimal%density_wave = WAVE_NONE
+    end subroutine open_case
+
+    !> The samples of an arc, without noise, are those of a simulation that begins at its time 0 with the state, the
+    !> manoeuvre, the Earth's angle and the density wave of that time.
+    subroutine test_arc(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: FROM = 16, LATER = 160        ! s, epochs
+        type(calibration_t) :: calibration
+        type(simulator_t) :: whole, part
+        type(observation_set_t) :: run, cut, begun
+        type(density_wave_t) :: wave
+        type(error_t), allocatable :: failure
+        integer :: n
+
+        call find_calibration('front-3', calibration, failure)
+        calibration%case%duration = 40
+        call new_simulator(calibration%case, whole, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        wave = density_wave_t(0.003_dp, 12.0_dp, 0.7_dp)
+        call observe_without_noise(whole, wave, run)
+        call arc_of_run(run, run%knowledge, real(FROM, dp), calibration%case%duration, cut)
+
+        associate (case => calibration%case, state => whole%arc%state(:, LATER))
+            case%position = state(1:3)
+            case%velocity = state(4:6)
+            case%angular_velocity = state(7:9)
+            case%quaternion = state(10:13)
+            case%duration = case%duration - FROM
+            case%epoch = utc_plus(case%epoch, real(FROM, dp))
+            case%sidereal_angle = sidereal_angle(case%sidereal_angle, real(FROM, dp))
+            associate (acts => case%satellite%rods%activations)
+                acts%start = acts%start - FROM
+                acts%stop = acts%stop - FROM
+            end associate
+        end associate
+        call new_simulator(calibration%case, part, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        wave%phase = wave%phase + TWO_PI*FROM/wave%period
+        call observe_without_noise(part, wave, begun)
+
+        call check(error, size(cut%accelerometer_time) == size(begun%accelerometer_time) .and. &
+                   size(cut%star_camera_time) == size(begun%star_camera_time), 'samples')
+        if (allocated(error)) return
+        call check(error, all(abs(cut%accelerometer_time - begun%accelerometer_time) < 1e-12_dp) .and. &
+                   all(abs(cut%star_camera_time - begun%star_camera_time) < 1e-12_dp), 'time tags')
+        if (allocated(error)) return
+        call check(error, all(abs(cut%acceleration - begun%acceleration) < 1e-15_dp), 'accelerations')
+        if (allocated(error)) return
+        call check(error, all(abs(cut%quaternion - begun%quaternion) < 1e-12_dp), 'attitudes')
+        if (allocated(error)) return
+        n = findloc(cut%magnetometer_time > 0, .true., 1) - 1
+        ! 2e-14 T: the field's change in 16 s
+        call check(error, n == 3 .and. all(abs(cut%field(:, n + 1:) - begun%field) < 1e-13_dp), 'field')
+        if (allocated(error)) return
+        n = minloc(abs(cut%orbit_time), 1)
+        call check(error, all(abs(cut%orbit_position(:, n:) - begun%orbit_position) < 1e-6_dp), 'orbit')
+        if (allocated(error)) return
+        call check(error, cut%knowledge%epoch%mjd == begun%knowledge%epoch%mjd .and. &
+                   abs(cut%knowledge%epoch%seconds - begun%knowledge%epoch%seconds) < 1e-9_dp .and. &
+                   abs(cut%knowledge%sidereal_angle - begun%knowledge%sidereal_angle) < 1e-15_dp .and. &
+                   abs(cut%knowledge%duration - begun%knowledge%duration) < 1e-12_dp, 'knowledge')
+    end subroutine test_arc
+
+    !> Commanded or measured, a rod's moment at a time of an arc is that of the run, wherever the arc begins, also
+    !> between samples and where a wave begins and ends.
+    subroutine test_rods(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: FROM(4) = [0.0_dp, 7.3_dp, 12.0_dp, 31.77_dp], LENGTH = 25
+        type(torque_rods_t) :: rods, cut
+        type(moment_series_t) :: series
+        type(error_t), allocatable :: failure
+        real(dp) :: t
+        integer :: i, k, measured
+
+        call new_torque_rods(rods, [rod_activation_t(axis=2, amplitude=10, frequency=0.13_dp, phase=0.4_dp, start=9, stop=33), &
+                                    rod_activation_t(axis=3, amplitude=7, frequency=0.05_dp, start=30, stop=50, taper=3.0_dp)], &
+                             failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        rods%delay = [0.0_dp, 0.3_dp, 1.7_dp]
+        call check(error, moves_rods(rods, 60.0_dp))
+        cut = rods
+        call begin_rods_at(rods%measured, 55.0_dp, 5.0_dp, cut)
+        if (.not. allocated(error)) call check(error, .not. moves_rods(cut, 5.0_dp), 'all is over')
+        do measured = 0, 1
+            if (measured == 1) then
+                call new_moment_series(series, [(0.5_dp*i, i=0, 130)], &
+                                       reshape([([0.1_dp*i, 8*sin(0.3_dp*i), cos(0.11_dp*i)], i=0, 130)], [3, 131]), failure)
+                call check_passes(error, message_of(failure))
+                rods%measured = series
+            end if
+            do k = 1, size(FROM)
+                cut = rods
+                call begin_rods_at(rods%measured, FROM(k), LENGTH, cut)
+                if (measured == 1 .and. .not. allocated(error)) &
+                    call check(error, size(cut%measured%time) < 80, 'samples that the arc does not need')
+                if (allocated(error)) return
+                do i = 0, 1000
+                    t = LENGTH*(i + 0.37_dp)/1001       ! not where a wave jumps
+                    if (allocated(error)) return
+                    call check(error, all(abs(dipole_moment(cut, t) - dipole_moment(rods, FROM(k) + t)) < 1e-10_dp), 'moments')
+                end do
+            end do
+        end do
+    end subroutine test_rods
+
+    !> The Earth stands as in the run, on the last day of 1998, too, which had a leap second: UT1 did not jump.
+    subroutine test_earth(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: FROM = 7200, T = 33
+        type(observation_set_t) :: run, cut
+        type(earth_orientation_t) :: earth, of_arc
+        type(error_t), allocatable :: failure
+
+        allocate (run%accelerometer_time(0), run%acceleration(3, 0), run%star_camera_time(0), run%star_camera_head(0), &
+                  run%quaternion(4, 0), run%magnetometer_time(0), run%field(3, 0))
+        associate (knowledge => run%knowledge)
+            knowledge%duration = 10000
+            knowledge%torque_change = 1
+            call parse_utc('1998-12-31T23:00:00', knowledge%epoch, failure)
+            knowledge%earth_parameters%ut1_minus_utc = -0.28_dp
+            call new_earth_orientation('iau', knowledge%epoch, 0.0_dp, knowledge%earth_parameters, earth, failure)
+        end associate
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call arc_of_run(run, run%knowledge, FROM, FROM + 100, cut)
+        associate (knowledge => cut%knowledge)
+            call check(error, knowledge%earth_parameters%ut1_minus_utc, 0.72_dp, thr=1e-12_dp)
+            if (.not. allocated(error)) call check(error, knowledge%torque_change(1), 0.01_dp, thr=1e-12_dp)
+            if (allocated(error)) return
+            call new_earth_orientation('iau', knowledge%epoch, 0.0_dp, knowledge%earth_parameters, of_arc, failure)
+        end associate
+        ! precession and nutation are those of the epoch: 2e-9 rad in two hours
+        call check(error, all(abs(earth%from_inertial(FROM + T) - of_arc%from_inertial(T)) < 1e-8_dp))
+    end subroutine test_earth
+
+    !> The chain of a run of 60 s is the joint estimate of its three arcs: to rounding where their information is that
+    !> of their own estimates, to a part of a sigma where they are linearised anew; on one thread and on two.
+    subroutine test_chain(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, part
+        type(arc_chain_t) :: chain, again
+        type(joint_run_t) :: runs(3)
+        type(joint_options_t) :: joint
+        type(joint_solution_t) :: anew
+        type(error_t), allocatable :: failure
+        real(dp) :: sigma(3)
+        integer :: i
+
+        call open_case(simulator, options, error)
+        if (allocated(error)) return
+        options%covariance = .false.
+        call observe(simulator, 3, 1, observations, failure)
+        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(chain%arcs) == 3 .and. all(chain%arcs%joined) .and. size(chain%solution%runs) == 3)
+        if (allocated(error)) return
+        call check(error, maxval(abs(chain%arcs%to - [20, 40, 60])) + maxval(abs(chain%arcs%from - [0, 20, 40])) < 1e-9_dp)
+        do i = 1, 3
+            if (allocated(error)) return
+            call arc_of_run(observations, observations%knowledge, (i - 1)*ARC, i*ARC, part)
+            call run_from_observations(part, options, runs(i), failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            call check(error, all(abs(runs(i)%information%matrix - chain%arcs(i)%information%matrix) <= 0), 'information')
+        end do
+        call estimate_runs(runs, joint, anew, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        sigma = [(sqrt(anew%covariance(i, i)), i=1, 3)]
+        call check(error, all(abs(chain%solution%offset - anew%offset) < 0.02_dp*sigma), 'linearised anew')
+        if (allocated(error)) return
+        call check(error, all(abs(chain%solution%offset - simulator%case%satellite%offset) < 5*sigma) .and. &
+                   chain%solution%consistent, 'offset')
+        if (allocated(error)) return
+        call estimate_chain(observations, options, joint, ARC, 1, again, failure)
+        call check(error, all(abs(again%solution%offset - chain%solution%offset) <= 0) .and. &
+                   all(abs(again%solution%covariance - chain%solution%covariance) <= 0), 'threads')
+    end subroutine test_chain
+
+    !> An arc in which the star camera is blind is left out with a warning; the others are joined. An arc without rods
+    !> stays in the chain.
+    subroutine test_left_out(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(arc_chain_t) :: chain
+        type(joint_options_t) :: joint
+        type(error_t), allocatable :: failure
+        logical, allocatable :: seen(:)
+
+        call open_case(simulator, options, error)
+        if (allocated(error)) return
+        options%covariance = .false.
+        call observe(simulator, 3, 1, observations, failure)
+        associate (acts => observations%knowledge%rods%activations)
+            acts%stop = 40          ! the operator knows of no rods in the last arc
+        end associate
+        ! none was commanded either: the last third of the samples is dropped to be none of a manoeuvre
+        seen = .not. (observations%star_camera_time > 40)
+        observations%star_camera_head = pack(observations%star_camera_head, seen)
+        observations%quaternion = reshape(pack(observations%quaternion, spread(seen, 1, 4)), [4, count(seen)])
+        observations%star_camera_time = pack(observations%star_camera_time, seen)
+        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, count(chain%arcs%joined) == 2 .and. .not. chain%arcs(3)%joined .and. &
+                   .not. chain%arcs(3)%moves_rods .and. size(chain%solution%runs) == 2)
+        if (allocated(error)) return
+        call check(error, index(chain%warnings(1)%text, 'the arc from 40 to 60 s is left out: ') == 1, chain%warnings(1)%text)
+        if (allocated(error)) return
+        ! with a manoeuvre in it, one arc of three is too much
+        observations%knowledge%rods%activations%stop = 60
+        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: '1 of 3 arcs with a manoeuvre are refused', '40 to 60 s', &
+                                          'star camera'])
+    end subroutine test_left_out
+
+    subroutine test_refused(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, broken
+        type(arc_chain_t) :: chain
+        type(joint_options_t) :: joint
+        type(error_t), allocatable :: failure
+
+        call open_case(simulator, options, error)
+        if (allocated(error)) return
+        options%covariance = .false.
+        call observe(simulator, 3, 1, observations, failure)
+        call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 5 s', '10 s to 1'])
+        if (allocated(error)) return
+        call estimate_chain(observations, options, joint, 2000.0_dp, 1, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'arcs of 2000 s'])
+        if (allocated(error)) return
+        broken = observations
+        broken%acceleration(2, 400) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'accelerometer', '40 s', 'NaN'])
+        if (allocated(error)) return
+        broken = observations
+        broken%knowledge%rods%count = 0
+        call estimate_chain(broken, options, joint, ARC, 1, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'all torque rods are off'])
+        if (allocated(error)) return
+        options%largest_offset = 1e-6_dp
+        call estimate_chain(observations, options, joint, ARC, 1, chain, failure)
+        call check_fails(error, message_of(failure), [character(W) :: 'not plausible', 'largest_offset_mm'])
+    end subroutine test_refused
+end module test_arc_chain
