@@ -32,6 +32,7 @@ SCENARIOS = {
     "dirty": ("staircase = .true., accelerometer_delay = 0.1, firings_inside = 1, gaps = 1, flagged = 5, rod_gain_error = 0.04, "
               "stuck = 1710, 30", "", 0.0, 0.1),
     "grace": ("satellite = 'A'", "", 0.0, 0.0),
+    "grace-held": ("satellite = 'A', staircase = .true., accelerometer_delay = 0.1", "", 0.0, 0.1),
     "grace-fo-d": ("satellite = 'D'", "", 0.0, 0.0),
 }
 SOURCES = ["torque+cal", "torque", "acc-cal", "acc-raw", "sca", "imu"]

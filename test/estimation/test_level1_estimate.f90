@@ -4,10 +4,11 @@ module test_level1_estimate
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_text, only: string_t, integer_text, split_words, parse_integer
+    use gracecg_base_text, only: string_t, integer_text, real_text, split_words, parse_integer
     use gracecg_base_quaternion, only: quaternion_rate, quaternion_of_matrix, rotation_matrix, normalised, &
         quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
-    use gracecg_base_vectors, only: cross, rotation_z, inverse_3x3
+    use gracecg_base_lapack, only: solve_normal_equations
+    use gracecg_base_vectors, only: cross, identity, rotation_z, inverse_3x3
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
@@ -15,13 +16,16 @@ module test_level1_estimate
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_estimation_level1_angular, only: calibrate_angular_channels, gains_by_channels
+    use gracecg_estimation_level1_angular, only: calibrate_angular_channels, gains_by_channels, differentiate_attitude
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_firing_t
+    use gracecg_estimation_level1_drive, only: level1_drive_t, new_drive, join_at_steps
     use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag
+    use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
     use gracecg_estimation_level1_gathering, only: gather_calibration
     use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
         milliseconds, offset_remark
+    use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset
     use gracecg_estimation_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
     use gracecg_estimation_level1_spans, only: find_spans
@@ -82,6 +86,9 @@ contains
                     new_unittest('orbits', test_orbits), &
                     new_unittest('lag-of-firings', test_firings), &
                     new_unittest('heads-together', test_heads), &
+                    new_unittest('noise-of-angles', test_angle_noise), &
+                    new_unittest('axes-of-gyros', test_gyro_axes), &
+                    new_unittest('steps-between-samples', test_joined), &
                     new_unittest('over-midnight', test_midnight), &
                     new_unittest('several-days', test_several_days), &
                     new_unittest('longest-span', test_longest_span), &
@@ -628,6 +635,143 @@ contains
                                     abs(norm2(span%position(:, i)) - RADIUS) < 1, i=1, size(span%attitude_time))]), 'field')
         end associate
     end subroutine test_orbits
+
+    !> Star cameras with noise: their offset is as far off as its sigma says; with more noise there is none, and why is said.
+    subroutine test_angle_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: DRAWS = 12
+        real(dp), parameter :: SIGMA = 5e-7_dp, WHITE = 3e-10_dp    ! rad, m/s^2
+        type(level1_calibration_t) :: calibration, noisy
+        type(level1_estimate_t) :: estimate
+        type(source_series_t), allocatable :: series(:)
+        type(consider_t) :: nothing(0)
+        type(level1_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: squares, left(3), x(3), covariance(3, 3), condition, factor
+        integer :: draw, i, k, axis
+
+        call estimate_day('l1_noise', flaws_t(spans=2), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        stream = new_stream(71_i8, 1, 1, 1, 1)
+        squares = 0
+        do draw = 1, DRAWS + 1
+            noisy = calibration
+            solution = level1_solution_t(source='sca')
+            factor = merge(1, 20, draw <= DRAWS)
+            allocate (series(size(noisy%spans)))
+            do i = 1, size(noisy%spans)
+                associate (span => noisy%spans(i))
+                    do axis = 1, 3
+                        do k = 1, size(span%angle, 2)
+                            span%angle(axis, k) = span%angle(axis, k) + factor*SIGMA*stream%normal()
+                        end do
+                        do k = 1, size(span%time)
+                            span%linear(axis, k) = span%linear(axis, k) + WHITE*stream%normal()
+                        end do
+                    end do
+                    call differentiate_attitude(span, span%attitude_time, span%angle, span%time, series(i)%acceleration, &
+                                                series(i)%patterns, series(i)%noise)
+                    call check(error, abs(series(i)%noise(1)/(factor*SIGMA) - 1) < 0.35_dp, 'noise of the angles')
+                    if (allocated(error)) return
+                end associate
+            end do
+            call solve_offset(noisy, estimate%motion, series, nothing, [.true., .true., .true.], 'none', [1e-30_dp, 1e-30_dp], &
+                              0.0_dp, solution, failure)
+            deallocate (series)
+            if (draw > DRAWS) exit
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            left = solution%offset - OFFSET
+            call solve_normal_equations(solution%covariance, left, x, covariance, condition, failure)
+            squares = squares + dot_product(left, x)/DRAWS
+        end do
+        call check_fails(error, message_of(failure), [character(60) :: 'the noise of its angles', 'of what would determine d'])
+        if (allocated(error)) return
+        ! 3 but for chance, 0.7 with 12 draws, and the tails that angles' noise in the columns of d makes
+        call check(error, squares > 1.2_dp .and. squares < 6, real_text(squares))
+    end subroutine test_angle_noise
+
+    !> Axes of gyros by star cameras with ten times their noise about x and z: none too small.
+    subroutine test_gyro_axes(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 600
+        real(dp), parameter :: INTERVAL = 0.2_dp, NOISE = 1e-5_dp, TRUE_AXES(3, 4) = reshape( &
+            [0.5_dp, 0.8165_dp, 0.3_dp, -0.4_dp, 0.1_dp, 0.9_dp, 0.6_dp, -0.8165_dp, 0.2_dp, 0.0_dp, 0.0_dp, 0.0_dp], [3, 4])
+        type(level1_calibration_t) :: calibration
+        type(gyro_axes_t) :: axes
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: phi(3), time
+        integer :: i, k, gyro
+
+        stream = new_stream(72_i8, 1, 1, 1, 1)
+        calibration%has_gyros = .true.
+        allocate (calibration%spans(1))
+        associate (span => calibration%spans(1))
+            allocate (span%attitude_time(N), span%angle(3, N), span%gyros(4))
+            do gyro = 1, 4
+                allocate (span%gyros(gyro)%time(N), span%gyros(gyro)%angle(N))
+            end do
+            do i = 1, N
+                time = i*INTERVAL
+                phi = [3e-5_dp, 6e-6_dp, 6e-6_dp]*sin(TWO_PI*[0.1_dp, 0.083_dp, 0.117_dp]*time) + [0.0_dp, 1.1e-3_dp, 0.0_dp]*time
+                span%attitude_time(i) = time
+                do k = 1, 3
+                    span%angle(k, i) = phi(k) + NOISE*stream%normal()
+                end do
+                do gyro = 1, 4
+                    span%gyros(gyro)%time(i) = time
+                    span%gyros(gyro)%angle(i) = dot_product(TRUE_AXES(:, gyro), phi)
+                end do
+            end do
+        end associate
+        call fit_gyro_axes(calibration, axes, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, axes%known .and. size(axes%gyro) == 3, 'the fourth is off')
+        if (allocated(error)) return
+        call check(error, maxval(abs(axes%noise/NOISE - 1)) < 0.15_dp, 'noise of the cameras')
+        if (allocated(error)) return
+        ! sigma of parts along z: 1e-5/(6e-6 sqrt(300)) = 0.1, which regression on the cameras would make half as large
+        call check(error, maxval(abs(matmul(axes%axis, inverse_3x3(TRUE_AXES(:, :3))) - identity(3))) < 4*maxval(axes%noise)* &
+                   sqrt(maxval([(axes%spread(k, k), k=1, 3)])), 'axes')
+        if (allocated(error)) return
+        call check(error, abs(sqrt(axes%spread(1, 1)) - 1/(3e-5_dp*sqrt(N/2.0_dp))) < 0.1_dp/(3e-5_dp*sqrt(N/2.0_dp)), 'spread')
+    end subroutine test_gyro_axes
+
+    !> A step of held currents between two samples is seen by their mean alone; one within a sample by that.
+    subroutine test_joined(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: N = 40
+        real(dp), parameter :: LATE = 0.02_dp       ! s
+        type(level1_calibration_t) :: calibration
+        type(level1_drive_t) :: drive
+        integer :: i
+
+        allocate (calibration%spans(1))
+        associate (span => calibration%spans(1))
+            span%time = [(0.1_dp*i + LATE, i=1, N)]
+            span%linear = reshape([(1.0_dp*i**2, 2.0_dp*i, 3.0_dp, i=1, N)], [3, N])
+            span%angular = -span%linear
+            ! Steps at 0.549, 1.05 s: between 0.5 and 0.6, 1.0 and 1.1; at 1.5 s within a sample; at 2.05 s none
+            calibration%current_time = [0.0_dp, 0.549_dp, 1.05_dp, 1.5_dp, 2.05_dp, 9.0_dp]
+            calibration%current = reshape([(0.0_dp, 7.0_dp*min(i, 3), 0.0_dp, i=0, 5)], [3, 6])
+            call new_drive(calibration, .true., drive)
+            call join_at_steps(drive, LATE, 1e-3_dp, calibration)
+            call check(error, count(span%joined) == 2 .and. span%joined(5) .and. span%joined(10), 'where')
+            if (allocated(error)) return
+            call check(error, all(abs(span%linear(:, 5) - [30.5_dp, 11.0_dp, 3.0_dp]) < 1e-12_dp) .and. &
+                       all(abs(span%linear(:, 6) - span%linear(:, 5)) < 1e-12_dp) .and. &
+                       all(abs(span%angular + span%linear) < 1e-12_dp), 'means')
+            if (allocated(error)) return
+            call check(error, all(abs(span%linear(1, [4, 7, 15, 16]) - [16, 49, 225, 256]) < 1e-12_dp), 'the others')
+        end associate
+    end subroutine test_joined
 
     !> Writes the lines of a folder's text files with `first` <= time < `last` into files of another day, their times and
     !> SOE events later by `shift`.

@@ -11,7 +11,7 @@ module gracecg_estimation_level1_angular
     use gracecg_estimation_level1_basis, only: band_basis, orthonormalise, orthonormalise_with, polynomial_columns, &
         polynomial_curvature
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t
-    use gracecg_estimation_level1_drive, only: level1_drive_t
+    use gracecg_estimation_level1_drive, only: level1_drive_t, join
     implicit none
     private
     public :: level1_motion_t, angular_calibration_t, rod_motion, calibrate_angular_channels, gains_by_channels, channels_at
@@ -97,12 +97,21 @@ contains
             allocate (motion%current(3, n), motion%current_rate(3, n), motion%by_rod(3, 3, n), motion%by_field(3, 3, n), &
                       motion%torque(3, n), motion%field(3, n), motion%rate(3, n), motion%up(3, n), motion%gradient(n))
         do i = 1, n
+            call drive%at(span%time(i) - delay - rods%delay, motion%current(:, i), motion%current_rate(:, i))
+        end do
+        if (allocated(span%joined)) then
+            do i = 1, n - 1
+                if (.not. span%joined(i)) cycle
+                call join(motion%current(:, i:i + 1))
+                call join(motion%current_rate(:, i:i + 1))
+            end do
+        end if
+        do i = 1, n
             call slow_quantities(span, span%time(i) - delay, slow)
             motion%field(:, i) = slow(1:3)
             motion%rate(:, i) = slow(4:6)
             motion%up(:, i) = slow(7:9)
             motion%gradient(i) = slow(10)
-            call drive%at(span%time(i) - delay - rods%delay, motion%current(:, i), motion%current_rate(:, i))
             response = rod_accelerations(setup, slow(1:3))
             do k = 1, 3
                 motion%by_rod(:, k, i) = rods%gain(k)*response(:, k)*motion%current(k, i)

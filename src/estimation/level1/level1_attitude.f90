@@ -89,8 +89,9 @@ contains
 
     !> Gains and delay. Fails when the attitude does not determine them.
     !>
-    !> The delay is that by the star cameras. Where there are gyros, their angle about the axis of the orbital rate, the
-    !> scale of which that rate gives, has its part in the gains, with a delay of its own.
+    !> The delay is that by the star cameras. Where there are gyros, and the cameras tell their axes well enough, their angle
+    !> about the axis of the orbital rate, the scale of which that rate gives, has its part in the gains, with a delay of its
+    !> own.
     subroutine calibrate_rods(calibration, setup, drive, axes, rods, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -101,6 +102,7 @@ contains
 
         real(dp), parameter :: COARSE = 0.1_dp, FINE = 0.02_dp
         real(dp), parameter :: LEAST_RATE = 5e-4_dp     ! rad/s: scales are safe above
+        real(dp), parameter :: LEAST_SIGNAL = 2e4_dp    ! Of squares over those of noise: 1 % of other axes, two of them
         type(fit_span_t), allocatable :: fits(:)
         real(dp), allocatable :: times(:), angles(:, :)
         real(dp) :: weight(3, 2), delays(2), lowest, squares
@@ -138,6 +140,8 @@ contains
         rods%delay = delays(CAMERAS)
         rods%estimated = .true.
         if (.not. axes%known) return
+        ! The gyros' axes come from the cameras: what their angle about y has of the others is known as well as these say
+        if (.not. rods%explained(2)/(1 - rods%explained(2))*sum([(size(fits(i)%time), i=1, used)]) > LEAST_SIGNAL) return
         rods%by_gyros = .true.
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))

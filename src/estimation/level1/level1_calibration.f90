@@ -34,6 +34,7 @@ module gracecg_estimation_level1_calibration
         real(dp), allocatable :: time(:)            !! Of the accelerometer's samples that are left
         real(dp), allocatable :: linear(:, :)       !! m/s^2
         real(dp), allocatable :: angular(:, :)      !! rad/s^2; NaN: none
+        logical, allocatable :: joined(:)           !! Of held currents: a sample has the mean of itself and the next one
         real(dp), allocatable :: attitude_time(:)   !! Of the attitude, with margins
         real(dp), allocatable :: quaternion(:, :)   !! Inertial to SRF, scalar last
         real(dp), allocatable :: position(:, :)     !! Inertial, m
@@ -105,6 +106,7 @@ contains
         span%time = span%time(wanted)
         span%linear = span%linear(:, wanted)
         span%angular = span%angular(:, wanted)
+        if (allocated(span%joined)) span%joined = span%joined(wanted)
     end subroutine keep_samples
 
     !> Leaves a span out; the first reason stays.

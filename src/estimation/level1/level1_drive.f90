@@ -9,7 +9,7 @@ module gracecg_estimation_level1_drive
     use gracecg_estimation_level1_series, only: interpolate, hold, node_before
     implicit none
     private
-    public :: level1_drive_t, new_drive, mark_breaks, drop_jumps
+    public :: level1_drive_t, new_drive, mark_breaks, drop_jumps, join_at_steps, join
 
     real(dp), parameter :: AVERAGING = 0.05_dp          !! Held currents are averaged over it for the integrals, s
     real(dp), parameter :: RATE_WINDOW = 0.1_dp         !! Over which the rate of held currents is taken, s. Fitted to
@@ -260,4 +260,46 @@ contains
             end associate
         end do
     end subroutine drop_jumps
+
+    !> Takes samples of the accelerometer two by two where a step of held currents lies between them, so near that the delay
+    !> does not tell which of them shows it: both get their mean, as what they are compared with does.
+    subroutine join_at_steps(drive, delay, delay_sigma, calibration)
+        type(level1_drive_t), intent(in) :: drive
+        real(dp), intent(in) :: delay               !! Of torque and accelerometer, s
+        real(dp), intent(in) :: delay_sigma         !! Its sigma, s
+        type(level1_calibration_t), intent(inout) :: calibration
+
+        real(dp), parameter :: SIGMAS = 3, LARGEST = 0.04_dp    ! s: not both ends of a sample
+        real(dp), parameter :: LONGEST_STEP = 0.15_dp           ! s, of samples that follow one another
+        real(dp), parameter :: LEAST = 1                        ! mA: a step that is one
+        real(dp) :: around
+        integer :: i, k, step
+
+        around = min(SIGMAS*delay_sigma, LARGEST)
+        do i = 1, size(calibration%spans)
+            associate (span => calibration%spans(i))
+                if (.not. span%used) cycle
+                span%joined = [(.false., k=1, size(span%time))]
+                do k = 1, size(span%time) - 1
+                    if (span%time(k + 1) - span%time(k) > LONGEST_STEP) cycle
+                    associate (between => (span%time(k) + span%time(k + 1))/2 - delay)
+                        step = node_before(drive%time, between + around)
+                        if (step <= 1) cycle
+                        if (drive%time(step) < between - around) cycle
+                    end associate
+                    if (all(abs(drive%current(:, step) - drive%current(:, step - 1)) < LEAST)) cycle
+                    span%joined(k) = .true.
+                    call join(span%linear(:, k:k + 1))
+                    call join(span%angular(:, k:k + 1))
+                end do
+            end associate
+        end do
+    end subroutine join_at_steps
+
+    !> Gives two columns their mean.
+    pure subroutine join(pair)
+        real(dp), intent(inout) :: pair(:, :)       !! Two columns
+
+        pair = spread(sum(pair, 2)/2, 2, 2)
+    end subroutine join
 end module gracecg_estimation_level1_drive

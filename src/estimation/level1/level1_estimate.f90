@@ -13,7 +13,7 @@ module gracecg_estimation_level1_estimate
     use gracecg_estimation_level1_attitude, only: rod_calibration_t, calibrate_rods
     use gracecg_estimation_level1_basis, only: orthonormalise, remove_space, polynomial_columns
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_span_t, keep_samples
-    use gracecg_estimation_level1_drive, only: level1_drive_t, new_drive, mark_breaks, drop_jumps
+    use gracecg_estimation_level1_drive, only: level1_drive_t, new_drive, mark_breaks, drop_jumps, join_at_steps
     use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag, SAMPLE
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes, gyro_attitude
     use gracecg_estimation_level1_series, only: hold
@@ -119,10 +119,15 @@ contains
         end if
         call calibrate(error)
         if (allocated(error)) return
-        if (setup%currents /= 'auto' .or. .not. estimate%steps) return
-        if (shows_steps(calibration, estimate)) return
-        estimate%steps = .false.
-        call calibrate(error)
+        if (.not. estimate%steps) return
+        if (setup%currents == 'auto') estimate%steps = shows_steps(calibration, estimate)
+        if (estimate%steps) then
+            call join_at_steps(drive, estimate%rods%delay + estimate%accelerometer_delay, estimate%accelerometer_delay_sigma, &
+                               calibration)
+            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
+        else
+            call calibrate(error)
+        end if
 
     contains
 
@@ -552,7 +557,7 @@ contains
         type(consider_t) :: one
         type(error_t), allocatable :: failure
         real(dp) :: gains(3, 3), squares(3), directions(3, 3)
-        integer :: i, k, n, rod
+        integer :: i, k, n, rod, axis
 
         allocate (considered(0))
         n = size(series)
@@ -592,6 +597,22 @@ contains
             if (source == 'torque') call by_axis(setup%inertia_sigma)
         case ('acc-raw')
             call by_axis(setup%angular_scale_sigma)
+        case ('imu')
+            call symmetric_eigen(estimate%gyros%spread, squares, directions, failure)
+            do axis = 1, 3      ! whose angle by the gyros is wrong by a share of all three
+                do k = 1, 3
+                    if (allocated(failure) .or. .not. squares(k) > 0) cycle
+                    one = consider_t(sigma=estimate%gyros%noise(axis)*sqrt(squares(k)), span=0)
+                    allocate (one%change(n))
+                    do i = 1, n
+                        if (.not. calibration%spans(i)%used) cycle
+                        one%change(i)%acceleration = 0*series(i)%acceleration
+                        one%change(i)%acceleration(axis, :) = matmul(directions(:, k), series(i)%acceleration)
+                    end do
+                    considered = [considered, one]
+                    deallocate (one%change)
+                end do
+            end do
         end select
 
     contains
@@ -670,6 +691,9 @@ contains
                             basis(k, DEGREE + 2 + 3*(lag + LAGS):DEGREE + 4 + 3*(lag + LAGS)) = now - before
                         end do
                     end do
+                    do k = 1, n - 1
+                        if (span%joined(k)) basis(k:k + 1, DEGREE + 2:) = spread(sum(basis(k:k + 1, DEGREE + 2:), 1)/2, 1, 2)
+                    end do
                 end if
                 call orthonormalise(basis)
                 stays = .true.
@@ -677,6 +701,9 @@ contains
                     call remove_space(basis, left(:, axis))
                     sigma = max(QUIETEST, TO_SIGMA*median_of(abs(left(:, axis))))
                     stays = stays .and. abs(left(:, axis)) <= LIMIT*sigma
+                end do
+                do k = 1, merge(n - 1, 0, estimate%steps)
+                    if (span%joined(k)) stays(k:k + 1) = all(stays(k:k + 1))
                 end do
                 if (.not. all(stays)) then
                     dropped = dropped + count(.not. stays)
