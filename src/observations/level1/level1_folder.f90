@@ -99,11 +99,15 @@ contains
         character(10), allocatable, intent(inout) :: days(:)
         character(10), intent(in) :: date
 
+        character(10) :: more(size(days) + 1)
         integer :: earlier
 
         if (any(days == date)) return
         earlier = count(days < date)
-        days = [days(:earlier), date, days(earlier + 1:)]
+        more(:earlier) = days(:earlier)
+        more(earlier + 1) = date
+        more(earlier + 2:) = days(earlier + 1:)
+        days = more
     end subroutine add_day
 
     !> That days are joined, and whether days between them are missing.
