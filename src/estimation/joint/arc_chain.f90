@@ -3,7 +3,7 @@
 !> Rotation without noise of the state is then followed through one arc only, however long the run is.
 !>
 !> Of an arc its information about the offset and what arcs share is kept, not its fit, so that memory grows with the
-!> samples alone. It is that at the arc's own estimate, which is enough for tens of arcs with manoeuvres; of hundreds,
+!> samples alone. It is that at the arc's own estimate, which is enough for some ten arcs with manoeuvres; of 60 or more,
 !> scale factors that they share go wrong, and the arcs disagree (docs/validation.md).
 module gracecg_estimation_arc_chain
     use gracecg_base_kinds, only: dp
