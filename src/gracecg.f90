@@ -80,6 +80,7 @@ module gracecg
     use gracecg_simulation_case_models, only: build_dynamics, initial_state
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, rkf78_integrate
     use gracecg_base_multistep, only: multistep_t, new_multistep
+    use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, STATE_SIZE, &
         STATE_POSITION => POSITION, STATE_VELOCITY => VELOCITY, STATE_OMEGA => OMEGA, &
         STATE_ATTITUDE => ATTITUDE
@@ -186,6 +187,7 @@ module gracecg
     public :: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration
     public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, level1_solution_t
 
+    public :: attitude_control_t
     public :: case_t, find_case, read_case, case_from_text, case_text, CASE_NAMES
     public :: satellite_t, operator_t, OPERATOR_ERRORS
     public :: build_dynamics, initial_state, satellite_dynamics_t, accelerations_t, loads_t

@@ -86,6 +86,7 @@ program tester
     use test_statements, only: collect_statements
     use test_report_studies, only: collect_report_studies
     use test_simulation, only: collect_simulation
+    use test_attitude_control, only: collect_attitude_control
     use test_operator, only: collect_operator
     use test_settings, only: collect_settings
     use test_algorithms, only: collect_algorithms
@@ -207,6 +208,7 @@ program tester
              new_testsuite('statements', collect_statements), &
              new_testsuite('report-studies', collect_report_studies), &
              new_testsuite('simulation', collect_simulation), &
+             new_testsuite('attitude-control', collect_attitude_control), &
              new_testsuite('operator', collect_operator), &
              new_testsuite('settings', collect_settings), &
              new_testsuite('algorithms', collect_algorithms), &

@@ -25,6 +25,7 @@ module gracecg_simulation_case
         describe_limits
     use gracecg_spacecraft_torque_rods, only: check_rod_sampling
     use gracecg_observations_knowledge, only: describe_a_priori, check_quaternion, ESTIMATION_GROUPS
+    use gracecg_simulation_attitude_control, only: attitude_control_t, describe_control, check_control
     use gracecg_simulation_satellite, only: satellite_t, describe_surface, describe_accelerometer, &
         describe_star_camera, describe_magnetometer
     use gracecg_simulation_operator_errors, only: operator_t, describe_operator
@@ -48,6 +49,7 @@ module gracecg_simulation_case
         type(satellite_t) :: satellite              !! The truth
         type(operator_t) :: operator                !! What its operator goes by, and where that is wrong
         type(motion_limits_t) :: limits             !! Of the manoeuvre
+        type(attitude_control_t) :: control         !! Of the satellite, beside the manoeuvre
         ! initial state
         real(dp) :: position(3) = 0                 !! Inertial J2000, m
         real(dp) :: velocity(3) = 0                 !! m/s
@@ -133,6 +135,7 @@ contains
         call settings%finish(error, others=[character(len(LEVEL1_GROUPS)) :: ESTIMATION_GROUPS, LEVEL1_GROUPS])
         if (allocated(error)) return
         call check_rod_sampling(case%satellite%rods, case%satellite%accelerometer%sampling_interval, error)
+        if (.not. allocated(error)) call check_control(case%control, case%satellite%rods, error)
         call add_context(error, name)
         if (allocated(error)) return
         ! One that is of unit length to rounding stays as it is: a written case reads back exactly.
@@ -186,6 +189,7 @@ contains
         call describe_mass_properties(settings, case%satellite%mass, case%satellite%inertia)
         call describe_manoeuvre(settings, case%satellite%rods)
         call describe_limits(settings, case%limits)
+        call describe_control(settings, case%control)
         call describe_state(settings, case)
         call describe_earth(settings, case)
         call describe_atmosphere(settings, case)

@@ -17,6 +17,7 @@ module gracecg_simulation_case_models
     use gracecg_spacecraft_plates, only: new_trapezoid
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, STATE_SIZE
     use gracecg_simulation_star_catalogue, only: star_catalogue_t, builtin_star_catalogue, read_star_catalogue
+    use gracecg_simulation_attitude_control, only: check_control
     use gracecg_simulation_case, only: case_t, earth_orientation_name, find_earth_parameters
     implicit none
     private
@@ -112,6 +113,10 @@ contains
         dynamics%inertia = inertia_about_com(properties)
         dynamics%inverse_inertia = inverse_3x3(dynamics%inertia)
         dynamics%rods = case%satellite%rods
+        call check_control(case%control, dynamics%rods, error)
+        if (allocated(error)) return
+        dynamics%control = case%control
+        call dynamics%control%hold(initial_state(case))
     end subroutine set_mass
 
     subroutine set_gravity(case, dynamics, error)

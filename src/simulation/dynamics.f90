@@ -24,6 +24,7 @@ module gracecg_simulation_dynamics
         earth_radiation_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
+    use gracecg_simulation_attitude_control, only: attitude_control_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
     implicit none
     private
@@ -61,6 +62,7 @@ module gracecg_simulation_dynamics
         real(dp) :: inertia(3, 3) = 0               !! J, about the centre of mass, kg m^2
         real(dp) :: inverse_inertia(3, 3) = 0       !! 1/(kg m^2)
         type(torque_rods_t) :: rods                 !! The manoeuvre
+        type(attitude_control_t) :: control         !! What rods and thrusters do beside
         type(satellite_surface_t) :: surface        !! The plates
         real(dp) :: centre_of_mass(3) = 0           !! In the frame of the surface's plates, m
         real(dp) :: drag_coefficient = 0            !! C_d of (2-6)
@@ -104,6 +106,8 @@ module gracecg_simulation_dynamics
         real(dp) :: torque_gravity(3) = 0   !! Of the gravity gradient
         real(dp) :: torque_magnetic(3) = 0  !! Of the rods in the field
         real(dp) :: field(3) = 0            !! Magnetic flux density, T
+        real(dp) :: control_moment(3) = 0   !! Of the rods for the attitude, A m^2
+        real(dp) :: torque_thrusters(3) = 0 !! N m
         real(dp) :: vertical(3) = 0         !! Unit vector away from the Earth's centre
         real(dp) :: body_from_inertial(3, 3) = 0    !! C: v_body = C v_inertial
     end type loads_t
@@ -149,7 +153,7 @@ contains
         real(dp) :: omega_dot(3)
 
         omega_dot = transformed(self%inverse_inertia, acting%torque_aero + acting%torque_solar + &
-                                acting%torque_gravity + acting%torque_magnetic - &
+                                acting%torque_gravity + acting%torque_magnetic + acting%torque_thrusters - &
                                 cross(omega, transformed(self%inertia, omega)))
     end function angular_acceleration
 
@@ -212,7 +216,10 @@ contains
         if (with_torques .and. allocated(self%field)) then
             call self%field%evaluate(fixed_position, vector)
             acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, vector))
-            if (self%with_rods) acting%torque_magnetic = cross(dipole_moment(self%rods, t), acting%field)
+            if (self%with_rods .and. self%control%acts) &
+                call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
+            if (self%with_rods) &
+                acting%torque_magnetic = cross(dipole_moment(self%rods, t) + acting%control_moment, acting%field)
         end if
         if (with_torques .and. self%with_gravity_gradient) then
             acting%torque_gravity = gravity_gradient_torque(EARTH_GM, radius, acting%vertical, self%inertia)

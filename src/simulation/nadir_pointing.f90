@@ -5,8 +5,9 @@
 !> x along the velocity, the leading one with x against it.
 module gracecg_simulation_nadir_pointing
     use gracecg_base_kinds, only: dp
-    use gracecg_base_vectors, only: cross, unit
+    use gracecg_base_vectors, only: cross
     use gracecg_base_quaternion, only: quaternion_of_matrix
+    use gracecg_simulation_attitude_control, only: orbital_axes
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, accelerations_t, loads_t, POSITION, &
         VELOCITY, OMEGA, ATTITUDE
     implicit none
@@ -78,9 +79,7 @@ contains
         real(dp), intent(in) :: y(:)        !! State
         real(dp) :: axes(3, 3)
 
-        axes(3, :) = -unit(y(POSITION))
-        axes(2, :) = unit(cross(y(VELOCITY), y(POSITION)))
-        if (.not. forward) axes(2, :) = -axes(2, :)
-        axes(1, :) = cross(axes(2, :), axes(3, :))
+        axes = orbital_axes(y(POSITION), y(VELOCITY))
+        if (.not. forward) axes(:2, :) = -axes(:2, :)
     end function held_axes
 end module gracecg_simulation_nadir_pointing

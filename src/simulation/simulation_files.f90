@@ -27,7 +27,8 @@ module gracecg_simulation_simulation_files
         type(case_t) :: case                            !! What is simulated
         integer(i8) :: seed = 1                         !! Of the random numbers
         integer :: run = 1                              !! Names them, too
-        real(dp) :: rods_interval = 0                   !! s, of the measured moments of the rods; 0: none
+        real(dp) :: rods_interval = 0                   !! s, of the measured moments of the rods; 0: none, or
+        !! at every epoch where the attitude is controlled
         character(100), allocatable :: comments(:)      !! First lines of the setup, and for what tells of the truth
     end type simulation_order_t
 
@@ -86,7 +87,11 @@ contains
             call count_full_scale(order%case%satellite, observations, full_scale)
             if (simulator%arc%last == simulator%arc%steps) exit
         end do
-        if (order%rods_interval > 0) call measure_rods(simulator, order%rods_interval, observations, error)
+        if (order%rods_interval > 0) then
+            call measure_rods(simulator, order%rods_interval, observations, error)
+        else if (order%case%control%acts) then
+            call measure_rods(simulator, simulator%arc%interval, observations, error)
+        end if
         if (.not. allocated(error)) call truth%commit(error)
         if (allocated(error)) return
         call writer%commit(observations%knowledge, order%comments, error)

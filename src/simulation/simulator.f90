@@ -7,7 +7,7 @@ module gracecg_simulation_simulator
     use gracecg_base_constants, only: EARTH_GM, TWO_PI
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
-    use gracecg_base_quaternion, only: quaternion_product
+    use gracecg_base_quaternion, only: quaternion_product, quaternion_of_matrix
     use gracecg_environment_time, only: time_tag
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_environment_thermosphere, only: density_wave_t
@@ -45,6 +45,8 @@ module gracecg_simulation_simulator
         type(case_t) :: case                    !! What is simulated
         type(truth_arc_t) :: arc                            !! The truth, propagated once; or a piece of it
         type(star_frame_t), allocatable :: frames(:, :)     !! (star-camera epochs of the arc, heads)
+        real(dp), allocatable :: rod_moments(:, :)
+        !! (3, 0:steps), along the rods, A m^2, as far as the arc has got; where the attitude is controlled
         real(dp) :: star_camera_sigma(3) = 0
         !! Mean noise of the used head's quaternions, about camera x, y and boresight, rad
         integer, private :: accelerometer_stride, star_camera_stride, magnetometer_stride
@@ -111,6 +113,7 @@ contains
         call begin_case(case, flight%dynamics, simulator%arc, error)
         if (allocated(error)) return
         simulator%start = simulator%arc%state(:, 0)
+        if (case%control%acts) allocate (simulator%rod_moments(3, 0:simulator%arc%steps), source=0.0_dp)
         call case_star_catalogue(case, flight%catalogue, error)
         flight%any_stream = new_stream(0, 0, 0, 0, 0)
     end subroutine begin_flight
@@ -125,15 +128,37 @@ contains
 
         associate (case => simulator%case, arc => simulator%arc)
             call continue_arc(self%dynamics, epochs, arc, error)
-            if (.not. allocated(error) .and. moves_rods(case%satellite%rods, case%duration)) then
+            if (.not. allocated(error) .and. case%control%acts) then
+                call follow_control(self, simulator)
+            else if (.not. allocated(error) .and. moves_rods(case%satellite%rods, case%duration)) then
                 call follow_motion(arc%interval, simulator%start(OMEGA), simulator%start(ATTITUDE), arc%first, &
                                    arc%state(OMEGA, :), arc%state(ATTITUDE, :), self%motion)
-                if (arc%last == arc%steps) call check_motion(case%limits, self%motion, error)
             end if
+            if (.not. allocated(error) .and. arc%last == arc%steps) call check_motion(case%limits, self%motion, error)
             call add_context(error, 'case '//trim(case%name))
         end associate
         if (.not. allocated(error)) call find_stars(self, simulator, error)
     end subroutine go_on
+
+    !> What the rods did at the epochs that the simulator holds, and the motion away from the attitude that is held.
+    subroutine follow_control(flight, simulator)
+        type(flight_t), intent(inout) :: flight
+        type(simulator_t), intent(inout) :: simulator
+
+        real(dp), allocatable :: turned(:, :)
+        integer :: k
+
+        associate (arc => simulator%arc)
+            allocate (turned(4, arc%first:arc%last))
+            do k = arc%first, arc%last
+                simulator%rod_moments(:, k) = rod_moments(simulator%case%satellite%rods, k*arc%interval) + &
+                                              arc%loads(k)%control_moment
+                turned(:, k) = quaternion_of_matrix(flight%dynamics%control%turn(arc%state(:, k)))
+            end do
+            call follow_motion(arc%interval, [0.0_dp, 0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], arc%first, &
+                               arc%state(OMEGA, :), turned, flight%motion)
+        end associate
+    end subroutine follow_control
 
     !> Propagates the true arc of a case.
     subroutine propagate_case(case, arc, error)
@@ -422,29 +447,40 @@ contains
     end subroutine lose_magnetometer
 
     !> Tells the operator what the rods truly did, in place of what they were commanded to: their moments at
-    !> equal intervals. Fails when the intervals are too few.
+    !> equal intervals; where the attitude is controlled, at epochs of the arc. Fails when the intervals are too few.
     subroutine measure_rods(self, interval, observations, error)
         type(simulator_t), intent(in) :: self
-        real(dp), intent(in) :: interval        !! s, shortened so that the last sample is at the end of the arc
+        real(dp), intent(in) :: interval
+        !! s, shortened so that the last sample is at the end of the arc, or of the arc's intervals the next number
         type(observation_set_t), intent(inout) :: observations
         type(error_t), allocatable, intent(out) :: error
 
         type(moment_series_t) :: measured
         real(dp), allocatable :: time(:), moment(:, :)
-        integer :: n, i
+        integer :: n, i, stride
 
-        n = ceiling(self%case%duration/interval*(1 - 1e-9_dp))
+        if (allocated(self%rod_moments)) then
+            stride = max(1, nint(interval/self%arc%interval))
+            n = self%arc%steps/stride
+        else
+            n = ceiling(self%case%duration/interval*(1 - 1e-9_dp))
+        end if
         if (n + 1 < FEWEST_MOMENTS) then
             call fail(error, 'an interval of '//number_text(interval)//' s gives only '//integer_text(n + 1)// &
                       ' moments of the torque rods in '//number_text(self%case%duration)//' s; at least '// &
                       integer_text(FEWEST_MOMENTS)//' are needed')
             return
         end if
-        allocate (moment(3, 0:n))
-        time = [(i*self%case%duration/n, i=0, n)]
-        do i = 0, n
-            moment(:, i) = rod_moments(self%case%satellite%rods, time(i + 1))
-        end do
+        if (allocated(self%rod_moments)) then
+            time = [(time_tag(i*stride, self%arc%interval), i=0, n)]
+            moment = self%rod_moments(:, 0:n*stride:stride)
+        else
+            time = [(i*self%case%duration/n, i=0, n)]
+            allocate (moment(3, 0:n))
+            do i = 0, n
+                moment(:, i) = rod_moments(self%case%satellite%rods, time(i + 1))
+            end do
+        end if
         call new_moment_series(measured, time, moment, error)
         if (.not. allocated(error)) call take_measured_moments(measured, observations%knowledge%rods)
     end subroutine measure_rods
@@ -478,13 +514,18 @@ contains
         call tell_operator(self, operator, observations)
     end subroutine lay_out
 
-    !> Puts what an operator knows into an observation set: side knowledge and the orbit. Samples stay.
+    !> Puts what an operator knows into an observation set: side knowledge and the orbit, and the rods' moments where
+    !> they control the attitude (of a whole arc). Samples stay.
     subroutine tell_operator(self, operator, observations)
         type(simulator_t), intent(in) :: self
         type(operator_t), intent(in) :: operator    !! The case's own, or that of a run
         type(observation_set_t), intent(inout) :: observations
 
+        type(error_t), allocatable :: too_short     ! an arc of few epochs is estimated by nobody
+
         observations%knowledge = operator_knowledge(self%case, operator)
+        if (allocated(self%rod_moments) .and. self%arc%first == 0 .and. self%arc%last == self%arc%steps) &
+            call measure_rods(self, self%arc%interval, observations, too_short)
         observations%knowledge%star_camera_sigma = self%star_camera_sigma*errors_of(operator, STAR_CAMERA_NOISE)
         call lay_out_orbit(self, operator, observations)
     end subroutine tell_operator

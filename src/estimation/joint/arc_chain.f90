@@ -3,8 +3,8 @@
 !> Rotation without noise of the state is then followed through one arc only, however long the run is.
 !>
 !> Of an arc its information about the offset and what arcs share is kept, not its fit, so that memory grows with the
-!> samples alone. It is that at the arc's own estimate: linearising anew at the joint one changes the result far below
-!> a sigma (docs/validation.md).
+!> samples alone. It is that at the arc's own estimate, which is enough for some ten arcs with manoeuvres; of 60 or more,
+!> scale factors that they share go wrong, and the arcs disagree (docs/validation.md).
 module gracecg_estimation_arc_chain
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -27,18 +27,26 @@ module gracecg_estimation_arc_chain
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC, SHORTEST_ARC
 
     real(dp), parameter :: USUAL_ARC = 60
-    !! s. That of the report. Shorter arcs spend more on what each has of its own; longer ones cost the same for a
-    !! sample, and of a satellite that turns freely their forces and torques bend more than a fit follows
-    !! (docs/validation.md: front 1 and its rods for an hour)
+    !! s. That of the report, in which a manoeuvre of a minute is whole. Of an hour under control arcs of 30 s leave the
+    !! sigma of z 1.4 times as large; longer ones cost the same for a sample, and their forces and torques bend more
+    !! than a fit follows where the satellite turns freely (docs/validation.md)
     real(dp), parameter :: SHORTEST_ARC = 10    !! s
+    real(dp), parameter :: MANOEUVRE = 0.5_dp
+    !! Of the run's greatest measured moment: what is more is a manoeuvre, not the control of the attitude
     real(dp), parameter :: MOST_REFUSED = 0.25_dp
     !! Part of the arcs with a manoeuvre that may be left out, as of a series of samples
+
+    character(*), parameter :: SINGULAR = 'the normal matrix is singular'
+    !! In the message of who solves normal equations that determine nothing
 
     !> One of the arcs.
     type :: chained_arc_t
         real(dp) :: from = 0, to = 0        !! s from the run's epoch
         logical :: joined = .false.         !! Its information is in the joint estimate
-        logical :: moves_rods = .false.     !! A rod acts in it
+        logical :: empty = .false.
+        !! It tells no offset: singular, without convergence, or with an offset of its own that no satellite has, far
+        !! from which its information would be used; or it is refused and has the control's moments alone
+        logical :: moves_rods = .false.     !! A manoeuvre is in it
         character(:), allocatable :: reason !! Why it is left out
         type(run_information_t) :: information          !! At its own estimate
         type(string_t), allocatable :: warnings(:)      !! Of its estimate
@@ -57,6 +65,7 @@ module gracecg_estimation_arc_chain
         type(operator_knowledge_t) :: knowledge         ! theirs, without measured moments
         type(estimation_options_t) :: options
         type(joint_options_t) :: joint
+        real(dp) :: greatest_moment = 0                 ! Of those measured, A m^2; 0: none were
         type(chained_arc_t), allocatable :: arcs(:)
     contains
         procedure :: do_one => estimate_arc
@@ -66,7 +75,7 @@ contains
 
     !> The offset of a run in arcs of `length` at most, cut at epochs that all instruments share as far as these have such.
     !>
-    !> An arc that `optimal` refuses, or that determines nothing by itself, is left out with a warning. Fails when the
+    !> An arc that `optimal` refuses, or that tells no offset by itself, is left out with a warning. Fails when the
     !> observations are refused, no rod acts in the run, an arc would be longer than a fit holds, more than a quarter of
     !> the arcs with a manoeuvre is refused, or the offset is not determined or not plausible.
     subroutine estimate_chain(observations, options, joint, length, threads, chain, error, progress)
@@ -94,6 +103,8 @@ contains
         end if
         work%observations => observations
         work%knowledge = without_moments(observations%knowledge)
+        if (allocated(observations%knowledge%rods%measured%moment)) &
+            work%greatest_moment = maxval(abs(observations%knowledge%rods%measured%moment))
         work%options = options
         work%options%information = .true.
         work%options%history = .false.
@@ -148,42 +159,61 @@ contains
         associate (arc => self%arcs(i))
             call arc_of_run(self%observations, self%knowledge, arc%from, arc%to, observations)
             arc%moves_rods = moves_rods(observations%knowledge%rods, arc%to - arc%from)
+            if (self%greatest_moment > 0) arc%moves_rods = maxval(abs(observations%knowledge%rods%measured%moment)) > &
+                                                           MANOEUVRE*self%greatest_moment
             options = self%options
             if (i > 1) then
                 options%guess_quaternion = 0
                 options%guess_angular_velocity = 0
             end if
             call estimate_optimal(observations, options, solution, refusal)
-            if (.not. allocated(refusal) .and. .not. solution%converged) call fail(refusal, 'optimal did not converge')
-            if (.not. allocated(refusal)) then
+            if (.not. allocated(refusal) .and. solution%converged) then
                 arc%information = solution%information
                 call estimate_jointly([arc%information], self%joint, alone, refusal)
             end if
-            arc%joined = .not. allocated(refusal)
-            if (allocated(refusal)) arc%reason = refusal%message
+            if (allocated(refusal)) then
+                arc%reason = refusal%message
+                arc%empty = index(arc%reason, SINGULAR) > 0 .or. self%greatest_moment > 0 .and. .not. arc%moves_rods
+            else if (.not. solution%converged) then
+                arc%reason = 'optimal did not converge'
+                arc%empty = .true.
+            else if (any(abs(solution%offset) > options%largest_offset)) then
+                arc%reason = 'its offset is beyond largest_offset_mm'
+                arc%empty = .true.
+            end if
+            arc%joined = .not. allocated(arc%reason)
             call move_alloc(solution%warnings, arc%warnings)
         end associate
     end subroutine estimate_arc
 
-    !> Warns of arcs that are left out, and fails when too many of those with a manoeuvre are.
+    !> Warns of arcs that are left out, and fails when too many of those with a manoeuvre are refused, or none is left.
     subroutine judge_arcs(chain, error)
         type(arc_chain_t), intent(inout) :: chain
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i, first, refused, moving
+        integer :: i, first, refused, moving, empty
 
-        refused = count(chain%arcs%moves_rods .and. .not. chain%arcs%joined)
-        moving = count(chain%arcs%moves_rods)
-        first = findloc(chain%arcs%moves_rods .and. .not. chain%arcs%joined, .true., 1)
-        if (refused > MOST_REFUSED*moving) then
-            call fail(error, integer_text(refused)//' of '//integer_text(moving)//' arcs with a manoeuvre are refused; '// &
-                      trim(arc_text(chain%arcs(first)))//': '//chain%arcs(first)%reason)
-            return
-        end if
-        do i = 1, size(chain%arcs)
-            if (.not. chain%arcs(i)%joined) &
-                call append(chain%warnings, trim(arc_text(chain%arcs(i)))//' is left out: '//chain%arcs(i)%reason)
-        end do
+        associate (arcs => chain%arcs)
+            refused = count(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty))
+            moving = count(arcs%moves_rods .and. .not. arcs%empty)
+            first = findloc(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty), .true., 1)
+            if (refused > MOST_REFUSED*moving) then
+                call fail(error, integer_text(refused)//' of '//integer_text(moving)//' arcs with a manoeuvre are '// &
+                          'refused; '//trim(arc_text(arcs(first)))//': '//arcs(first)%reason)
+            else if (.not. any(arcs%joined)) then
+                call fail(error, 'no arc tells an offset; '//trim(arc_text(arcs(1)))//': '//arcs(1)%reason)
+            end if
+            if (allocated(error)) return
+            do i = 1, size(arcs)
+                if (arcs(i)%joined .or. arcs(i)%empty) cycle
+                call append(chain%warnings, trim(arc_text(arcs(i)))//' is left out: '//arcs(i)%reason)
+            end do
+            empty = count(arcs%empty)
+            if (empty == 0) return
+            call append(chain%warnings, integer_text(empty)//' of '//integer_text(size(arcs))//' arcs, '// &
+                        trim(arc_text(arcs(findloc(arcs%empty, .true., 1))))// &
+                        ' first, tell no offset by themselves, for want of a manoeuvre, and are left out')
+        end associate
     end subroutine judge_arcs
 
     pure function arc_text(arc) result(text)
