@@ -3,8 +3,8 @@
 !> Rotation without noise of the state is then followed through one arc only, however long the run is.
 !>
 !> Of an arc its information about the offset and what arcs share is kept, not its fit, so that memory grows with the
-!> samples alone. It is that at the arc's own estimate, which is enough for some ten arcs with manoeuvres; of 60 or more,
-!> scale factors that they share go wrong, and the arcs disagree (docs/validation.md).
+!> samples alone. It is linearised anew at the joint estimate, by another fit: partials of the scale factors at each
+!> arc's own offset have the noise of that, by which those of 60 arcs and more went wrong, and the offset with them.
 module gracecg_estimation_arc_chain
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -16,12 +16,14 @@ module gracecg_estimation_arc_chain
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_gather_information, only: move_joined
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_plausibility, only: refuse_implausible
-    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     use gracecg_estimation_solution, only: solution_t
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t
     implicit none
     private
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC, SHORTEST_ARC
@@ -35,6 +37,10 @@ module gracecg_estimation_arc_chain
     !! Of the run's greatest measured moment: what is more is a manoeuvre, not the control of the attitude
     real(dp), parameter :: MOST_REFUSED = 0.25_dp
     !! Part of the arcs with a manoeuvre that may be left out, as of a series of samples
+    real(dp), parameter :: DISAGREEMENT = 1e-6_dp       !! Probability of their chi square below which arcs are not joined
+
+    integer, parameter :: MOST_ROUNDS = 3       !! Of linearising anew
+    real(dp), parameter :: SETTLED = 0.1_dp    !! Change of the offset that ends them, in sigmas
 
     character(*), parameter :: SINGULAR = 'the normal matrix is singular'
     !! In the message of who solves normal equations that determine nothing
@@ -67,6 +73,7 @@ module gracecg_estimation_arc_chain
         type(joint_options_t) :: joint
         real(dp) :: greatest_moment = 0                 ! Of those measured, A m^2; 0: none were
         type(chained_arc_t), allocatable :: arcs(:)
+        real(dp), allocatable :: point(:, :)            ! JOINED at the joint estimate, (., arcs); none in the first round
     contains
         procedure :: do_one => estimate_arc
     end type arcs_work_t
@@ -77,7 +84,7 @@ contains
     !>
     !> An arc that `optimal` refuses, or that tells no offset by itself, is left out with a warning. Fails when the
     !> observations are refused, no rod acts in the run, an arc would be longer than a fit holds, more than a quarter of
-    !> the arcs with a manoeuvre is refused, or the offset is not determined or not plausible.
+    !> the arcs with a manoeuvre is refused, the arcs disagree beyond all chance, or the offset is not determined or not plausible.
     subroutine estimate_chain(observations, options, joint, length, threads, chain, error, progress)
         type(observation_set_t), intent(in), target :: observations
         type(estimation_options_t), intent(in) :: options   !! First guesses are those of the first arc
@@ -114,13 +121,75 @@ contains
         call expect_pieces(progress, size(work%arcs), 'arcs')
         call run_parallel(work, size(work%arcs), threads, error, progress)
         if (allocated(error)) return
-        call move_alloc(work%arcs, chain%arcs)
-        call judge_arcs(chain, error)
-        if (allocated(error)) return
-        call estimate_jointly(pack(chain%arcs%information, chain%arcs%joined), joint, chain%solution, error)
+        call judge_arcs(work%arcs, error)
+        if (.not. allocated(error)) call join(work, threads, chain%solution, error, progress)
+        if (.not. allocated(error)) call check_agreement(chain%solution, error)
         if (.not. allocated(error)) call check_offset(options, chain%solution, error)
-        if (.not. allocated(error)) call gather_warnings(chain)
+        call move_alloc(work%arcs, chain%arcs)
+        if (allocated(error)) return
+        call warn_of_arcs(chain)
+        call gather_warnings(chain)
     end subroutine estimate_chain
+
+    !> The joint estimate, about which the arcs are linearised until it stays. What an arc says alone is that of its own
+    !> estimate.
+    subroutine join(work, threads, solution, error, progress)
+        type(arcs_work_t), intent(inout) :: work
+        integer, intent(in) :: threads
+        type(joint_solution_t), intent(out) :: solution
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        real(dp) :: before(3), offset(3, size(work%arcs)), sigma(3, size(work%arcs))
+        integer :: round, i, k
+
+        call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
+        if (allocated(error)) return
+        call of_arcs(work%arcs%joined, reshape([(solution%runs(i)%offset, i=1, size(solution%runs))], [3, size(solution%runs)]), &
+                     offset)
+        call of_arcs(work%arcs%joined, reshape([(solution%runs(i)%sigma, i=1, size(solution%runs))], [3, size(solution%runs)]), &
+                     sigma)
+        allocate (work%point(JOINED_COUNT, size(work%arcs)), source=0.0_dp)
+        do round = 1, MOST_ROUNDS
+            before = solution%offset
+            call of_arcs(work%arcs%joined, reshape([(solution%runs(k)%point, k=1, size(solution%runs))], &
+                                                   [JOINED_COUNT, size(solution%runs)]), work%point)
+            call expect_pieces(progress, size(work%arcs), 'arcs once more')
+            call run_parallel(work, size(work%arcs), threads, error, progress)
+            if (allocated(error)) return
+            if (.not. any(work%arcs%joined)) then
+                call fail(error, 'no arc tells an offset where all arcs agree: '//work%arcs(1)%reason)
+                return
+            end if
+            call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
+            if (allocated(error)) return
+            if (all(abs(solution%offset - before) <= SETTLED*[(sqrt(solution%covariance(i, i)), i=1, 3)])) exit
+        end do
+        k = 0
+        do i = 1, size(work%arcs)
+            if (.not. work%arcs(i)%joined) cycle
+            k = k + 1
+            solution%runs(k)%offset = offset(:, i)
+            solution%runs(k)%sigma = sigma(:, i)
+        end do
+    end subroutine join
+
+    !> Values of the arcs that are joined, at the places of these among all.
+    pure subroutine of_arcs(joined, values, placed)
+        logical, intent(in) :: joined(:)
+        real(dp), intent(in) :: values(:, :)    ! (., arcs joined)
+        real(dp), intent(out) :: placed(:, :)   ! (., arcs)
+
+        integer :: i, k
+
+        placed = 0
+        k = 0
+        do i = 1, size(joined)
+            if (.not. joined(i)) cycle
+            k = k + 1
+            placed(:, i) = values(:, k)
+        end do
+    end subroutine of_arcs
 
     !> Where arcs begin and end: equal lengths but for rounding to an interval at which all instruments sample.
     subroutine cut(knowledge, length, arcs)
@@ -156,16 +225,16 @@ contains
         type(joint_solution_t) :: alone
         type(error_t), allocatable :: refusal
 
+        if (allocated(self%point)) then
+            call linearise_anew(self, i)
+            return
+        end if
         associate (arc => self%arcs(i))
             call arc_of_run(self%observations, self%knowledge, arc%from, arc%to, observations)
             arc%moves_rods = moves_rods(observations%knowledge%rods, arc%to - arc%from)
             if (self%greatest_moment > 0) arc%moves_rods = maxval(abs(observations%knowledge%rods%measured%moment)) > &
                                                            MANOEUVRE*self%greatest_moment
-            options = self%options
-            if (i > 1) then
-                options%guess_quaternion = 0
-                options%guess_angular_velocity = 0
-            end if
+            options = options_of(self%options, i)
             call estimate_optimal(observations, options, solution, refusal)
             if (.not. allocated(refusal) .and. solution%converged) then
                 arc%information = solution%information
@@ -186,24 +255,71 @@ contains
         end associate
     end subroutine estimate_arc
 
-    !> Warns of arcs that are left out, and fails when too many of those with a manoeuvre are refused, or none is left.
-    subroutine judge_arcs(chain, error)
-        type(arc_chain_t), intent(inout) :: chain
+    !> The information of an arc at the joint estimate. An arc that tells no offset there is left out.
+    subroutine linearise_anew(work, i)
+        class(arcs_work_t), intent(inout) :: work
+        integer, intent(in) :: i                ! The arc
+
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: options
+        type(solution_t) :: solution
+        type(whitened_problem_t) :: problem
+        type(joint_solution_t) :: alone
+        type(error_t), allocatable :: refusal
+
+        associate (arc => work%arcs(i))
+            if (.not. arc%joined) return
+            call arc_of_run(work%observations, work%knowledge, arc%from, arc%to, observations)
+            options = options_of(work%options, i)
+            options%information = .false.
+            call estimate_optimal(observations, options, solution, refusal, problem=problem)
+            if (.not. allocated(refusal)) &
+                call move_joined(observations%knowledge, options, work%point(:, i), problem, arc%information, refusal)
+            if (.not. allocated(refusal)) call estimate_jointly([arc%information], work%joint, alone, refusal)
+            if (.not. allocated(refusal)) return
+            arc%joined = .false.
+            arc%empty = .true.
+            arc%reason = refusal%message
+        end associate
+    end subroutine linearise_anew
+
+    !> First guesses are those of the first arc.
+    pure function options_of(options, i) result(own)
+        type(estimation_options_t), intent(in) :: options
+        integer, intent(in) :: i
+        type(estimation_options_t) :: own
+
+        own = options
+        if (i == 1) return
+        own%guess_quaternion = 0
+        own%guess_angular_velocity = 0
+    end function options_of
+
+    !> Fails when too many arcs with a manoeuvre are refused, or none is left.
+    subroutine judge_arcs(arcs, error)
+        type(chained_arc_t), intent(in) :: arcs(:)
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i, first, refused, moving, empty
+        integer :: first, refused, moving
+
+        refused = count(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty))
+        moving = count(arcs%moves_rods .and. .not. arcs%empty)
+        first = findloc(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty), .true., 1)
+        if (refused > MOST_REFUSED*moving) then
+            call fail(error, integer_text(refused)//' of '//integer_text(moving)//' arcs with a manoeuvre are '// &
+                      'refused; '//trim(arc_text(arcs(first)))//': '//arcs(first)%reason)
+        else if (.not. any(arcs%joined)) then
+            call fail(error, 'no arc tells an offset; '//trim(arc_text(arcs(1)))//': '//arcs(1)%reason)
+        end if
+    end subroutine judge_arcs
+
+    !> Warns of arcs that are left out.
+    subroutine warn_of_arcs(chain)
+        type(arc_chain_t), intent(inout) :: chain
+
+        integer :: i, empty
 
         associate (arcs => chain%arcs)
-            refused = count(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty))
-            moving = count(arcs%moves_rods .and. .not. arcs%empty)
-            first = findloc(arcs%moves_rods .and. .not. (arcs%joined .or. arcs%empty), .true., 1)
-            if (refused > MOST_REFUSED*moving) then
-                call fail(error, integer_text(refused)//' of '//integer_text(moving)//' arcs with a manoeuvre are '// &
-                          'refused; '//trim(arc_text(arcs(first)))//': '//arcs(first)%reason)
-            else if (.not. any(arcs%joined)) then
-                call fail(error, 'no arc tells an offset; '//trim(arc_text(arcs(1)))//': '//arcs(1)%reason)
-            end if
-            if (allocated(error)) return
             do i = 1, size(arcs)
                 if (arcs(i)%joined .or. arcs(i)%empty) cycle
                 call append(chain%warnings, trim(arc_text(arcs(i)))//' is left out: '//arcs(i)%reason)
@@ -214,7 +330,7 @@ contains
                         trim(arc_text(arcs(findloc(arcs%empty, .true., 1))))// &
                         ' first, tell no offset by themselves, for want of a manoeuvre, and are left out')
         end associate
-    end subroutine judge_arcs
+    end subroutine warn_of_arcs
 
     pure function arc_text(arc) result(text)
         type(chained_arc_t), intent(in) :: arc
@@ -222,6 +338,20 @@ contains
 
         text = 'the arc from '//rounded_text(arc%from, 6)//' to '//rounded_text(arc%to, 6)//' s'
     end function arc_text
+
+    !> Arcs that disagree a little are told; where they do beyond all chance, the model does not hold over the run, and
+    !> what many arcs share goes wrong with great certainty.
+    subroutine check_agreement(solution, error)
+        type(joint_solution_t), intent(in) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        if (.not. solution%probability < DISAGREEMENT) return
+        call fail(error, 'the arcs do not agree: chi square '//rounded_text(solution%statistic, 4)//' for '// &
+                  integer_text(solution%degrees)//' degrees of freedom, '// &
+                  integer_text(count(.not. solution%runs%agrees))//' of '//integer_text(size(solution%runs))// &
+                  ' arcs apart from the others; no offset of all is given: the model does not hold over this run. Estimate '// &
+                  'its manoeuvres one by one, or an hour of it')
+    end subroutine check_agreement
 
     subroutine check_offset(options, solution, error)
         type(estimation_options_t), intent(in) :: options
