@@ -256,8 +256,8 @@ contains
         end associate
     end function corrections_in_sigmas
 
-    !> Corrects the nominal trajectory until nothing changes. The disturbances of the axes are searched for, if they are to be found from the data, once offset and
-    !> scale factors have left their first guess: their product is not linear.
+    !> Corrects the nominal trajectory until nothing changes. The disturbances of the axes are searched for, if they are to
+    !> be found from the data, once offset and scale factors have left their first guess: their product is not linear.
     subroutine fit(given, options, nominal, problem, disturbances, filtered, iterations, converged, error)
         type(given_t), intent(in) :: given
         type(sequential_options_t), intent(in) :: options
