@@ -22,7 +22,7 @@ contains
         type(estimation_options_t), intent(in) :: options
         type(joint_options_t), intent(in) :: joint
         real(dp), intent(in) :: length      !! Of the arcs, at most, s
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads      !! On which arcs are estimated
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(out) :: error
 

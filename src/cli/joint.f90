@@ -95,7 +95,7 @@ contains
     !> A list of groups of parameters.
     subroutine take_groups(arguments, name, chosen, misuse)
         type(arguments_t), intent(in) :: arguments
-        character(*), intent(in) :: name
+        character(*), intent(in) :: name    !! Of the option
         logical, intent(out) :: chosen(:)       !! (SHARED_GROUPS)
         type(error_t), allocatable, intent(inout) :: misuse
 

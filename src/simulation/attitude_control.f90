@@ -29,7 +29,7 @@ module gracecg_simulation_attitude_control
 
     !> The law and what it holds. By default it does nothing.
     type :: attitude_control_t
-        logical :: acts = .false.
+        logical :: acts = .false.           !! The case has a control
         real(dp) :: frequency = 1e-3_dp         !! w/(2 pi), Hz
         real(dp) :: damping = 1                 !! zeta
         real(dp) :: greatest_moment = 5         !! To which the rods' moment is bounded, smoothly, A m^2
@@ -67,7 +67,7 @@ contains
     !> The matrix of the turn from the attitude that is held to that of a state.
     pure function turn(self, state) result(matrix)
         class(attitude_control_t), intent(in) :: self
-        real(dp), intent(in) :: state(13)
+        real(dp), intent(in) :: state(13)       !! Of the 13 equations (2-31)
         real(dp) :: matrix(3, 3)
 
         real(dp) :: held(3, 3), attitude(3, 3)
@@ -81,7 +81,7 @@ contains
     !> with r x v/r^2.
     pure function wanted_torque(self, state, inertia) result(torque)
         class(attitude_control_t), intent(in) :: self
-        real(dp), intent(in) :: state(13)
+        real(dp), intent(in) :: state(13)       !! Of the 13 equations (2-31)
         real(dp), intent(in) :: inertia(3, 3)   !! kg m^2
         real(dp) :: torque(3)
 
@@ -100,7 +100,7 @@ contains
     !> below greatest_moment; the thrusters do as much less as the rods do then.
     pure subroutine act(self, state, inertia, field, moment, torque)
         class(attitude_control_t), intent(in) :: self
-        real(dp), intent(in) :: state(13)
+        real(dp), intent(in) :: state(13)       !! Of the 13 equations (2-31)
         real(dp), intent(in) :: inertia(3, 3)   !! kg m^2
         real(dp), intent(in) :: field(3)        !! B, body axes, T, not 0
         real(dp), intent(out) :: moment(3)      !! Of the rods, body axes, A m^2

@@ -37,9 +37,11 @@ module gracecg_estimation_arc_chain
     !! Of the run's greatest measured moment: what is more is a manoeuvre, not the control of the attitude
     real(dp), parameter :: MOST_REFUSED = 0.25_dp
     !! Part of the arcs with a manoeuvre that may be left out, as of a series of samples
+    real(dp), parameter :: MOST_APART = 0.05_dp
+    !! Part of the arcs that may be left out because they disagree with the others
     real(dp), parameter :: DISAGREEMENT = 1e-6_dp       !! Probability of their chi square below which arcs are not joined
 
-    integer, parameter :: MOST_ROUNDS = 3       !! Of linearising anew
+    integer, parameter :: MOST_ROUNDS = 4       !! Of linearising anew
     real(dp), parameter :: SETTLED = 0.1_dp    !! Change of the offset that ends them, in sigmas
 
     character(*), parameter :: SINGULAR = 'the normal matrix is singular'
@@ -73,6 +75,7 @@ module gracecg_estimation_arc_chain
         type(joint_options_t) :: joint
         real(dp) :: greatest_moment = 0                 ! Of those measured, A m^2; 0: none were
         type(chained_arc_t), allocatable :: arcs(:)
+        integer :: apart = 0                            ! Arcs left out because they disagree
         real(dp), allocatable :: point(:, :)            ! JOINED at the joint estimate, (., arcs); none in the first round
     contains
         procedure :: do_one => estimate_arc
@@ -162,6 +165,7 @@ contains
                 return
             end if
             call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
+            if (.not. allocated(error)) call leave_out_apart(work, solution, error)
             if (allocated(error)) return
             if (all(abs(solution%offset - before) <= SETTLED*[(sqrt(solution%covariance(i, i)), i=1, 3)])) exit
         end do
@@ -173,6 +177,31 @@ contains
             solution%runs(k)%sigma = sigma(:, i)
         end do
     end subroutine join
+
+    !> Leaves out the arc that differs most from the others, as long as one differs beyond the level of all tests: in it
+    !> something happens that the model does not know, and a few such arcs pull the offset by many sigmas. No more than a
+    !> part of the arcs.
+    subroutine leave_out_apart(work, solution, error)
+        type(arcs_work_t), intent(inout) :: work
+        type(joint_solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(out) :: error
+
+        integer :: k, worst
+
+        do while (work%apart < int(MOST_APART*(size(solution%runs) + work%apart)))
+            if (all(solution%runs%agrees)) return
+            work%apart = work%apart + 1
+            worst = maxloc(solution%runs%statistic, 1)
+            do k = 1, size(work%arcs)
+                if (count(work%arcs(:k)%joined) == worst) exit
+            end do
+            work%arcs(k)%joined = .false.
+            work%arcs(k)%reason = 'it disagrees with the others, chi square '// &
+                                  rounded_text(solution%runs(worst)%statistic, 3)//' for 3 degrees of freedom'
+            call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
+            if (allocated(error)) return
+        end do
+    end subroutine leave_out_apart
 
     !> Values of the arcs that are joined, at the places of these among all.
     pure subroutine of_arcs(joined, values, placed)

@@ -21,7 +21,7 @@ module gracecg_estimation_level1_gathering
     public :: gather_calibration
 
     real(dp), parameter :: READ_MARGIN = 8      !! Records are read so much farther than SPAN_MARGIN, s
-    real(dp), parameter :: LONGEST_SPAN = 900   !! s: the parabola of a span follows no more of what is slow
+    real(dp), parameter :: LONGEST_SPAN = 900   !! In s; the parabola of a span follows no more of what is slow
 
 contains
 

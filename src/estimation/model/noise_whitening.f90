@@ -410,9 +410,10 @@ contains
         logical, intent(in) :: predicts
         !! Samples that are not used get the innovation that they would have; else zero
         real(dp), intent(in) :: output(n)               !! h
-        real(dp), intent(in) :: gain(n, size(used)), inverse_deviation(:)
+        real(dp), intent(in) :: gain(n, size(used))     !! K
+        real(dp), intent(in) :: inverse_deviation(:)    !! Of the innovations
         real(dp), intent(in), dimension(n, size(used)) :: below, on, above  !! The outer two only of coupled states
-        logical, intent(in) :: coupled(n)
+        logical, intent(in) :: coupled(n)               !! Of states: to a neighbour
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
         integer, allocatable :: places(:)

@@ -60,7 +60,10 @@ contains
         real(dp), intent(in), optional :: spans(:, :)           !! (2, n): first and last tag, s past 2000-01-01 12:00
         integer, intent(in), optional :: most                   !! Not more records than that, and some thousand
 
-        call read_files([string_t(path)], records, error, fields, spans, most)
+        type(string_t) :: paths(1)      ! gfortran 12 loses the text of an array constructor
+
+        paths(1)%text = path
+        call read_files(paths, records, error, fields, spans, most)
     end subroutine read_file
 
     !> Reads files of one product and satellite as if they were one: those of days that follow one another, in that
