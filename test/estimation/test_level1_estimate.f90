@@ -23,8 +23,10 @@ module test_level1_estimate
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
     use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
-        milliseconds, offset_remark
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_judgement, only: offset_remark
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t, milliseconds
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset
     use gracecg_estimation_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands

@@ -17,7 +17,9 @@ module test_level1_simulation
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
     use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case
     use gracecg_simulation_level1_files, only: level1_errors_t, draw_errors, write_level1_folder, SETUP_NAME
