@@ -17,8 +17,8 @@ module gracecg_estimation_level1_drive_fit
     private
     public :: choose_drive, make_motion, tie_gains
 
-    real(dp), parameter :: STEP = 0.005_dp                  !! Of the search for the delay of held currents, s
-    integer, parameter :: REACH = 10                        !! Of that search, steps: half a sample
+    real(dp), parameter :: STEP = 0.005_dp, FINE = 0.001_dp !! Of the searches for the delay of held currents, s
+    real(dp), parameter :: REACH = 0.05_dp                  !! Of these searches, s: half a sample
 
 contains
 
@@ -209,19 +209,22 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: squares(-REACH:REACH), averaged, delay, sigma
-        integer :: i
+        real(dp), allocatable :: squares(:)
+        real(dp) :: averaged, delay, sigma
+        integer :: i, most
         logical :: inside
 
         averaged = estimate%angular%squares
         drive%sharp = .true.
-        do i = -REACH, REACH
+        most = nint(REACH/STEP)
+        allocate (squares(-most:most))
+        do i = -most, most
             call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay + i*STEP, .false.)
             call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
             if (allocated(error)) return
             squares(i) = estimate%angular%squares
         end do
-        call middle_of_best(squares, count(calibration%spans%used), delay, sigma, inside)
+        call middle_of_best(squares, STEP, count(calibration%spans%used), delay, sigma, inside)
         if (minval(squares) < averaged .and. inside) then
             estimate%accelerometer_delay = estimate%accelerometer_delay + delay
             estimate%accelerometer_delay_sigma = hypot(sigma, estimate%rods%delay_sigma)
@@ -234,8 +237,9 @@ contains
 
     !> The middle of the delays of a search that are as good as the best but for chance, and its sigma: samples of n spans
     !> lie at n places between two of the accelerometer, and see a step or not.
-    pure subroutine middle_of_best(squares, spans, delay, sigma, inside)
-        real(dp), intent(in) :: squares(-REACH:)    !! Over their variance, at -REACH to REACH steps
+    pure subroutine middle_of_best(squares, step, spans, delay, sigma, inside)
+        real(dp), intent(in) :: squares(:)          !! Over their variance; the middle one is that of no change
+        real(dp), intent(in) :: step                !! From one to the next, s
         integer, intent(in) :: spans
         real(dp), intent(out) :: delay              !! From the middle of the search, s
         real(dp), intent(out) :: sigma              !! s
@@ -244,24 +248,27 @@ contains
         real(dp), parameter :: BY_CHANCE = 4        ! Two sigma
         integer :: low, high
 
-        low = minloc(squares, 1) - 1 - REACH
+        low = minloc(squares, 1)
         high = low
-        do while (low > -REACH)
+        do while (low > 1)
             if (squares(low - 1) > minval(squares) + BY_CHANCE) exit
             low = low - 1
         end do
-        do while (high < REACH)
+        do while (high < size(squares))
             if (squares(high + 1) > minval(squares) + BY_CHANCE) exit
             high = high + 1
         end do
-        delay = (low + high)*STEP/2
-        sigma = norm2([(high - low + 1)*STEP, SAMPLE/spans])/sqrt(12.0_dp)
-        inside = low > -REACH .and. high < REACH
+        delay = (low + high - size(squares) - 1)*step/2
+        sigma = norm2([(high - low + 1)*step, SAMPLE/spans])/sqrt(12.0_dp)
+        inside = low > 1 .and. high < size(squares)
     end subroutine middle_of_best
 
     !> The delay of the accelerometer by its linear channels, where the steps of held currents leak as spikes: the delays
     !> with which d and leakage leave least, the middle of those that are as good but for chance. It replaces that by the
     !> angular channels where it is the better one.
+    !>
+    !> Steps that are sharp lie in one sample or in the next for linear and angular channels alike: both are taken
+    !> together, and finely, for the tags drift through the steps within a span, so that less than STEP is seen.
     subroutine refine_by_leakage(calibration, setup, drive, estimate, error)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_setup_t), intent(in) :: setup
@@ -269,15 +276,19 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: squares(-REACH:REACH), delay, sigma
-        integer :: i
+        real(dp), allocatable :: squares(:)
+        real(dp) :: delay, sigma, step_of_search
+        integer :: i, most
         logical :: inside
 
-        do i = -REACH, REACH
-            call squares_at(estimate%accelerometer_delay + i*STEP, squares(i))
+        step_of_search = merge(FINE, STEP, drive%sharp)
+        most = nint(REACH/step_of_search)
+        allocate (squares(-most:most))
+        do i = -most, most
+            call squares_at(estimate%accelerometer_delay + i*step_of_search, squares(i))
             if (allocated(error)) return
         end do
-        call middle_of_best(squares, count(calibration%spans%used), delay, sigma, inside)
+        call middle_of_best(squares, step_of_search, count(calibration%spans%used), delay, sigma, inside)
         sigma = hypot(sigma, estimate%rods%delay_sigma)
         if (sigma < estimate%accelerometer_delay_sigma .and. inside) then
             estimate%accelerometer_delay = estimate%accelerometer_delay + delay
@@ -307,6 +318,9 @@ contains
             call solve_offset(calibration, estimate%motion, series, nothing, estimate%rods%driven, 'prior', &
                               setup%leakage_prior, setup%scale_sigma, solution, error)
             squares = 2*columns*sum(log(max(solution%rms, tiny(1.0_dp))))
+            if (allocated(error) .or. .not. drive%sharp) return
+            call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
+            squares = squares + estimate%angular%squares
         end subroutine squares_at
     end subroutine refine_by_leakage
 
