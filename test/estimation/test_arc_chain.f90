@@ -44,22 +44,31 @@ contains
                     new_unittest('refused', test_refused)]
     end subroutine collect_arc_chain
 
-    subroutine open_case(simulator, options, error)
+    !> Front 3 without a density wave.
+    subroutine open_case(simulator, options, error, duration)
         type(simulator_t), intent(out) :: simulator
         type(estimation_options_t), intent(out) :: options
         type(error_type), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: duration      !! With rods that act all the time, s
 
         type(calibration_t) :: calibration
         type(error_t), allocatable :: failure
 
         call find_calibration('front-3', calibration, failure)
-        if (.not. allocated(failure)) then
-            calibration%case%density_wave%amplitude = 0
-            calibration%case%density_wave_random = .false.
-            call new_simulator(calibration%case, simulator, failure)
-        end if
+        associate (case => calibration%case)
+            case%density_wave%amplitude = 0
+            case%density_wave_random = .false.
+            if (present(duration)) then
+                case%duration = duration
+                case%satellite%rods%activations%stop = duration
+                case%limits%pointing = 3
+                case%limits%rate = 1
+            end if
+            call new_simulator(case, simulator, failure)
+        end associate
         call check_passes(error, message_of(failure))
         options%optimal%density_wave = WAVE_NONE
+        options%covariance = .false.
     end subroutine open_case
 
     !> The samples of an arc, without noise, are those of a simulation that begins at its time 0 with the state, the
@@ -218,7 +227,6 @@ contains
 
         call open_case(simulator, options, error)
         if (allocated(error)) return
-        options%covariance = .false.
         call observe(simulator, 3, 1, observations, failure)
         call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
         call check_passes(error, message_of(failure))
@@ -270,7 +278,6 @@ contains
 
         call open_case(simulator, options, error)
         if (allocated(error)) return
-        options%covariance = .false.
         call observe(simulator, 3, 1, observations, failure)
         associate (acts => observations%knowledge%rods%activations)
             acts%stop = 40          ! the operator knows of no rods in the last arc
@@ -301,7 +308,6 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         integer, parameter :: SPOILT = 12
-        type(calibration_t) :: calibration
         type(simulator_t) :: simulator
         type(estimation_options_t) :: options
         type(observation_set_t) :: observations
@@ -312,20 +318,8 @@ contains
         real(dp) :: mean
         integer :: i
 
-        call find_calibration('front-3', calibration, failure)
-        associate (case => calibration%case)
-            case%density_wave%amplitude = 0
-            case%density_wave_random = .false.
-            case%duration = 20*ARC
-            case%satellite%rods%activations%stop = case%duration
-            case%limits%pointing = 3
-            case%limits%rate = 1
-            call new_simulator(case, simulator, failure)
-        end associate
-        call check_passes(error, message_of(failure))
+        call open_case(simulator, options, error, 20*ARC)
         if (allocated(error)) return
-        options%optimal%density_wave = WAVE_NONE
-        options%covariance = .false.
         call observe(simulator, 3, 1, observations, failure)
         touched = observations%accelerometer_time >= (SPOILT - 1)*ARC .and. observations%accelerometer_time < SPOILT*ARC
         associate (z => observations%acceleration(3, :))
@@ -364,7 +358,6 @@ contains
 
         call open_case(simulator, options, error)
         if (allocated(error)) return
-        options%covariance = .false.
         call observe(simulator, 3, 1, observations, failure)
         call estimate_chain(observations, options, joint, 5.0_dp, 1, chain, failure)
         call check_fails(error, message_of(failure), [character(W) :: 'arcs of 5 s', '10 s to 1'])

@@ -5,14 +5,14 @@
 !> is what is believed. A belief without one (which axis is which, a sign, a convention) is an alteration.
 module gracecg_estimation_belief
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, NANOTESLA
+    use gracecg_base_constants, only: DEGREE, NANOTESLA, PI
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion
     use gracecg_base_vectors, only: cross
     use gracecg_spacecraft_torque_rods, only: interchange_rods, gain_unit
     use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: HEADS
     use gracecg_estimation_parameters
-    use gracecg_estimation_physical_model, only: turned_by
+    use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
     public :: belief_t, BELIEFS, ALTERATIONS, apply_value, apply_alteration, testing_manoeuvre, is_interchange
@@ -28,6 +28,8 @@ module gracecg_estimation_belief
 
     character(*), parameter :: NONE = ''
     real(dp), parameter :: LATE = 5     !! The longest conceivable delay, s
+    integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
+    integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
     real(dp), parameter :: NO_TURN(4) = [0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
     !> All beliefs with a value, in the order in which they are shown
     type(belief_t), parameter :: BELIEFS(65) = [ &
@@ -145,7 +147,8 @@ contains
     end subroutine testing_manoeuvre
 
     !> Makes an observation set in which the parameter of a belief is 0 of one in which it has a value: knowledge or
-    !> samples change. An interchange is done if the value is not 0, whatever it is.
+    !> samples change. An interchange is done if the value is not 0, whatever it is. By a delay of an axis of the
+    !> accelerometer epochs at an end may be lost.
     pure subroutine apply_value(parameter, value, observations, noise_follows)
         integer, intent(in) :: parameter    !! Its place among PARAMETERS
         real(dp), intent(in) :: value       !! SI units
@@ -206,8 +209,8 @@ contains
                 next = modulo(i, 3) + 1
                 do j = 1, size(observations%field, 2)
                     other = observations%field(i, j)
-                    observations%field(i, j) = other - value*observations%field(next, j)
-                    observations%field(next, j) = observations%field(next, j) - value*other
+                    observations%field(i, j) = cosh(value)*other - sinh(value)*observations%field(next, j)
+                    observations%field(next, j) = cosh(value)*observations%field(next, j) - sinh(value)*other
                 end do
             case (ROD_SWAPS(1):ROD_SWAPS(3))
                 if (abs(value) > 0) call apply_alteration(5 + parameter - ROD_SWAPS(1), observations)
@@ -223,6 +226,7 @@ contains
                 i = parameter - ACCELEROMETER_DELAYS(1) + 1
                 call advance(observations%accelerometer_time, observations%acceleration(i, :), value, noise)
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level*noise
+                call leave_out_beyond(value, observations)
             case (FIELD_TURN(1):FIELD_TURN(3))
                 zeta = along(parameter - FIELD_TURN(1) + 1, value)
                 call turn(observations%field, zeta)
@@ -266,41 +270,118 @@ contains
         end do
     end subroutine turn
 
-    !> A series read at later tags: the value at t + delay, by Lagrange's cubic through the four nearest samples.
+    !> A series read at later tags: the value at t + delay. Where samples about it are equally spaced, by the sine cardinal
+    !> under Hann's window (F. J. Harris, Proc. IEEE 66 (1978) 51-83), which leaves the level of white noise and its
+    !> colour nearly as they are, as a delay does; elsewhere by Lagrange's cubic through the four nearest samples. Beyond
+    !> an end the series is a straight line for an interval, and then stays.
     pure subroutine advance(times, series, delay, noise)
         real(dp), intent(in) :: times(:)        !! Increasing, s
         real(dp), intent(inout) :: series(:)
         real(dp), intent(in) :: delay           !! s
         real(dp), intent(out) :: noise          !! Variance that is left of white noise of variance 1
 
-        real(dp) :: old(size(series)), t, weight
-        integer :: i, j, l, first, n
+        real(dp) :: old(size(series)), weights(2*REACH), t
+        integer :: i, k, n, many
 
         n = size(series)
         noise = 1
         if (n < 4) return
         noise = 0
         old = series
-        first = 1
+        k = 1
         do i = 1, n
-            t = min(max(times(i) + delay, times(1)), times(n))
-            do while (first < n - 3 .and. times(first + 2) < t)
-                first = first + 1
+            t = min(max(times(i) + delay, 2*times(1) - times(2)), 2*times(n) - times(n - 1))
+            do while (k < n - 1 .and. times(k + 1) <= t)
+                k = k + 1
             end do
-            do while (first > 1 .and. times(first + 1) > t)
-                first = first - 1
+            do while (k > 1 .and. times(k) > t)
+                k = k - 1
             end do
-            series(i) = 0
-            do j = first, first + 3
-                weight = 1
-                do l = first, first + 3
-                    if (l /= j) weight = weight*(t - times(l))/(times(j) - times(l))
-                end do
-                series(i) = series(i) + weight*old(j)
-                noise = noise + weight**2/n
-            end do
+            many = min(REACH, k, n - k)
+            if (many < FEWEST .or. .not. is_even(times, k, many)) many = 2
+            associate (first => max(1, min(k - many + 1, n - 2*many + 1)), w => weights(:2*many))
+                if (many == 2) then
+                    call cubic_weights(times(first:first + 3), t, w)
+                else
+                    call cardinal_weights((t - times(k))/(times(k + 1) - times(k)), w)
+                end if
+                series(i) = dot_product(w, old(first:first + 2*many - 1))
+                noise = noise + sum(w**2)/n
+            end associate
         end do
     end subroutine advance
+
+    !> Leaves out the epochs of the accelerometer at which a series read at t + delay is more than an interval beyond an end.
+    pure subroutine leave_out_beyond(delay, observations)
+        real(dp), intent(in) :: delay           !! s
+        type(observation_set_t), intent(inout) :: observations
+
+        integer :: first, last, n
+
+        n = size(observations%accelerometer_time)
+        if (n < 4) return
+        associate (t => observations%accelerometer_time)
+            first = findloc(t + delay > 2*t(1) - t(2) - (t(2) - t(1))/2, .true., 1)
+            last = findloc(t + delay < 2*t(n) - t(n - 1) + (t(n) - t(n - 1))/2, .true., 1, back=.true.)
+        end associate
+        if (first == 1 .and. last == n .or. first == 0 .or. last < first + 3) return
+        observations%accelerometer_time = observations%accelerometer_time(first:last)
+        observations%acceleration = observations%acceleration(:, first:last)
+    end subroutine leave_out_beyond
+
+    !> Whether as many samples up to the k-th and as many behind it are equally spaced.
+    pure logical function is_even(times, k, many)
+        real(dp), intent(in) :: times(:)
+        integer, intent(in) :: k, many
+
+        real(dp), parameter :: JITTER = 1e-3_dp     ! Of an interval
+
+        associate (step => times(k + 1) - times(k), around => times(k - many + 1:k + many))
+            is_even = all(abs(around(2:) - around(:2*many - 1) - step) < JITTER*step)
+        end associate
+    end function is_even
+
+    !> Weights of the samples at four times for the value at t: Lagrange's, and beyond them those of the line through the
+    !> outer two, which adds less noise.
+    pure subroutine cubic_weights(times, t, weights)
+        real(dp), intent(in) :: times(4), t
+        real(dp), intent(out) :: weights(4)
+
+        real(dp) :: beyond
+        integer :: j, l
+
+        weights = 0
+        if (t < times(1)) then
+            beyond = (times(1) - t)/(times(2) - times(1))
+            weights(:2) = [1 + beyond, -beyond]
+        else if (t > times(4)) then
+            beyond = (t - times(4))/(times(4) - times(3))
+            weights(3:) = [-beyond, 1 + beyond]
+        else
+            do j = 1, 4
+                weights(j) = 1
+                do l = 1, 4
+                    if (l /= j) weights(j) = weights(j)*(t - times(l))/(times(j) - times(l))
+                end do
+            end do
+        end if
+    end subroutine cubic_weights
+
+    !> Those of as many samples on both sides of a place between two, whose sum is 1.
+    pure subroutine cardinal_weights(fraction, weights)
+        real(dp), intent(in) :: fraction        !! Of an interval, behind the last sample of the first half
+        real(dp), intent(out) :: weights(:)
+
+        integer :: j, many
+
+        many = size(weights)/2
+        do j = 1, 2*many
+            associate (x => PI*(fraction + many - j))
+                weights(j) = sinc(x)*(1 + cos(x/many))/2
+            end associate
+        end do
+        weights = weights/sum(weights)
+    end subroutine cardinal_weights
 
     !> Makes an observation set as it is believed to be of one in which an alteration holds.
     pure subroutine apply_alteration(alteration, observations)

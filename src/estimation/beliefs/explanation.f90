@@ -16,7 +16,8 @@ module gracecg_estimation_explanation
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_optimal_options, only: WAVE_GIVEN, WAVE_SEARCHED
-    use gracecg_estimation_parameters, only: ALL_RODS_FREQUENCY, ROD_FREQUENCIES
+    use gracecg_estimation_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
+        ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
@@ -113,8 +114,9 @@ contains
         else
             call try_alterations(observations, options, coarse, misfit, found)
             call examine_alterations(observations, options, found)
-            if (.not. any(found%complete)) call try_frequencies(observations, options, coarse, misfit, found)
+            call try_far_values(observations, options, coarse, misfit, found)
         end if
+        call try_relatives(observations, options, misfit, found)
         order = by_gain(found%gain)
         explanations = found(order)
         if (size(found) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
@@ -163,7 +165,7 @@ contains
             coarse = coarse_options(options, solution%beliefs)
             call try_values(part, options, solution%beliefs, part_misfit, likely)
         end if
-        call try_frequencies(part, options, coarse, part_misfit, likely)
+        call try_far_values(part, options, coarse, part_misfit, likely)
         call try_alterations(part, options, coarse, part_misfit, likely)
         order = by_gain(likely%gain)
         do i = 1, min(SHORTLIST, size(order))
@@ -199,61 +201,105 @@ contains
         end do
     end subroutine try_values
 
-    !> Frequencies of the rods from all over their range: no step leads from a frequency that is off by a cycle of the
-    !> arc.
-    subroutine try_frequencies(observations, options, coarse, misfit, found)
+    !> Values from all over their range where no step leads to them from 0: a frequency of the rods that is off by a cycle
+    !> of the arc, axes that are turned by tens of degrees, or that far from square.
+    subroutine try_far_values(observations, options, coarse, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options, coarse
         real(dp), intent(in) :: misfit
         type(explanation_t), allocatable, intent(inout) :: found(:)
 
+        real(dp), parameter :: FAR(7) = [-0.6_dp, -0.4_dp, -0.2_dp, 0.0_dp, 0.2_dp, 0.4_dp, 0.6_dp]    ! rad, or ratio
+        integer, parameter :: FAR_OFF(*) = [ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS]
+        real(dp), allocatable :: frequencies(:)
         integer :: i
 
-        call try_frequency(ALL_RODS_FREQUENCY)
-        associate (rods => observations%knowledge%rods)
-            associate (axes => rods%activations(:rods%count)%axis)
+        associate (rods => observations%knowledge%rods, step => 0.25_dp/observations%knowledge%duration)
+            associate (acts => rods%activations(:rods%count))
+                i = ceiling(FREQUENCY_RANGE*maxval([0.0_dp, acts%frequency])/step)
+                frequencies = [(step*i, i=-i, i)]
+                call try_best(ALL_RODS_FREQUENCY, frequencies)
                 do i = 1, 3
-                    if (any(axes == i) .and. any(axes /= i)) call try_frequency(ROD_FREQUENCIES(i))
+                    if (any(acts%axis == i) .and. any(acts%axis /= i)) call try_best(ROD_FREQUENCIES(i), frequencies)
                 end do
             end associate
         end associate
+        do i = 1, size(FAR_OFF)
+            call try_best(FAR_OFF(i), FAR)
+        end do
 
     contains
 
-        subroutine try_frequency(parameter)
+        !> A belief from that of some equidistant values which leaves least, or from the vertex of the parabola there: where
+        !> noise is mixed, it is the noise that tells.
+        subroutine try_best(parameter, values)
             integer, intent(in) :: parameter
+            real(dp), intent(in) :: values(:)
 
-            call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), &
-                           best_frequency(observations, coarse, parameter), misfit, found)
-        end subroutine try_frequency
-    end subroutine try_frequencies
+            real(dp) :: left(size(values)), best, curvature, at_vertex
+            integer :: k
 
-    !> The error of the frequency of a rod, or of all, on a grid of a quarter of a cycle over the arc, with the smallest misfit.
-    real(dp) function best_frequency(observations, options, parameter) result(best)
+            do k = 1, size(values)
+                left(k) = left_by(parameter, values(k))
+            end do
+            k = minloc(left, 1)
+            best = values(k)
+            if (k > 1 .and. k < size(values) .and. left(k) < WORST) then
+                curvature = left(k - 1) - 2*left(k) + left(k + 1)
+                if (curvature > 0 .and. curvature < WORST) then
+                    at_vertex = values(k) + (values(k + 1) - values(k))*(left(k - 1) - left(k + 1))/(2*curvature)
+                    if (left_by(parameter, at_vertex) < left(k)) best = at_vertex
+                end if
+            end if
+            call try_value(observations, options, findloc(BELIEFS%parameter, parameter, 1), best, misfit, found)
+        end subroutine try_best
+
+        !> What a coarse fit leaves; a full one where the accelerometer is turned: the wave that the contradicted fit has
+        !> found may not be there in axes that are right.
+        real(dp) function left_by(parameter, value) result(left)
+            integer, intent(in) :: parameter
+            real(dp), intent(in) :: value
+
+            type(observation_set_t) :: other
+            type(solution_t) :: solution
+            type(error_t), allocatable :: error
+
+            other = observations
+            call apply_value(parameter, value, other)
+            if (any(ACCELEROMETER_TURN == parameter)) then
+                call refit(other, without_tests(options), solution, left, error)
+            else
+                left = coarse_misfit(other, coarse)
+            end if
+        end function left_by
+    end subroutine try_far_values
+
+    !> Of a value of one rod, or of all, that explains as much as anything: the other rods' and that of all, from there.
+    !> Where one rod does nearly all, what is of it and what is of all is the same to the data.
+    subroutine try_relatives(observations, options, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: parameter    !! One of ROD_FREQUENCIES, or ALL_RODS_FREQUENCY
+        real(dp), intent(in) :: misfit
+        type(explanation_t), allocatable, intent(inout) :: found(:)
 
-        type(observation_set_t) :: other
-        real(dp) :: step, misfit, smallest, highest
-        integer :: i, n
+        integer, parameter :: FAMILIES(4, 3) = reshape([ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
+                                                        ALL_RODS_FREQUENCY], [4, 3])
+        type(explanation_t), allocatable :: best(:)
+        integer :: i, k, family, belief
 
-        best = 0
-        smallest = huge(1.0_dp)
-        associate (rods => observations%knowledge%rods)
-            highest = maxval([0.0_dp, rods%activations(:rods%count)%frequency])
-        end associate
-        step = 0.25_dp/observations%knowledge%duration
-        n = ceiling(FREQUENCY_RANGE*highest/step)
-        do i = -n, n
-            other = observations
-            call apply_value(parameter, i*step, other)
-            misfit = coarse_misfit(other, options)
-            if (misfit >= smallest) cycle
-            smallest = misfit
-            best = i*step
+        best = found
+        if (size(found) > 0) best = pack(found, found%kind == OF_VALUE .and. found%gain > maxval(found%gain) - SAME)
+        do i = 1, size(best)
+            do family = 1, size(FAMILIES, 2)
+                if (.not. any(FAMILIES(:, family) == BELIEFS(best(i)%place)%parameter)) cycle
+                do k = 1, size(FAMILIES, 1)
+                    belief = findloc(BELIEFS%parameter, FAMILIES(k, family), 1)
+                    if (any(found%kind == OF_VALUE .and. found%place == belief .and. found%gain > best(i)%gain - SAME)) cycle
+                    call try_value(observations, options, belief, best(i)%value, misfit, found)
+                end do
+            end do
         end do
-    end function best_frequency
+    end subroutine try_relatives
 
     !> Fits a belief with a value by Newton's steps from a first value.
     subroutine try_value(observations, options, belief, first, misfit, found)
@@ -280,6 +326,8 @@ contains
             call apply_value(BELIEFS(belief)%parameter, tried%value, other, noise_follows=.true.)
             call refit(other, options, solution, left, error)
             if (.not. allocated(solution%beliefs)) exit
+            ! what an epoch of the accelerometer leaves in the mean, of those that a delay has lost
+            left = left + 3*(size(observations%accelerometer_time) - size(other%accelerometer_time))
             i = findloc(solution%beliefs%values%belief, belief, 1)
             if (i == 0) exit
             associate (test => solution%beliefs%values(i))

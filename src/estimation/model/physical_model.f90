@@ -36,7 +36,7 @@ module gracecg_estimation_physical_model
     public :: describe_model_state
     public :: physical_model_t, model_state_t, model_trajectory_t
     public :: prepare_model, initial_state, integrate_trajectory, predict_accelerations, star_angles
-    public :: correct_state, turned_by, turn_between
+    public :: correct_state, turned_by, turn_between, sinc
     public :: airflow_at
 
     !> Rows and columns of the elements of INERTIA
