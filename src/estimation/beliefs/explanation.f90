@@ -6,9 +6,9 @@
 !> the weighted squares of the residuals fall. A wrong noise level gains chi^2/2 - nu/2 (1 + ln(chi^2/nu)). Hypotheses
 !> whose gains differ by less than SAME cannot be told apart by the data and are named together.
 !>
-!> Alterations, and frequencies of rods from a grid if nothing else explains all, are fitted coarsely first, and the most
-!> likely of them fully. In a long arc this is done in its beginning, in which the rods have turned a few times; the most
-!> likely of what is found are then fitted to the whole.
+!> Alterations, and values far off from a grid, are fitted coarsely first, and the most likely of them fully. In a long
+!> arc this is done in its beginning, in which the rods have turned a few times; the most likely of what is found are
+!> then fitted to the whole.
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
@@ -202,7 +202,7 @@ contains
     end subroutine try_values
 
     !> Values from all over their range where no step leads to them from 0: a frequency of the rods that is off by a cycle
-    !> of the arc, axes that are turned by tens of degrees, or that far from square.
+    !> of the arc, and, if nothing so far explains all, axes that are turned by tens of degrees, or that far from square.
     subroutine try_far_values(observations, options, coarse, misfit, found)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options, coarse
@@ -224,6 +224,7 @@ contains
                 end do
             end associate
         end associate
+        if (any(found%complete)) return
         do i = 1, size(FAR_OFF)
             call try_best(FAR_OFF(i), FAR)
         end do
