@@ -771,6 +771,13 @@ gracecg_status gracecg_estimate_level1(const char *folder, const char *setup, co
                                        const double *spans, const char *source, gracecg_level1_offset *offset,
                                        char *text, size_t size, size_t *length, gracecg_error *error);
 
+/* The same of one manoeuvre of several in the folder (`--day`): that which a day, as "2020-02-01", has part of, with the
+   days before and behind it. NULL: of all files. */
+gracecg_status gracecg_estimate_level1_day(const char *folder, const char *setup, const char *satellite,
+                                           const char *day, size_t n_spans, const double *spans, const char *source,
+                                           gracecg_level1_offset *offset, char *text, size_t size, size_t *length,
+                                           gracecg_error *error);
+
 #ifdef __cplusplus
 }
 #endif

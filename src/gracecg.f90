@@ -116,7 +116,9 @@ module gracecg
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
     use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_estimation_level1_offset, only: level1_solution_t
     use gracecg_estimation_options, only: estimation_options_t, read_options, write_options, options_from_text, &
         options_text, OF_CASE, OF_SETUP

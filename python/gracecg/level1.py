@@ -119,7 +119,7 @@ class Level1Offset:
 
 
 def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str], satellite: str | None = None,
-                    spans: ArrayLike | None = None, source: str | None = None) -> Level1Offset:
+                    spans: ArrayLike | None = None, source: str | None = None, day: str | None = None) -> Level1Offset:
     """Estimates the offset as ``gracecg level1 estimate`` does.
 
     Parameters
@@ -133,12 +133,14 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
         folder, or by the currents.
     source : str, optional
         "torque+cal" (default), "torque", "acc-cal", "acc-raw", "sca" or "imu".
+    day : str, optional
+        The manoeuvre that this day, as "2020-02-01", has part of, with the days before and behind it; of all files.
     """
     size = 65536
     structure, text = ffi.new("gracecg_level1_offset *"), ffi.new("char[]", size)
     pairs = numbers([] if spans is None else spans, 2)
-    call("estimate_level1", os.fsencode(folder), os.fsencode(setup), ffi.NULL if satellite is None else satellite.encode(),
-         len(pairs), pointer(pairs) if len(pairs) else ffi.NULL, ffi.NULL if source is None else source.encode(),
+    call("estimate_level1_day", os.fsencode(folder), os.fsencode(setup),
+         ffi.NULL if satellite is None else satellite.encode(), ffi.NULL if day is None else day.encode(), len(pairs), pointer(pairs) if len(pairs) else ffi.NULL, ffi.NULL if source is None else source.encode(),
          structure, text, size, ffi.NULL)
     values = components(structure)
     return Level1Offset(text=text_of(text), **{field.name: values[field.name] for field in fields(Level1Offset)

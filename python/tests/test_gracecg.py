@@ -258,6 +258,9 @@ def test_level1_estimate_fails_in_words(tmp_path):
     (tmp_path / "setup.nml").write_text("&mass_properties mass = 600 /")
     with pytest.raises(gracecg.GracecgError):
         gracecg.estimate_level1(tmp_path, tmp_path / "setup.nml")
+    (tmp_path / "setup.nml").write_text("&mass_properties mass = 600, moments_of_inertia = 70, 345, 388 /\n&level1 /\n")
+    with pytest.raises(gracecg.GracecgError, match="2020-02-30.*no date"):
+        gracecg.estimate_level1(tmp_path, tmp_path / "setup.nml", day="2020-02-30")
 
 
 @pytest.mark.parametrize("name", ["calibration", "manoeuvre"])

@@ -8,11 +8,13 @@ module gracecg_cli_level1_estimate
     use gracecg_observations_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, middle_of
     use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
-        CLOSE_ENOUGH, milliseconds, offset_remark, VERDICTS
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_estimation_level1_offset, only: sigma_of, LEAKAGE_CHOICES
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands, write_vcm, write_event
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_files_file, only: check_writable
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t

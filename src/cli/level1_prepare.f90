@@ -7,7 +7,9 @@ module gracecg_cli_level1_prepare
     use gracecg_observations_observation_files, only: write_observations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_studies_level1_preparation, only: prepare_observations
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t

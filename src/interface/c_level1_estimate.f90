@@ -9,7 +9,7 @@ module gracecg_interface_c_level1_estimate
         check_finite, check_result, fortran_text, give_text
     implicit none
     private
-    public :: c_level1_offset_t, c_estimate_level1
+    public :: c_level1_offset_t, c_estimate_level1, c_estimate_level1_day
 
     integer, parameter :: MOST_SPANS = 1000
 
@@ -51,11 +51,29 @@ contains
         type(c_error_t), intent(inout), optional :: error
         integer(c_int) :: status
 
+        status = c_estimate_level1_day(folder, setup, satellite, n_spans=n_spans, spans=spans, source=source, &
+                                       c_offset=c_offset, text=text, size=size, length=length, error=error)
+    end function c_estimate_level1
+
+    !> gracecg_estimate_level1_day
+    function c_estimate_level1_day(folder, setup, satellite, day, n_spans, spans, source, c_offset, text, size, length, &
+                                   error) result(status) bind(c, name='gracecg_estimate_level1_day')
+        character(kind=c_char), intent(in), optional :: folder(*), setup(*), satellite(*), day(*)
+        integer(c_size_t), intent(in), value :: n_spans
+        real(c_double), intent(in), optional :: spans(2, *)
+        character(kind=c_char), intent(in), optional :: source(*)
+        type(c_level1_offset_t), intent(inout), optional :: c_offset
+        character(kind=c_char), intent(inout), optional :: text(*)
+        integer(c_size_t), intent(in), value :: size
+        integer(c_size_t), intent(inout), optional :: length
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
         type(level1_setup_t) :: settings
         type(level1_calibration_t) :: calibration
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
-        character(:), allocatable :: folder_name, setup_name, satellite_name, source_name, words
+        character(:), allocatable :: folder_name, setup_name, satellite_name, day_name, source_name, words
         real(dp), allocatable :: given(:, :)
 
         call start(status, error)
@@ -64,6 +82,8 @@ contains
         call fortran_text(setup, LONGEST_NAME, 'setup', setup_name, status, error)
         satellite_name = ''
         if (present(satellite)) call fortran_text(satellite, 1, 'satellite', satellite_name, status, error)
+        day_name = ''
+        if (present(day)) call fortran_text(day, LONGEST_NAME, 'day', day_name, status, error)
         source_name = LEVEL1_SOURCES(1)
         if (present(source)) call fortran_text(source, LONGEST_NAME, 'source', source_name, status, error)
         call check_count(n_spans, 'the number of spans', status, error, MOST_SPANS)
@@ -80,7 +100,8 @@ contains
         end if
         if (status == STATUS_OK) call read_level1_setup(setup_name, settings, failure)
         if (status == STATUS_OK .and. .not. allocated(failure)) &
-            call gather_calibration(folder_name, settings, satellite_name, '', given, 'model', calibration, failure)
+            call gather_calibration(folder_name, settings, satellite_name, '', given, 'model', calibration, failure, &
+                                    day_name)
         if (status == STATUS_OK .and. .not. allocated(failure)) &
             call estimate_level1(calibration, settings, [source_name], 'estimate', estimate, failure)
         call pass_on(failure, status, error)
@@ -90,7 +111,7 @@ contains
                           status, error)
         call tell(estimate, words)
         if (present(text) .or. present(length)) call give_text(words, text, size, length, status, error)
-    end function c_estimate_level1
+    end function c_estimate_level1_day
 
     subroutine fill(calibration, settings, estimate, c_offset)
         type(level1_calibration_t), intent(in) :: calibration

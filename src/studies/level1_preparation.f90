@@ -12,7 +12,7 @@ module gracecg_studies_level1_preparation
     use gracecg_observations_level1_time, only: utc_of_gps
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
     use gracecg_estimation_level1_series, only: interpolate, node_before
     implicit none
     private

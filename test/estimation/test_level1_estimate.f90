@@ -1,6 +1,7 @@
 !> The offset from Level-1 files: a small manoeuvre of a rigid body, integrated here, written as files, and estimated;
 !> and the same with one thing wrong, which is told by its name.
 module test_level1_estimate
+    use, intrinsic :: iso_c_binding, only: c_int, c_null_char, c_size_t
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_constants, only: TWO_PI, EARTH_GM, EARTH_ROTATION_RATE, MICROMETRE
     use gracecg_base_error, only: error_t, message_of
@@ -12,6 +13,8 @@ module test_level1_estimate
     use gracecg_environment_geomagnetic_field, only: igrf_t, igrf
     use gracecg_cli_command_line, only: run_command_line, STATUS_FAILED
     use gracecg_cli_console, only: console_t
+    use gracecg_interface_c_level1_estimate, only: c_level1_offset_t, c_estimate_level1, c_estimate_level1_day
+    use gracecg_interface_c_support, only: c_error_t, STATUS_OK
     use gracecg_files_file, only: file_exists, output_file_t, make_directory, text_file_t, read_text_file
     use gracecg_observations_level1_events, only: level1_event_t, read_events, manoeuvre_spans
     use gracecg_observations_level1_setup, only: level1_setup_t
@@ -23,8 +26,10 @@ module test_level1_estimate
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
     use gracecg_estimation_level1_gathering, only: gather_calibration
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, &
-        milliseconds, offset_remark
+    use gracecg_estimation_level1_estimate, only: estimate_level1
+    use gracecg_estimation_level1_judgement, only: offset_remark
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t, milliseconds
+    use gracecg_estimation_level1_sources, only: LEVEL1_SOURCES
     use gracecg_estimation_level1_offset, only: level1_solution_t, source_series_t, consider_t, solve_offset
     use gracecg_estimation_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands
@@ -893,6 +898,7 @@ contains
         if (allocated(error)) return
         call check(error, size(calibration%spans) == 1 .and. calibration%epoch >= EPOCH + 3*86400 .and. &
                    calibration%spans(1)%used, 'its span')
+        if (.not. allocated(error)) call check_day_from_c(error)
         if (allocated(error)) return
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-03')
         call check_fails(error, message_of(failure), [character(40) :: 'no Level-1 files of 2020-02-03'])
@@ -906,6 +912,46 @@ contains
         call gather_calibration(FOLDER//'l1_days', setup_said(), '', '', none, 'model', calibration, failure, '2020-02-05')
         call check_fails(error, message_of(failure), [character(60) :: 'no manoeuvre found on 2020-02-05, but at 2020-02-04T03:01'])
     end subroutine test_several_days
+
+    !> The same through the interfaces of C and Fortran 77.
+    subroutine check_day_from_c(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        character(*), parameter :: DAYS = FOLDER//'l1_days'//c_null_char, SETUP = FOLDER//'l1_setup.nml'//c_null_char
+        type(c_level1_offset_t) :: first, last
+        type(c_error_t) :: failure
+        integer(c_int) :: status
+        real(dp) :: d(3), covariance(3, 3), gain(3), delay(2)
+        integer :: flag(2), istat
+        character(80) :: message
+
+        interface
+            subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
+                character(*) :: dir, setup, sat, day, src, msg
+                integer :: iflag(2), istat
+                double precision :: d(3), cov(3, 3), gain(3), delay(2)
+            end subroutine gcl1dy
+        end interface
+
+        call make_setup(error)
+        if (allocated(error)) return
+        status = c_estimate_level1(DAYS, SETUP, n_spans=0_c_size_t, c_offset=first, size=0_c_size_t, error=failure)
+        call check(error, status /= STATUS_OK, 'without a day')
+        if (allocated(error)) return
+        status = c_estimate_level1_day(DAYS, SETUP, day='2020-02-01'//c_null_char, n_spans=0_c_size_t, c_offset=first, &
+                                       size=0_c_size_t, error=failure)
+        call check(error, status, STATUS_OK, 'the first day')
+        if (allocated(error)) return
+        status = c_estimate_level1_day(DAYS, SETUP, day='2020-02-04'//c_null_char, n_spans=0_c_size_t, c_offset=last, &
+                                       size=0_c_size_t, error=failure)
+        call check(error, status, STATUS_OK, 'the last day')
+        if (allocated(error)) return
+        call check(error, abs(last%time - first%time - 3*86400) < 1, 'three days apart')
+        if (allocated(error)) return
+        call gcl1dy(FOLDER//'l1_days', FOLDER//'l1_setup.nml', ' ', '2020-02-04', ' ', d, covariance, gain, delay, flag, istat, &
+                    message)
+        call check(error, istat == 0 .and. all(abs(d - last%offset) <= 0), 'Fortran 77')
+    end subroutine check_day_from_c
 
     !> A span longer than 900 s is left out with the reason; the others are used.
     subroutine test_longest_span(error)
@@ -974,9 +1020,7 @@ contains
         end associate
         if (allocated(error)) return
         ! And what is not to be used is not filed.
-        call make_file(error, 'l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
-                       ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &
-                       achar(10)//'&level1'//achar(10)//'/'//achar(10))
+        call make_setup(error)
         if (allocated(error)) return
         console%captured = .true.
         call run_command_line(split_words('level1 estimate '//FOLDER//'l1_phase --setup '//FOLDER//'l1_setup.nml --vcm '// &
@@ -984,6 +1028,15 @@ contains
         call check(error, status == STATUS_FAILED .and. index(console%messages, 'vcm: not written') > 0 .and. &
                    index(console%output, '(flag 2)') > 0 .and. .not. file_exists(FOLDER//'l1_phase/vcm'), console%messages)
     end subroutine test_one_place
+
+    !> The file l1_setup.nml with what setup_said gives.
+    subroutine make_setup(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        call make_file(error, 'l1_setup.nml', '&mass_properties'//achar(10)//' mass = 580'//achar(10)// &
+                       ' moments_of_inertia = 70, 345, 388'//achar(10)//' products_of_inertia = -3, -0.3, -2.9'//achar(10)//'/'// &
+                       achar(10)//'&level1'//achar(10)//'/'//achar(10))
+    end subroutine make_setup
 
     !> Spans found in currents: sines, not slow drifts or noise.
     subroutine test_spans(error)

@@ -30,7 +30,7 @@ module c_library
     public :: gracecg_force_model_propagate, gracecg_force_model_propagate_nadir
     public :: gracecg_simulator_open, gracecg_simulator_free, gracecg_simulator_truth
     public :: gracecg_setup_measured, gracecg_estimate_joint, joint_struct
-    public :: gracecg_estimate_level1, level1_struct
+    public :: gracecg_estimate_level1, gracecg_estimate_level1_day, level1_struct
     public :: gracecg_setup_read, gracecg_setup_parse, gracecg_setup_free, gracecg_setup_text
     public :: gracecg_observations_create, gracecg_observations_read, gracecg_observations_write
     public :: gracecg_observations_simulate, gracecg_observations_free, gracecg_observations_setup
@@ -925,6 +925,19 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_estimate_level1
+
+        function gracecg_estimate_level1_day(folder, setup, satellite, day, n_spans, spans, source, offset, text, size, &
+                                             length, error) result(status) bind(c, name='gracecg_estimate_level1_day')
+            import :: c_char, c_double, c_int, c_size_t, error_struct, level1_struct
+            character(kind=c_char), intent(in), optional :: folder(*), setup(*), satellite(*), day(*), source(*)
+            integer(c_size_t), intent(in), value :: n_spans, size
+            real(c_double), intent(in), optional :: spans(2, *)
+            type(level1_struct), intent(inout), optional :: offset
+            character(kind=c_char), intent(inout), optional :: text(*)
+            integer(c_size_t), intent(inout), optional :: length
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_estimate_level1_day
 
     end interface
 

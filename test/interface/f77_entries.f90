@@ -8,7 +8,7 @@ module f77_entries
     public :: gcfldo, gcfeld, gcdeno, gcdeni, gcdens, gcwndo, gcwind, gcsun, gcshad, gcerdo
     public :: gcerad, gctrap, gcplat, gcdrag, gcsrp, gcerp, gccase, gccini, gcfrco, gcforc, gcload
     public :: gcrate, gcprop, gcsimo, gcsimu, gcsetr, gcsetm, gcobsr, gcobsw, gcobsn, gcobsc, gcestm
-    public :: gcl1es, gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
+    public :: gcl1es, gcl1dy, gcbnd, gcdsgd, gcdsgn, gcrods, gcmap
 
     interface
         subroutine gcvers(vers)
@@ -267,6 +267,12 @@ module f77_entries
             integer :: iflag(2), istat
             double precision :: d(3), cov(3, 3), gain(3), delay(2)
         end subroutine gcl1es
+
+        subroutine gcl1dy(dir, setup, sat, day, src, d, cov, gain, delay, iflag, istat, msg)
+            character(*) :: dir, setup, sat, day, src, msg
+            integer :: iflag(2), istat
+            double precision :: d(3), cov(3, 3), gain(3), delay(2)
+        end subroutine gcl1dy
 
         subroutine gcestm(algo, iobs, d, cov, rms, cond, niter, iconv, istat, msg)
             character(*) :: algo, msg

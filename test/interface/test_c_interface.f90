@@ -873,6 +873,13 @@ contains
         status = gracecg_estimate_level1(c_string(FOLDER//'c_level1'), c_string(FOLDER//'c_level1_setup.nml'), &
                                          n_spans=ONE, spans=spans, size=NONE, length=length, offset=offset, error=failure)
         call check_refused(error, status, FAILED, failure, 'no Level-1 files')
+        status = gracecg_estimate_level1_day(c_string(FOLDER//'c_level1'), c_string(FOLDER//'c_level1_setup.nml'), &
+                                             day=c_string('2020-02-30'), n_spans=NONE, size=NONE, offset=offset, error=failure)
+        call check_refused(error, status, FAILED, failure, 'no date')
+        status = gracecg_estimate_level1_day(c_string(FOLDER//'c_level1'), c_string(FOLDER//'c_level1_setup.nml'), &
+                                             day=c_string(repeat('2', 5000)), n_spans=NONE, size=NONE, offset=offset, &
+                                             error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'day')
         status = gracecg_estimate_level1(n_spans=NONE, size=NONE)
         if (.not. allocated(error)) call check(error, int(status), int(NULL_POINTER), 'without an error to fill')
         if (.not. allocated(error)) call check(error, all(offset%offset < 0), 'nothing is filled in')

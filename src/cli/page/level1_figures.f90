@@ -8,7 +8,7 @@ module gracecg_cli_level1_figures
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
     use gracecg_estimation_level1_offset, only: sigma_of
     use gracecg_estimation_level1_residuals, only: span_residuals_t, residual_spectrum_t, find_residuals, find_spectrum
     use gracecg_estimation_level1_trend, only: trend_point_t, level1_trend_t, JULIAN_YEAR

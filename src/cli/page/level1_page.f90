@@ -10,7 +10,8 @@ module gracecg_cli_level1_page
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_time, only: utc_of_gps, gps_date_text
     use gracecg_estimation_level1_calibration, only: level1_calibration_t
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t, milliseconds, offset_remark, VERDICTS, REQUIREMENT
+    use gracecg_estimation_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_estimation_level1_lines, only: rod_lines_t, find_rod_lines
     use gracecg_estimation_level1_offset, only: level1_solution_t, sigma_of
     use gracecg_estimation_level1_results, only: trim_command_t, trim_commands

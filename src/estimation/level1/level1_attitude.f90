@@ -17,7 +17,7 @@ module gracecg_estimation_level1_attitude
     use gracecg_estimation_level1_series, only: interpolate, integrate_twice
     implicit none
     private
-    public :: rod_calibration_t, calibrate_rods, rod_accelerations, known_acceleration, slow_quantities
+    public :: rod_calibration_t, calibrate_rods, rod_accelerations, known_acceleration, slow_quantities, relative
 
     real(dp), parameter :: GRID_STEP = 0.05_dp          !! Of the integrals, s
     integer, parameter :: ATTITUDE_DEGREE = 5
@@ -360,4 +360,17 @@ contains
         end do
         if (free(5) > 0) rods%gyro_rms = sqrt(sum(residuals**2, mask=class_of == 5)/free(5))
     end subroutine fit
+
+    !> A matrix over the products of some gains.
+    pure function relative(matrix, gain)
+        real(dp), intent(in) :: matrix(:, :)        !! n by n, as of covariances of gains
+        real(dp), intent(in) :: gain(:)             !! n, g of the rods
+        real(dp) :: relative(size(gain), size(gain))
+
+        real(dp), parameter :: LEAST = 1e-3_dp      ! A rod that does nothing
+        real(dp) :: divisor(size(gain))
+
+        divisor = sign(max(abs(gain), LEAST), gain)
+        relative = matrix/(spread(divisor, 1, size(gain))*spread(divisor, 2, size(gain)))
+    end function relative
 end module gracecg_estimation_level1_attitude

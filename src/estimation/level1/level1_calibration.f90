@@ -1,11 +1,13 @@
 !> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them.
 module gracecg_estimation_level1_calibration
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_text, only: string_t, append
+    use gracecg_observations_level1_setup, only: level1_setup_t
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, level1_firing_t
-    public :: SPAN_MARGIN, FIRING_MARGIN, keep_samples, leave_out, note, middle_of
+    public :: SPAN_MARGIN, FIRING_MARGIN, keep_samples, leave_out, note, middle_of, field_sigma
 
     real(dp), parameter :: SPAN_MARGIN = 20     !! Attitude is used so long before and behind a span, s
 
@@ -85,6 +87,21 @@ contains
         time = real(calibration%epoch, dp) + (calibration%spans(1)%start + &
                                               calibration%spans(size(calibration%spans))%stop)/2
     end function middle_of
+
+    !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
+    !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that
+    !> difference is 5 nT and the model's field is the true one.
+    pure real(dp) function field_sigma(calibration, setup) result(sigma)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+
+        integer, parameter :: PLACES = 3
+        real(dp), parameter :: LEAST = 10*NANOTESLA     ! What no difference shows: a constant along SRF of that size
+
+        sigma = setup%field_sigma
+        if (calibration%field_difference < 0 .or. count(calibration%spans%used) < PLACES) return
+        sigma = min(sigma, max(LEAST, calibration%field_difference))
+    end function field_sigma
 
     !> Notes something unusual.
     subroutine note(calibration, text)

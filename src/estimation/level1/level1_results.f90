@@ -10,7 +10,7 @@ module gracecg_estimation_level1_results
     use gracecg_observations_level1_setup, only: level1_setup_t
     use gracecg_observations_level1_writer, only: level1_writer_t
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, middle_of
-    use gracecg_estimation_level1_estimate, only: level1_estimate_t
+    use gracecg_estimation_level1_outcome, only: level1_estimate_t
     implicit none
     private
     public :: trim_command_t, trim_commands, write_vcm, write_event
