@@ -113,6 +113,17 @@ def check_consumer():
         run(cmake, "-S", work / "fetching", "-B", work / "fetched")
 
 
+def check_pkg_config():
+    """The pkg-config file finds the prefix from the folder of libraries, Debian's too."""
+    for folder in ("lib", "lib/x86_64-linux-gnu"):
+        with tempfile.TemporaryDirectory() as tree:
+            run(VENV / "bin/cmake", "-S", ROOT, "-B", tree, "-DCMAKE_INSTALL_PREFIX=/usr", f"-DCMAKE_INSTALL_LIBDIR={folder}")
+            text = (pathlib.Path(tree) / "gracecg.pc").read_text(encoding="utf-8")
+        way = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", text, re.MULTILINE)[1]
+        if os.path.normpath(f"/usr/{folder}/pkgconfig/{way}") != "/usr":
+            raise RuntimeError(f"below {folder} the prefix is {way}")
+
+
 def check_size():
     """CMakeLists.txt has less than a hundred lines."""
     lines = len((ROOT / "CMakeLists.txt").read_text(encoding="utf-8").splitlines())
@@ -131,7 +142,7 @@ def main():
     if "--build-only" in sys.argv:
         return 0
     passed = failed = 0
-    for check in (check_size, check_consumer):
+    for check in (check_size, check_pkg_config, check_consumer):
         try:
             check()
             passed += 1

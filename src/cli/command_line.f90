@@ -3,7 +3,7 @@ module gracecg_cli_command_line
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_arithmetic, only: check_arithmetic
     use gracecg_base_version, only: VERSION
-    use gracecg_base_text, only: string_t
+    use gracecg_base_text, only: string_t, append
     use gracecg_files_value, only: did_you_mean
     use gracecg_cli_arguments, only: arguments_t, refuse_if
     use gracecg_cli_console, only: console_t
@@ -183,7 +183,10 @@ contains
 
         asked = words
         if (size(words) < 2) return
-        if (words(1)%text == 'help') asked = [words(2:), string_t('--help')]
+        if (words(1)%text == 'help') then
+            asked = words(2:)
+            call append(asked, '--help')
+        end if
     end function help_first
 
     !> The work of `gracecg command`.

@@ -277,7 +277,10 @@ contains
         real(dp), intent(in) :: time
         character(10) :: text
 
-        text = gps_date_text(floor(time, i8), 0.0_dp)
+        character(26) :: full
+
+        full = gps_date_text(floor(time, i8), 0.0_dp)
+        text = full(:len(text))
     end function date_of
 
     function um_a_year(rate) result(text)

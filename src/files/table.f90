@@ -334,6 +334,7 @@ contains
         real(dp), intent(out) :: numbers(:)
         type(error_t), allocatable, intent(out) :: error
 
+        type(string_t), allocatable :: fields(:)
         integer :: column, first, last, end
         logical :: ok
 
@@ -357,9 +358,11 @@ contains
             if (end > last) exit
             first = end + 1
         end do
-        if (column /= size(numbers)) &
-            call file%fail_at(row, 'has '//integer_text(size(file%fields(row)))//' columns, expected '// &
+        if (column /= size(numbers)) then
+            fields = file%fields(row)       ! within an expression, gfortran 12 would not free its texts
+            call file%fail_at(row, 'has '//integer_text(size(fields))//' columns, expected '// &
                               integer_text(size(numbers))//': '//join(columns, ','), error)
+        end if
     end subroutine read_row
 
     !> A failure at a row.

@@ -192,8 +192,14 @@ contains
         class(settings_t), intent(inout) :: settings
         type(noise_spectrum_t), intent(inout) :: noise(3)   !! x, y, z; the sides of all are those of x
 
-        call settings%real_values('noise_level', noise%level, 0.0_dp, 1.0_dp, 'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
-        call settings%real_values('noise_corner', noise%corner, 0.0_dp, 100.0_dp, 'Hz', unit='Hz')
+        real(dp) :: level(3), corner(3)     ! as arguments, noise%level and noise%corner are array temporaries
+
+        level = noise%level
+        corner = noise%corner
+        call settings%real_values('noise_level', level, 0.0_dp, 1.0_dp, 'm^2 s^-4/Hz', unit='m^2 s^-4/Hz')
+        call settings%real_values('noise_corner', corner, 0.0_dp, 100.0_dp, 'Hz', unit='Hz')
+        noise%level = level
+        noise%corner = corner
         call settings%integer_value('noise_sides', noise(1)%sides, ONE_SIDED, TWO_SIDED, &
                                     'the spectrum is one- (1) or two-sided (2)')
         noise%sides = noise(1)%sides

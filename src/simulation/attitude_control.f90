@@ -50,9 +50,13 @@ contains
         real(dp), intent(in) :: position(3), velocity(3)    !! Inertial, m, m/s
         real(dp) :: axes(3, 3)
 
-        axes(3, :) = -unit(position)
-        axes(2, :) = unit(cross(velocity, position))
-        axes(1, :) = cross(axes(2, :), axes(3, :))
+        real(dp) :: y(3), z(3)
+
+        z = -unit(position)
+        y = unit(cross(velocity, position))
+        axes(1, :) = cross(y, z)
+        axes(2, :) = y
+        axes(3, :) = z
     end function orbital_axes
 
     !> From now on the attitude of a state, as it stands to the orbit, is held.

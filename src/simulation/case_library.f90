@@ -54,20 +54,19 @@ contains
         allocate (expanded(0))
         do i = 1, size(names)
             if (any(CASE_GROUPS == lower_case(names(i)%text)) .and. .not. file_exists(names(i)%text)) then
-                expanded = [expanded, cases_of_group(lower_case(names(i)%text))]
+                call append_group(lower_case(names(i)%text), expanded)
             else
                 call append(expanded, names(i)%text)
             end if
         end do
     end subroutine expanded_cases
 
-    function cases_of_group(group) result(names)
+    subroutine append_group(group, names)
         character(*), intent(in) :: group       !! One of CASE_GROUPS
-        type(string_t), allocatable :: names(:)
+        type(string_t), allocatable, intent(inout) :: names(:)
 
         integer :: i
 
-        allocate (names(0))
         do i = 1, size(REPORT_CASE_NAMES)
             if (group == 'printed') then
                 call append(names, trim(PRINTED_CASE_NAMES(i)))
@@ -75,5 +74,5 @@ contains
                 call append(names, trim(REPORT_CASE_NAMES(i)))
             end if
         end do
-    end function cases_of_group
+    end subroutine append_group
 end module gracecg_simulation_case_library

@@ -138,7 +138,7 @@ contains
         type(error_statistics_t) :: statistics
         integer :: i
 
-        row%case_name = calibration%case%name
+        row%case_name = trim(calibration%case%name)     ! of the report: 7 letters
         row%setting = setting
         row%runs = settings%runs
         call tell(progress, trim(statement%name)//', '//trim(row%case_name)//', '//setting)

@@ -118,7 +118,9 @@ contains
         real(dp) :: matrix(N, N), weight(N, N), rows(9, N), unused(N), expected(3, 3)
         integer :: epoch(N), i, j, axis
 
-        epoch = [(i + i/7 + 3*(i/20), i=1, N)]
+        do i = 1, N
+            epoch(i) = i + i/7 + 3*(i/20)
+        end do
         partials = reshape([(1e-6_dp*(sin(1.7_dp*i) + cos(0.31_dp*i*i)), i=1, 9*N)], [3, 3, N])
         total = 0
         whole = 0

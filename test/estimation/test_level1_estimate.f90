@@ -397,7 +397,7 @@ contains
         real(dp), parameter :: NEAR(5) = [0.3_dp, 20.0_dp, 0.3_dp, 0.3_dp, 5.0_dp]*MICROMETRE, PROPORTIONAL = 4e-11_dp
         type(level1_setup_t) :: setup
         real(dp) :: sigma(3)
-        integer :: i, k
+        integer :: k
 
         call estimate_day('l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate, failure)
         call check_passes(error, message_of(failure))

@@ -263,7 +263,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         real(dp), parameter :: PRIOR = 10
-        type(filter_problem_t) :: problem
+        type(filter_problem_t) :: problem, no_problem
         type(constants_t) :: constants
         type(gauss_markov_t) :: process
         real(dp) :: observed(0:STEPS), dense(0:STEPS, 0:STEPS), unused, expected
@@ -275,7 +275,10 @@ contains
         call simulate(process, 3, observed)
         dense = dense_covariance(process)
         do round = 1, 2
-            problem = filter_problem_t(m=M, steps=STEPS, interval=INTERVAL)
+            problem = no_problem
+            problem%m = M
+            problem%steps = STEPS
+            problem%interval = INTERVAL
             problem%epoch = pack(EPOCHS, round == 1 .or. EPOCHS < 21 .or. EPOCHS > 25)     ! counted from 1
             n = size(problem%epoch)
             allocate (problem%prior(M + 1, M), problem%acceleration(M + 1, n, 3), source=0.0_dp)

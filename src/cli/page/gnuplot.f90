@@ -122,7 +122,7 @@ contains
 
         path = folder//'/'//name
         call remove_file(path//PART_END)
-        status = 1
+        status = 0
         call execute_command_line('cd '//shell_quoted(from_here(folder))//' && gnuplot -d -e '// &
                                   shell_quoted('output = "'//name//PART_END//'"')//' '//name//SCRIPT_END// &
                                   ' </dev/null >'//name//LOG_END//' 2>&1', &
@@ -132,10 +132,10 @@ contains
         call remove_file(path//PART_END)
         call remove_file(path//LOG_END)
         reason = ''
-        if (command_status /= 0) then
-            reason = 'the shell could not run gnuplot'
-        else if (status /= 0) then
+        if (status /= 0) then       ! first: flang sets command_status too where a command ends with another status than 0
             reason = 'gnuplot ended with status '//integer_text(status)//': '//on_one_line(messages)
+        else if (command_status /= 0) then
+            reason = 'the shell could not run gnuplot'
         else if (index(svg, '</svg>') == 0) then
             reason = 'gnuplot wrote no complete figure: '//on_one_line(messages)
         end if

@@ -321,6 +321,9 @@ contains
         real(dp), intent(in) :: time    !! GPS s
         character(10) :: text
 
-        text = gps_date_text(floor(time, i8), 0.0_dp)
+        character(26) :: full
+
+        full = gps_date_text(floor(time, i8), 0.0_dp)
+        text = full(:len(text))
     end function date_of
 end module gracecg_cli_level1_page

@@ -65,7 +65,7 @@ contains
         class(level1_drive_t), intent(in) :: self
         real(dp), intent(in) :: time                    !! s from the epoch
         real(dp), intent(out) :: current(3)             !! mA
-        real(dp), intent(out), optional :: rate(3)      !! mA/s
+        real(dp), intent(out), optional :: rate(:)      !! 3, mA/s
 
         real(dp) :: slope(3)
         integer :: rod, first, last, middle

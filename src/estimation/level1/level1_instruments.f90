@@ -268,7 +268,7 @@ contains
         real(dp), allocatable :: times(:), steps(:)
         integer, allocatable :: wanted(:)
         logical, allocatable :: good(:)
-        real(dp) :: interval
+        real(dp) :: interval, sample(6)
         integer(i8) :: second
         real(dp) :: fraction
         type(string_t), allocatable :: found(:)
@@ -311,8 +311,9 @@ contains
                 span%time = times(wanted)
                 allocate (span%linear(3, size(wanted)), span%angular(3, size(wanted)))
                 do k = 1, size(wanted)
-                    span%linear(:, k) = srf_of_accelerometer(acc%values(wanted(k), 1:3), setup%accelerometer_axes)
-                    span%angular(:, k) = srf_of_accelerometer(acc%values(wanted(k), 4:6), setup%accelerometer_axes)
+                    sample = acc%values(wanted(k), 1:6)
+                    span%linear(:, k) = srf_of_accelerometer(sample(:3), setup%accelerometer_axes)
+                    span%angular(:, k) = srf_of_accelerometer(sample(4:), setup%accelerometer_axes)
                 end do
             end associate
         end do
@@ -423,7 +424,7 @@ contains
                                                  'sca_id', 'qualflg', 'sca_mode']
         type(level1_records_t) :: sca, qsa
         real(dp), allocatable :: joint_times(:), joint_q(:, :)
-        real(dp) :: mounting(4, HEADS)
+        real(dp) :: mounting(4, HEADS), sample(4)
         type(string_t), allocatable :: found(:), others(:)
         character(:), allocatable :: names
         logical :: heads_alone, known(HEADS)
@@ -464,7 +465,8 @@ contains
         call sca%times_since(calibration%epoch, times)
         allocate (q(4, sca%count))
         do i = 1, sca%count
-            q(:, i) = gracecg_quaternion(sca%values(i, 1:4))
+            sample = sca%values(i, 1:4)
+            q(:, i) = gracecg_quaternion(sample)
             if (heads_alone) q(:, i) = attitude_by_head(mounting(:, nint(sca%values(i, 5))), q(:, i))
         end do
         if (heads_alone) then

@@ -76,7 +76,7 @@ contains
         if (text == '') then
             text = 'the offset is below 0.1 mm on every axis'
         else
-            text = 'the offset is above 0.1 mm on '//adjustl(text)
+            text = 'the offset is above 0.1 mm on'//trim(text)
         end if
     end function offset_remark
 
@@ -159,7 +159,7 @@ contains
                 if (mixed) call lower(1, 'leakage and d are not separable')
                 if (maxval(sigma) > POOR_SIGMA) then
                     call lower(2, 'sigma above 50 um')
-                    if (mixed) solution%reason = 'leakage and d are not separable: '//solution%reason
+                    if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
                 if (solution%leakage == 'none') call lower(1, 'leakage is left out')
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')

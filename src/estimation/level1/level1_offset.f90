@@ -545,7 +545,7 @@ contains
         type(level1_solution_t), intent(inout) :: solution
 
         real(dp) :: normal(3, 3), rhs(3), part(3, 3), part_rhs(3), d(3), covariance(3, 3), condition
-        real(dp), allocatable :: left(:)
+        real(dp), allocatable :: left(:), partials(:, :)
         type(error_t), allocatable :: failure
         real(dp) :: halves(2, 3)
         integer :: i, k, half
@@ -563,10 +563,11 @@ contains
             do k = 1, size(blocks)
                 if (blocks(k)%span /= i) cycle
                 left = blocks(k)%observed - matmul(x(4:), blocks(k)%rows(4:, :))
-                call normal_equations(blocks(k)%rows(:3, :), left, part, part_rhs)
+                partials = blocks(k)%rows(:3, :)
+                call normal_equations(partials, left, part, part_rhs)
                 normal = normal + weight(blocks(k)%axis)*part
                 rhs = rhs + weight(blocks(k)%axis)*part_rhs
-                left = left - matmul(x(:3), blocks(k)%rows(:3, :))
+                left = left - matmul(x(:3), partials)
                 solution%span_rms(blocks(k)%axis, i) = sqrt(sum(left**2)/size(left))
                 half = size(left)/2     ! columns of the band rise in frequency
                 halves(1, blocks(k)%axis) = halves(1, blocks(k)%axis) + sum(left(:half)**2)/half

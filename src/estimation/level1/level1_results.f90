@@ -90,7 +90,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(output_file_t) :: file
-        integer :: k
 
         call file%open(path, error)
         if (allocated(error)) return

@@ -150,7 +150,10 @@ contains
         character(16) function date_at(time)
             real(dp), intent(in) :: time    ! s
 
-            date_at = gps_date_text(calibration%epoch + floor(time, i8), 0.0_dp)
+            character(26) :: full
+
+            full = gps_date_text(calibration%epoch + floor(time, i8), 0.0_dp)
+            date_at = full(:len(date_at))
         end function date_at
     end subroutine choose_manoeuvre
 

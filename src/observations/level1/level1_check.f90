@@ -176,7 +176,7 @@ contains
 
         type(level1_records_t) :: acc
         real(dp), allocatable :: times(:), linear(:, :), angular(:, :)
-        real(dp) :: interval, values(3)
+        real(dp) :: interval, values(3), sample(6)
         logical :: found
         integer :: i, first
 
@@ -191,8 +191,9 @@ contains
         allocate (linear(acc%count, 3), angular(acc%count, 3))
         first = acc%field_of('lin_accl_x')
         do i = 1, acc%count
-            linear(i, :) = srf_of_accelerometer(acc%values(i, first:first + 2), ACCELEROMETER_AXES)
-            angular(i, :) = srf_of_accelerometer(acc%values(i, first + 3:first + 5), ACCELEROMETER_AXES)
+            sample = acc%values(i, first:first + 5)
+            linear(i, :) = srf_of_accelerometer(sample(:3), ACCELEROMETER_AXES)
+            angular(i, :) = srf_of_accelerometer(sample(4:), ACCELEROMETER_AXES)
         end do
         if (any(.not. abs(linear) < 1) .or. any(.not. abs(angular) < 1)) then
             call check%note('ACC1A: some records have not all six accelerations: no means or noise')
@@ -446,7 +447,8 @@ contains
         first = sca1b%field_of('quatangle')
         allocate (q(4, sca1b%count), rates(3, max(0, sca1b%count - 1)))
         do i = 1, sca1b%count
-            q(:, i) = gracecg_quaternion(sca1b%values(i, first:first + 3))
+            turn = sca1b%values(i, first:first + 3)
+            q(:, i) = gracecg_quaternion(turn)
         end do
         call continuous_quaternions(q)
         usual = 1
@@ -622,15 +624,17 @@ contains
         logical, intent(out) :: ok
 
         real(dp) :: pair(4, 2), u
-        integer :: k, first
+        integer :: i, k, first
 
         q = 0
         k = interval_at(records, seconds)
         ok = k > 0
         if (.not. ok) return
         first = records%field_of('quatangle')
-        pair(:, 1) = gracecg_quaternion(records%values(k, first:first + 3))
-        pair(:, 2) = gracecg_quaternion(records%values(k + 1, first:first + 3))
+        do i = 1, 2
+            q = records%values(k + i - 1, first:first + 3)
+            pair(:, i) = gracecg_quaternion(q)
+        end do
         call continuous_quaternions(pair)
         u = (real(seconds - records%seconds(k), dp) + fraction)/real(records%seconds(k + 1) - records%seconds(k), dp)
         q = normalised((1 - u)*pair(:, 1) + u*pair(:, 2))
