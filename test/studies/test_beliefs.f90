@@ -9,6 +9,7 @@ module test_beliefs_of_operator
     use gracecg_base_statistics, only: normal_quantile
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_environment_thermosphere, only: density_wave_t
+    use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, observe_without_noise
     use gracecg_simulation_dynamics, only: OMEGA_PLACES => OMEGA, ATTITUDE_PLACES => ATTITUDE
     use gracecg_planning_calibration, only: calibration_t, find_calibration
@@ -46,6 +47,7 @@ contains
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('bent-forces-are-no-scale-factor', test_bent_forces), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
+                    new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_beliefs
@@ -567,6 +569,44 @@ contains
         if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
         if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
     end subroutine test_trials
+
+    !> Quaternions of another convention in the manoeuvre that `design` finds for front 1: among what might explain it are
+    !> fits whose normal matrix with the forces' shapes is singular, of which no belief is tested.
+    subroutine test_singular(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: FREQUENCY(3) = [0.18332252381644681_dp, 0.13355009605689397_dp, 0.18332868418778148_dp]   ! Hz
+        real(dp), parameter :: PHASE(3) = [77.73997155859475_dp, 97.95996108970257_dp, 77.69514825950904_dp]     ! deg
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations, wrong
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        integer :: i, k
+
+        call find_calibration('front-1', calibration, failure)
+        calibration%options%optimal%estimate_scale_factors = .true.
+        calibration%options%optimal%estimate_magnetometer_bias = .true.
+        options = calibration%options
+        associate (rods => calibration%case%satellite%rods)
+            call new_torque_rods(rods, [(rod_activation_t(axis=i, amplitude=30, frequency=FREQUENCY(i), &
+                                         phase=PHASE(i)*DEGREE, stop=60, waveform=SQUARE), i=1, 3)], failure)
+        end associate
+        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
+        if (.not. allocated(failure)) call observe(simulator, 1_i8, 1, observations, failure)
+        call check_passes(error, message_of(failure))
+        do k = 1, size(ALTERATIONS)
+            if (allocated(error)) return
+            if (index(ALTERATIONS(k), 'the quaternions') /= 1) cycle
+            wrong = observations
+            call apply_alteration(k, wrong)
+            call estimate_offset('optimal', wrong, options, solution, failure)      ! may be refused
+            if (allocated(failure)) cycle
+            call check(error, allocated(solution%beliefs), 'no tests')
+            if (.not. allocated(error)) call check(error, solution%beliefs%has_contradiction(), 'not contradicted')
+        end do
+    end subroutine test_singular
 
     !> A belief that is wrong by its minimal detectable value is contradicted with the power that is stated.
     subroutine test_power(error)

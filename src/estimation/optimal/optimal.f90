@@ -103,6 +103,7 @@ contains
         if (.not. allocated(error) .and. options%covariance .and. options%test_beliefs) then
             allocate (solution%beliefs)
             call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
+            if (allocated(error)) deallocate (solution%beliefs)
         end if
         if (.not. allocated(error) .and. (options%covariance .or. present(record))) &
             call check_fit(observations%knowledge, fit%problem, solution, error, record)
