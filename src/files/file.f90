@@ -11,8 +11,10 @@ module gracecg_files_file
     use gracecg_base_text, only: integer_text
     implicit none
     private
-    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device
+    public :: file_exists, directory_exists, make_directory, remove_file, check_writable, is_device, is_unfinished
     public :: text_file_t, read_text_file, text_file_of, output_file_t, appended_file_t, input_stream_t
+
+    character(*), parameter :: UNFINISHED = '.part'     !! Behind the name of a file that is being written, and a number
 
     type :: text_file_t
         !! A text and where its lines begin and end
@@ -471,6 +473,20 @@ contains
                       parent_of(path))
     end subroutine open_output
 
+    !> Is it the name of a file that output_file_t has not completed? One that was left is of a program that was ended.
+    pure logical function is_unfinished(path)
+        character(*), intent(in) :: path
+
+        integer :: at
+
+        at = index(path, UNFINISHED, back=.true.)
+        is_unfinished = .false.
+        if (at == 0) return
+        associate (number => path(at + len(UNFINISHED):))
+            is_unfinished = len_trim(number) > 0 .and. verify(trim(number), '0123456789') == 0
+        end associate
+    end function is_unfinished
+
     !> Opens the first free one of PATH.part1, PATH.part2, ...: never a file that exists.
     subroutine open_temporary(self)
         class(output_file_t), intent(inout) :: self
@@ -479,7 +495,7 @@ contains
         integer :: i
 
         do i = 1, ATTEMPTS
-            self%temporary = self%path//'.part'//integer_text(i)
+            self%temporary = self%path//UNFINISHED//integer_text(i)
             if (file_exists(self%temporary)) cycle
             self%stream = c_fopen(self%temporary//c_null_char, 'wbx'//c_null_char)
             if (c_associated(self%stream)) return

@@ -79,9 +79,10 @@ contains
         type(error_type), allocatable, intent(out) :: error
 
         character(*), parameter :: DAYS = FOLDER//'level1-days'
-        character(26), parameter :: NAMES(6) = [character(26) :: 'MAS1B_2020-02-02_C_04.txt', 'MAS1B_2020-02-01_C_04.txt', &
+        character(32), parameter :: NAMES(7) = [character(32) :: 'MAS1B_2020-02-02_C_04.txt', 'MAS1B_2020-02-01_C_04.txt', &
                                                 'MAG1B_2020-02-02_D_04.txt', 'QSA1B_2018-05-22_C_04.txt', &
-                                                'QSA1B_2019-05-22_C_04.txt', 'notes.txt']
+                                                'QSA1B_2019-05-22_C_04.txt', 'notes.txt', &
+                                                'MAS1B_2020-01-31_C_04.txt.part1']
         type(level1_folder_t) :: files
         type(error_t), allocatable :: failure
         type(string_t), allocatable :: paths(:)
@@ -97,11 +98,13 @@ contains
         if (allocated(error)) return
         ! In alphabetic order satellite D has the first file.
         call check(error, files%satellite//files%date, 'D2020-02-02')
-        if (.not. allocated(error)) call check(error, size(files%warnings), 1)
+        if (.not. allocated(error)) call check(error, size(files%warnings), 2)
         call open_level1_folder(DAYS, 'C', files, failure)
         if (.not. allocated(error)) call check(error, files%satellite//files%date, 'C2020-02-01')
         if (.not. allocated(error)) &
-            call check_fails(error, files%warnings(1)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
+            call check_fails(error, files%warnings(1)%text, [character(40) :: '.txt.part1 is left out'])
+        if (.not. allocated(error)) &
+            call check_fails(error, files%warnings(2)%text, [character(40) :: '2 days are joined', '2020-02-01 to 2020-02-02'])
         call files%path_of('MAS1B', path)
         if (.not. allocated(error)) call check(error, path, DAYS//'/MAS1B_2020-02-01_C_04.txt')
         call files%paths_of('MAS1B', paths)

@@ -3,6 +3,7 @@ module gracecg_observations_level1_folder
     use gracecg_base_error, only: error_t, fail
     use gracecg_base_text, only: string_t, append, integer_text, parse_integer
     use gracecg_environment_time, only: modified_julian_day, calendar_date
+    use gracecg_files_file, only: is_unfinished
     use gracecg_files_folder, only: files_in_folder
     use gracecg_observations_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name
     use gracecg_observations_level1_products, only: SATELLITES
@@ -61,6 +62,12 @@ contains
         if (allocated(error)) return
         files%satellite = satellite
         others = ''
+        do i = 1, size(found)
+            if (product_of_file_name(found(i)%text) == '' .or. .not. is_unfinished(found(i)%text)) cycle
+            call append(files%warnings, found(i)%text//' is left out: it is what is left of a program that was ended while '// &
+                        'it wrote')
+            found(i)%text = ''
+        end do
         do i = 1, size(found)
             letter = satellite_of_file_name(found(i)%text)
             if (product_of_file_name(found(i)%text) == '' .or. scan(letter, SATELLITES) == 0) cycle
