@@ -70,6 +70,7 @@ contains
                     other = observations
                     call apply_value(BELIEFS(test%belief)%parameter, value, other, noise_follows=.true.)
                     call refit(other, without_tests(options), solution, left, error)
+                    left = left + left_by_lost(observations, other)
                     gain = max(gain, (misfit - left)/2)
                     if (2*gain > report%critical**2 .or. test%all_or_nothing) exit
                     value = value/2
@@ -327,8 +328,7 @@ contains
             call apply_value(BELIEFS(belief)%parameter, tried%value, other, noise_follows=.true.)
             call refit(other, options, solution, left, error)
             if (.not. allocated(solution%beliefs)) exit
-            ! what an epoch of the accelerometer leaves in the mean, of those that a delay has lost
-            left = left + 3*(size(observations%accelerometer_time) - size(other%accelerometer_time))
+            left = left + left_by_lost(observations, other)
             i = findloc(solution%beliefs%values%belief, belief, 1)
             if (i == 0) exit
             associate (test => solution%beliefs%values(i))
@@ -349,6 +349,15 @@ contains
         tried%value = tried%fitted
         if (tried%gain > 0) found = [found, tried]
     end subroutine try_value
+
+    !> What the epochs of the accelerometer that a delay has lost would leave in the mean: fits are compared by the same
+    !> number of samples.
+    pure real(dp) function left_by_lost(observations, other) result(left)
+        type(observation_set_t), intent(in) :: observations     !! As they are
+        type(observation_set_t), intent(in) :: other            !! Under a belief
+
+        left = 3*(size(observations%accelerometer_time) - size(other%accelerometer_time))
+    end function left_by_lost
 
     !> The alterations that leave least, by a coarse fit of each.
     subroutine try_alterations(observations, options, coarse, misfit, found)
