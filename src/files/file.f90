@@ -475,7 +475,7 @@ contains
 
     !> Is it the name of a file that output_file_t has not completed? One that was left is of a program that was ended.
     pure logical function is_unfinished(path)
-        character(*), intent(in) :: path
+        character(*), intent(in) :: path    !! With or without folders
 
         integer :: at
 

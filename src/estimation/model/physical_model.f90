@@ -325,7 +325,7 @@ contains
 
     !> sin(x)/x
     pure real(dp) function sinc(x)
-        real(dp), intent(in) :: x
+        real(dp), intent(in) :: x    !! rad
 
         sinc = 1
         if (abs(x) > tiny(1.0_dp)) sinc = sin(x)/x
