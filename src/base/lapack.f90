@@ -8,6 +8,7 @@ module gracecg_base_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_lanes, only: lanes_of, lanes_add_products, WIDEST
     implicit none
     private
     public :: symmetric_eigen, solve_normal_equations, normal_equations
@@ -56,7 +57,7 @@ module gracecg_base_lapack
         end subroutine dpocon
     end interface
 
-    integer, parameter :: GROUP = 4     ! observations that are added to normal equations at once
+    integer, parameter :: GROUP = 32    ! observations that are laid side by side at once
 
 contains
 
@@ -91,57 +92,33 @@ contains
         real(dp), intent(out) :: rhs(:)                 !! n
         real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
 
-        real(dp) :: value(GROUP), part(size(rows, 1), GROUP)
+        real(dp), dimension(lanes_of(size(rows, 1)), size(rows, 1)) :: sums
+        real(dp) :: side(lanes_of(size(rows, 1))), part(lanes_of(size(rows, 1)), GROUP), values(GROUP), root
         integer :: n, m, k, i, there
 
         n = size(rows, 1)
         m = size(rows, 2)
-        normal = 0
-        rhs = 0
+        sums = 0
+        side = 0
+        part = 0            ! what makes up a multiple of LANES stays so
         do k = 1, m, GROUP
             there = min(GROUP, m - k + 1)
-            if (there == GROUP .and. .not. present(weights)) then
-                call add_group(n, rows(:, k:k + GROUP - 1), observed(k:k + GROUP - 1), normal, rhs)
-                cycle
-            end if
-            part = 0            ! zeros make up a group
-            value = 0
+            part(:n, there + 1:) = 0
+            values(there + 1:) = 0
             do i = 1, there
-                part(:, i) = rows(:, k + i - 1)
-                value(i) = observed(k + i - 1)
-                if (.not. present(weights)) cycle
-                part(:, i) = part(:, i)*sqrt(weights(k + i - 1))
-                value(i) = value(i)*sqrt(weights(k + i - 1))
+                root = 1
+                if (present(weights)) root = sqrt(weights(k + i - 1))
+                part(:n, i) = rows(:, k + i - 1)*root
+                values(i) = observed(k + i - 1)*root
             end do
-            call add_group(n, part, value, normal, rhs)
+            call lanes_add_products(WIDEST, n, size(side), GROUP, part, values, sums, side)
         end do
         do k = 1, n
-            normal(k, :k - 1) = normal(:k - 1, k)
+            normal(:k, k) = sums(:k, k)
+            normal(k, :k - 1) = sums(:k - 1, k)
         end do
+        rhs = side(:n)
     end subroutine normal_equations
-
-    !> Adds observations to the upper triangle of the normal matrix and to the right-hand side, one after the other. An
-    !> element is loaded and stored once for a group of products, and the loop along a column runs on vector
-    !> instructions.
-    pure subroutine add_group(n, rows, observed, normal, rhs)
-        integer, intent(in) :: n
-        real(dp), intent(in) :: rows(n, GROUP), observed(GROUP)
-        real(dp), intent(inout) :: normal(n, n), rhs(n)
-
-        real(dp) :: a(GROUP)
-        integer :: i, j
-
-        do i = 1, n
-            a = rows(i, :)
-            do j = 1, i
-                normal(j, i) = (((normal(j, i) + rows(j, 1)*a(1)) + rows(j, 2)*a(2)) + rows(j, 3)*a(3)) + rows(j, 4)*a(4)
-            end do
-        end do
-        do j = 1, n
-            rhs(j) = (((rhs(j) + rows(j, 1)*observed(1)) + rows(j, 2)*observed(2)) + rows(j, 3)*observed(3)) + &
-                     rows(j, 4)*observed(4)
-        end do
-    end subroutine add_group
 
     !> Solves the normal equations N x = b by Cholesky's factorisation, after scaling N to a unit
     !> diagonal so that the units of the parameters do not matter.

@@ -1,27 +1,7 @@
 /* Sums over degree and order of solid spherical harmonics: the inner loops of the module
    gracecg_environment_spherical_harmonics, which says what is summed and has the interfaces. The loops themselves
-   stand in harmonic_sums_variant.h, which is compiled for each width of vectors.
-
-   They are in C because a C compiler makes several variants of a function, of which the one for the processor's
-   widest vectors (2, 4 or 8 numbers) is taken when the program runs; gfortran does not. All variants give
-   the same bits: what lies side by side in a vector, orders or places, knows nothing of its neighbours; sums have one
-   order; a product and a sum are rounded each (no FMA).
-
-   It needs the vector types of GNU C: gcc, clang and their relatives. */
-#include <stdint.h>
-
-#ifdef __FAST_MATH__
-#error "compile gracecg without -ffast-math: the sums have one order, and NaN is told from numbers"
-#endif
-
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#else
-/* fpm calls the compiler without flags: there would be no optimisation. */
-#pragma GCC optimize("O3", "fp-contract=off")
-#endif
-
-#define INLINE static inline __attribute__((always_inline))
+   stand in harmonic_sums_variant.h, which is compiled for each width of vectors: orders, or places, lie side by side. */
+#include "../base/vectors.h"
 
 /* As in the Fortran module */
 enum { LANES = 8, COLUMNS = 7, PLACES = 8, MOST_BLOCKS = 46 };
@@ -64,30 +44,8 @@ INLINE double total_of(const double *value)
     return ((value[0] + value[4]) + (value[2] + value[6])) + ((value[1] + value[5]) + (value[3] + value[7]));
 }
 
-#define WIDTH 2
-#define TARGET
-#define VARIANT(name) name##_plain
-#include "harmonic_sums_variant.h"
-
-#ifdef __x86_64__
-#define WIDTH 4
-#define TARGET __attribute__((target("avx2")))
-#define VARIANT(name) name##_avx2
-#include "harmonic_sums_variant.h"
-
-#define WIDTH 8
-#define TARGET __attribute__((target("avx512f")))
-#define VARIANT(name) name##_avx512
-#include "harmonic_sums_variant.h"
-
-/* The processor's answer is read from a table that was filled when the program started. */
-#define CALL(name, ...) \
-    if (widest >= 8 && __builtin_cpu_supports("avx512f")) name##_avx512(__VA_ARGS__); \
-    else if (widest >= 4 && __builtin_cpu_supports("avx2")) name##_avx2(__VA_ARGS__); \
-    else name##_plain(__VA_ARGS__)
-#else
-#define CALL(name, ...) (void)widest, name##_plain(__VA_ARGS__)
-#endif
+#define KERNEL "../environment/harmonic_sums_variant.h"
+#include "../base/every_width.h"
 
 /* Sums PHI to DZ at the place q; vectors of at most `widest` numbers */
 void harmonic_sums_first(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,

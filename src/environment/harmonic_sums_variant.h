@@ -1,5 +1,4 @@
-/* The loops of harmonic_sums.c for vectors of WIDTH numbers. TARGET: the instructions that have them; VARIANT(name):
-   a name of its own for each function.
+/* The loops of harmonic_sums.c for vectors of WIDTH numbers (every_width.h).
 
    What the machine does. The recursion is a chain of a product and a difference, 6 cycles a degree on Zen 4. Beside
    it a degree takes 8 products and 6 sums of a vector for first derivatives, two of each a cycle, half as many of
@@ -7,10 +6,6 @@
    stands first in the loop: behind the other products, it waits for them (1.4 times as long).
    Coefficients are 40 bytes an order and degree: those of 20x20 stay in the first cache, those of 70x70 (112 KB) come
    from the second at each place, or once for PLACES. */
-typedef double VARIANT(vector) __attribute__((vector_size(8*WIDTH), aligned(8), may_alias));
-#define VECTOR VARIANT(vector)
-#define AT(numbers) (*(VECTOR *)(numbers))
-#define READ(numbers) (*(const VECTOR *)(numbers))
 
 /* At one place, WIDTH orders side by side; `sums` up to FIRST_DERIVATIVES or SECOND_DERIVATIVES */
 TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, const int32_t *first, steps_t steps,
@@ -160,10 +155,3 @@ TARGET static void VARIANT(sum_places)(int orders, const int32_t *first, steps_t
         }
     }
 }
-
-#undef VECTOR
-#undef AT
-#undef READ
-#undef WIDTH
-#undef TARGET
-#undef VARIANT

@@ -12,20 +12,22 @@
 !> `whitener_t` does so for these poles, whose transition is diagonal, with gains computed once for any
 !> number of series; `whiten_by_process` for white noise and any Gauss-Markov process.
 module gracecg_estimation_noise_whitening
+    use, intrinsic :: iso_c_binding, only: c_int32_t
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES
     use gracecg_base_error, only: error_t, fail, add_context, number_text
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t
+    use gracecg_base_lanes, only: LANES, MOST_LANES, WIDEST, LEFT_OUT, PREDICTED, USED, lanes_of, &
+        lanes_whiten, lanes_filter
     implicit none
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
     public :: row_state_t, ROW
     public :: whiten_by_process, find_gains, whiten_all, nonzero_rows
-    public :: LANES
 
-    integer, parameter :: LANES = 8     !! Series that are filtered side by side
+    integer, parameter :: PIECE_LENGTH = 128    !! Samples that are filtered at once: of MOST_LANES series 24 KB
     integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
 
     !> The filter's gains for one series of epochs: computed once, used for any number of series.
@@ -226,11 +228,7 @@ contains
         class(whitener_t), intent(in) :: self
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
-        real(dp), parameter :: OUTPUT(N_POLES) = 1
-        logical, parameter :: COUPLED(N_POLES) = .false.
-
-        call whiten_all(N_POLES, self%used, .false., OUTPUT, self%gain, self%inverse_deviation, self%decay, self%decay, &
-                        self%decay, COUPLED, series)
+        call filter_all(N_POLES, role_of(self%used, .false.), self%gain, self%inverse_deviation, self%decay, series)
     end subroutine whiten
 
     !> Whitens one series in place.
@@ -403,7 +401,7 @@ contains
         end do
     end subroutine carry_covariance
 
-    !> Whitens series in place, LANES at a time: what `find_gains` says. Series that are zero throughout stay so.
+    !> Whitens series in place: what `find_gains` says. Series that are zero throughout stay so.
     pure subroutine whiten_all(n, used, predicts, output, gain, inverse_deviation, below, on, above, coupled, series)
         integer, intent(in) :: n                        !! States
         logical, intent(in) :: used(:)                  !! (samples)
@@ -416,63 +414,87 @@ contains
         logical, intent(in) :: coupled(n)               !! Of states: to a neighbour
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
-        integer, allocatable :: places(:)
-        integer :: first
-
-        places = nonzero_rows(series)
-        do first = 1, size(places), LANES
-            call whiten_lanes(n, size(used), used, predicts, output, gain, inverse_deviation, below, on, above, coupled, &
-                              places(first:min(first + LANES - 1, size(places))), series)
-        end do
+        call filter_all(n, role_of(used, predicts), gain, &
+                        inverse_deviation, on, series, output, below, above, merge(1, 0, coupled))
     end subroutine whiten_all
 
-    !> The filter of a few series side by side: the states of LANES series stay in the first cache, and the loops over
-    !> them run on vector instructions.
-    pure subroutine whiten_lanes(n, samples, used, predicts, output, gain, inverse_deviation, below, on, above, coupled, &
-                                 places, series)
-        integer, intent(in) :: n, samples
-        logical, intent(in) :: used(samples), predicts
-        real(dp), intent(in) :: output(n), gain(n, samples), inverse_deviation(samples)
-        real(dp), intent(in), dimension(n, samples) :: below, on, above
-        logical, intent(in) :: coupled(n)
-        integer, intent(in) :: places(:)                ! of the series, at most LANES
+    !> What is done with a sample, as gracecg_base_lanes has it.
+    elemental integer(c_int32_t) function role_of(kept, predicts)
+        logical, intent(in) :: kept, predicts
+
+        role_of = LEFT_OUT
+        if (predicts) role_of = PREDICTED
+        if (kept) role_of = USED
+    end function role_of
+
+    !> Takes the series that are not zero throughout, MOST_LANES at a time, through a filter, and puts what comes of them
+    !> in their place. They are laid side by side piece by piece: a piece stays in the first cache. Without an output:
+    !> that of the N_POLES.
+    pure subroutine filter_all(n, role, gain, inverse_deviation, on, series, output, below, above, coupled)
+        integer, intent(in) :: n                        ! states
+        integer(c_int32_t), intent(in) :: role(:)       ! of the samples
+        real(dp), intent(in), dimension(n, size(role)) :: gain, on
+        real(dp), intent(in) :: inverse_deviation(:)
         real(dp), intent(inout) :: series(:, :)         ! (series, samples)
+        real(dp), intent(in), optional :: output(n)
+        real(dp), intent(in), dimension(n, size(role)), optional :: below, above
+        integer(c_int32_t), intent(in), optional :: coupled(n)
 
-        real(dp) :: state(LANES, n)
-        real(dp), dimension(LANES) :: innovation, before, now, next
-        integer :: i, j, lane
+        real(dp) :: state(MOST_LANES*n), piece(MOST_LANES*PIECE_LENGTH)
+        integer, allocatable :: places(:)
+        integer :: first, count, lanes, i, samples, carried
 
-        state = 0
-        innovation = 0
-        before = 0
-        do i = 1, samples
-            if (used(i) .or. predicts) then
-                do lane = 1, size(places)
-                    innovation(lane) = series(places(lane), i)
-                end do
-                do j = 1, n
-                    innovation = innovation - output(j)*state(:, j)
-                end do
-            else
-                innovation = 0
-            end if
-            do lane = 1, size(places)
-                series(places(lane), i) = innovation(lane)*inverse_deviation(i)
-            end do
-            if (.not. used(i)) innovation = 0
-            if (i == samples) exit
-            do j = 1, n
-                now = state(:, j) + gain(j, i)*innovation
-                next = on(j, i)*now
-                if (coupled(j)) then
-                    if (abs(below(j, i)) > 0) next = next + below(j, i)*before
-                    if (abs(above(j, i)) > 0) next = next + above(j, i)*(state(:, j + 1) + gain(j + 1, i)*innovation)
-                    before = now
+        places = nonzero_rows(series)
+        do first = 1, size(places), MOST_LANES
+            count = min(MOST_LANES, size(places) - first + 1)
+            lanes = lanes_of(count)
+            state = 0
+            do i = 1, size(role), PIECE_LENGTH
+                samples = min(PIECE_LENGTH, size(role) - i + 1)
+                carried = min(samples, size(role) - i)
+                call gather(count, lanes, samples, places(first:first + count - 1), series(:, i:i + samples - 1), piece)
+                if (present(output)) then
+                    call lanes_filter(WIDEST, n, lanes, samples, carried, role(i:), coupled, output, gain(:, i:), &
+                                      inverse_deviation(i:), below(:, i:), on(:, i:), above(:, i:), state, piece)
+                else
+                    call lanes_whiten(WIDEST, lanes, samples, carried, role(i:), gain(:, i:), inverse_deviation(i:), &
+                                      on(:, i:), state, piece)
                 end if
-                state(:, j) = next
+                call scatter(count, lanes, samples, places(first:first + count - 1), piece, series(:, i:i + samples - 1))
             end do
         end do
-    end subroutine whiten_lanes
+    end subroutine filter_all
+
+    !> Lays chosen series side by side; zeros make up the lanes.
+    pure subroutine gather(count, lanes, samples, places, series, side_by_side)
+        integer, intent(in) :: count, lanes, samples, places(count)
+        real(dp), intent(in) :: series(:, :)
+        real(dp), intent(out) :: side_by_side(lanes, samples)
+
+        integer :: i, lane
+
+        do i = 1, samples
+            do lane = 1, count
+                side_by_side(lane, i) = series(places(lane), i)
+            end do
+            side_by_side(count + 1:, i) = 0
+        end do
+    end subroutine gather
+
+    !> Puts series that lie side by side in their places.
+    pure subroutine scatter(count, lanes, samples, places, side_by_side, series)
+        integer, intent(in) :: count, lanes, samples, places(count)
+        real(dp), intent(in) :: side_by_side(lanes, samples)
+        real(dp), intent(inout) :: series(:, :)
+
+        integer :: i, lane
+
+        do i = 1, samples
+            do lane = 1, count
+                series(places(lane), i) = side_by_side(lane, i)
+            end do
+        end do
+    end subroutine scatter
 
     !> The three diagonals of a transition matrix.
     pure subroutine diagonals(n, phi, below, on, above)

@@ -15,7 +15,8 @@
 module gracecg_estimation_process_smoother
     use gracecg_base_kinds, only: dp
     use gracecg_base_gauss_markov, only: gauss_markov_t
-    use gracecg_estimation_noise_whitening, only: find_gains, whiten_all, nonzero_rows, LANES
+    use gracecg_base_lanes, only: LANES
+    use gracecg_estimation_noise_whitening, only: find_gains, whiten_all, nonzero_rows
     implicit none
     private
     public :: smooth_errors, smooth_signals

@@ -1,0 +1,73 @@
+!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"): kernels in C (lanes.c), of which
+!> the variant for the processor's widest vectors is taken when the program runs. The bits do not depend on the width.
+module gracecg_base_lanes
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+    implicit none
+    private
+    public :: LANES, MOST_LANES, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
+    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products
+
+    integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
+    integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
+    integer, parameter :: POLES = 10            !! States of `lanes_whiten`
+    integer(c_int32_t), parameter :: LEFT_OUT = 0, PREDICTED = 1, USED = 2
+    !! What is done with a sample: nothing, it becomes 0; its innovation is given and the filter does not learn of it; both
+    integer(c_int32_t), parameter :: WIDEST = LANES     !! Numbers of a vector; less where the processor has no such
+
+    interface
+        !> Kalman filter of series, every state with its own decay and with 1 as output: innovations by their deviations
+        !> in place of the samples.
+        pure subroutine lanes_whiten(widest, lanes, samples, carried, role, gain, inverse_deviation, decay, state, series) &
+            bind(c)
+            import :: c_double, c_int32_t, POLES
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: lanes      !! Series: LANES, 2 LANES or 3 LANES
+            integer(c_int32_t), intent(in), value :: samples, carried   !! After how many of them there is a next one
+            integer(c_int32_t), intent(in) :: role(samples)     !! LEFT_OUT, PREDICTED or USED
+            real(c_double), intent(in) :: gain(POLES, samples)
+            real(c_double), intent(in) :: inverse_deviation(samples)
+            real(c_double), intent(in) :: decay(POLES, samples) !! To the next sample
+            real(c_double), intent(inout) :: state(lanes, POLES)    !! Before the first sample, and after the last
+            real(c_double), intent(inout) :: series(lanes, samples)
+        end subroutine lanes_whiten
+
+        !> The same for states of any output, coupled in pairs: the transition has three diagonals.
+        pure subroutine lanes_filter(widest, states, lanes, samples, carried, role, coupled, output, gain, inverse_deviation, &
+                                     below, on, above, state, series) bind(c)
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: states
+            integer(c_int32_t), intent(in), value :: lanes      !! Series: LANES, 2 LANES or 3 LANES
+            integer(c_int32_t), intent(in), value :: samples, carried   !! After how many of them there is a next one
+            integer(c_int32_t), intent(in) :: role(samples)     !! LEFT_OUT, PREDICTED or USED
+            integer(c_int32_t), intent(in) :: coupled(states)   !! Not 0: to a neighbour
+            real(c_double), intent(in) :: output(states)
+            real(c_double), intent(in) :: gain(states, samples)
+            real(c_double), intent(in) :: inverse_deviation(samples)
+            real(c_double), intent(in), dimension(states, samples) :: below, on, above  !! The diagonals, to the next sample
+            real(c_double), intent(inout) :: state(lanes, states)   !! Before the first sample, and after the last
+            real(c_double), intent(inout) :: series(lanes, samples)
+        end subroutine lanes_filter
+
+        !> Adds the products of observations, one after the other, to the upper triangle of a normal matrix and to its
+        !> right-hand side. Below the diagonal anything may stand then.
+        pure subroutine lanes_add_products(widest, n, stride, m, rows, observed, normal, rhs) bind(c)
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: n          !! Parameters
+            integer(c_int32_t), intent(in), value :: stride     !! n made up to a multiple of LANES
+            integer(c_int32_t), intent(in), value :: m          !! Observations, a multiple of 4
+            real(c_double), intent(in) :: rows(stride, m), observed(m)
+            real(c_double), intent(inout) :: normal(stride, n), rhs(stride)
+        end subroutine lanes_add_products
+    end interface
+
+contains
+
+    !> A number made up to a multiple of LANES.
+    pure integer function lanes_of(n)
+        integer, intent(in) :: n        !! At least 0
+
+        lanes_of = LANES*((n + LANES - 1)/LANES)
+    end function lanes_of
+end module gracecg_base_lanes
