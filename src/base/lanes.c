@@ -36,3 +36,15 @@ void lanes_add_products(int32_t widest, int32_t n, int32_t stride, int32_t m, co
 {
     CALL(add_products, n, stride, m, rows, observed, normal, rhs);
 }
+
+void lanes_carry(int32_t widest, int32_t lanes, int32_t steps, double interval, const double *omega, const double *a,
+                 const double *b, const double *f, double *columns)
+{
+    CALL(carry, lanes, steps, interval, omega, a, b, f, columns);
+}
+
+void lanes_combine(int32_t widest, int32_t lanes, int32_t n, int32_t m, const double *columns, const double *weights,
+                   double *combined)
+{
+    CALL(combine, lanes, n, m, columns, weights, combined);
+}

@@ -5,7 +5,8 @@ module gracecg_base_lanes
     implicit none
     private
     public :: LANES, MOST_LANES, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
-    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products
+    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, &
+        lanes_carry, lanes_combine
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
@@ -60,6 +61,30 @@ module gracecg_base_lanes
             real(c_double), intent(in) :: rows(stride, m), observed(m)
             real(c_double), intent(inout) :: normal(stride, n), rhs(stride)
         end subroutine lanes_add_products
+
+        !> Carries pairs (u, w) of columns of three numbers along du/dt = w - omega x u, dw/dt = A u + B w + f by the
+        !> classical method of Runge and Kutta, and gives dw/dt at the epochs, too.
+        pure subroutine lanes_carry(widest, lanes, steps, interval, omega, a, b, f, columns) bind(c)
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: lanes      !! Pairs, made up to a multiple of LANES
+            integer(c_int32_t), intent(in), value :: steps      !! At least 0
+            real(c_double), intent(in), value :: interval       !! A step
+            real(c_double), intent(in) :: omega(3, 0:2*steps), a(3, 3, 0:2*steps), b(3, 3, 0:2*steps)   !! At half steps
+            real(c_double), intent(in) :: f(lanes, 3, 0:2*steps)    !! Of each pair, at half steps
+            real(c_double), intent(inout) :: columns(lanes, 9, 0:steps)
+            !! x, y, z of u, w and dw/dt; u and w at epoch 0 are given
+        end subroutine lanes_carry
+
+        !> Linear combinations of columns, each with the weights of all: columns by weights.
+        pure subroutine lanes_combine(widest, lanes, n, m, columns, weights, combined) bind(c)
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: lanes      !! A multiple of LANES
+            integer(c_int32_t), intent(in), value :: n, m       !! Columns and combinations
+            real(c_double), intent(in) :: columns(lanes, n), weights(n, m)
+            real(c_double), intent(out) :: combined(lanes, m)
+        end subroutine lanes_combine
     end interface
 
 contains

@@ -87,3 +87,64 @@ TARGET static void VARIANT(add_products)(int n, int stride, int m, const double 
                            READ(&c[j])*observed[k + 2]) + READ(&d[j])*observed[k + 3];
     }
 }
+
+/* du/dt = w - omega x u, dw/dt = A u + B w + f; A and B by columns, f lies `lanes` numbers apart */
+TARGET INLINE void VARIANT(slope)(const double *omega, const double *a, const double *b, const double *f, int lanes,
+                                  const VECTOR *u, const VECTOR *w, VECTOR *u_rate, VECTOR *w_rate)
+{
+    u_rate[0] = w[0] - (omega[1]*u[2] - omega[2]*u[1]);
+    u_rate[1] = w[1] - (omega[2]*u[0] - omega[0]*u[2]);
+    u_rate[2] = w[2] - (omega[0]*u[1] - omega[1]*u[0]);
+    for (int i = 0; i < 3; i++)
+        w_rate[i] = (a[i]*u[0] + a[3 + i]*u[1] + a[6 + i]*u[2]) + (b[i]*w[0] + b[3 + i]*w[1] + b[6 + i]*w[2]) +
+                    READ(&f[i*lanes]);
+}
+
+TARGET static void VARIANT(carry)(int lanes, int steps, double interval, const double *omega, const double *a, const double *b,
+                                  const double *f, double *columns)
+{
+    for (int l = 0; l < lanes; l += WIDTH) {
+        VECTOR u[3], w[3];
+
+        for (int i = 0; i < 3; i++) {
+            u[i] = READ(&columns[l + i*lanes]);
+            w[i] = READ(&columns[l + (3 + i)*lanes]);
+        }
+        for (int k = 0; k <= steps; k++) {
+            VECTOR u_rate[4][3], w_rate[4][3], u_stage[3], w_stage[3];
+            double *kept = &columns[l + 9*k*lanes];
+
+            VARIANT(slope)(&omega[6*k], &a[18*k], &b[18*k], &f[l + 6*k*lanes], lanes, u, w, u_rate[0], w_rate[0]);
+            for (int i = 0; i < 3; i++) {
+                AT(&kept[i*lanes]) = u[i];
+                AT(&kept[(3 + i)*lanes]) = w[i];
+                AT(&kept[(6 + i)*lanes]) = w_rate[0][i];
+            }
+            if (k == steps) break;
+            for (int s = 1; s < 4; s++) {
+                const int half = 2*k + (s + 1)/2;
+                const double step = s == 3 ? interval : interval/2;
+                for (int i = 0; i < 3; i++) {
+                    u_stage[i] = u[i] + step*u_rate[s - 1][i];
+                    w_stage[i] = w[i] + step*w_rate[s - 1][i];
+                }
+                VARIANT(slope)(&omega[3*half], &a[9*half], &b[9*half], &f[l + 3*half*lanes], lanes, u_stage, w_stage,
+                               u_rate[s], w_rate[s]);
+            }
+            for (int i = 0; i < 3; i++) {
+                u[i] += interval/6*((u_rate[0][i] + u_rate[3][i]) + 2*(u_rate[1][i] + u_rate[2][i]));
+                w[i] += interval/6*((w_rate[0][i] + w_rate[3][i]) + 2*(w_rate[1][i] + w_rate[2][i]));
+            }
+        }
+    }
+}
+
+TARGET static void VARIANT(combine)(int lanes, int n, int m, const double *columns, const double *weights, double *combined)
+{
+    for (int l = 0; l < lanes; l += WIDTH)
+        for (int i = 0; i < m; i++) {
+            VECTOR sum = READ(&columns[l])*weights[i*n];
+            for (int j = 1; j < n; j++) sum += READ(&columns[l + j*lanes])*weights[i*n + j];
+            AT(&combined[l + i*lanes]) = sum;
+        }
+}

@@ -18,6 +18,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_error, only: number_text
     use gracecg_base_text, only: append
     use gracecg_base_vectors, only: cross, cross_matrix, unit
+    use gracecg_base_lanes, only: lanes_of, lanes_carry, lanes_combine, WIDEST
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods, gain_unit
@@ -76,17 +77,16 @@ module gracecg_estimation_physical_model
         real(dp), allocatable :: q(:, :)                !! (4, 0:n)
         real(dp), allocatable :: omega(:, :)            !! (3, 0:n), rad/s
         real(dp), allocatable :: omega_dot(:, :)        !! (3, 0:n), rad/s^2
-        real(dp), allocatable :: angles(:, :, :)        !! d zeta/dp, (3, rotational, 0:n)
-        real(dp), allocatable :: rates(:, :, :)         !! d omega/dp
-        real(dp), allocatable :: accelerations(:, :, :) !! d(d omega/dt)/dp
+        real(dp), allocatable :: partials(:, :, :)
+        !! x, y, z of d zeta/dp, of d omega/dp and of d(d omega/dt)/dp: (rotational, 9, 0:n), those made up to a multiple
+        !! of LANES
     end type model_trajectory_t
 
-    !> The equations of the nominal rotation. State: q, omega, then x, y, z of d zeta/dp of all of the model's
-    !> `rotational` parameters, and of d omega/dp: the parameters stand side by side for vector instructions.
+    integer, parameter :: PIECE_LENGTH = 32     !! Steps over which partials are carried at once
+
+    !> The equations of the nominal rotation. State: q, omega.
     type, extends(rotation_t) :: nominal_rotation_t
         type(rigid_body_t) :: body                  !! With the state's inertia errors
-        integer :: parameters = 0                   !! How many of the `rotational` ones have partials: all or none
-        integer, allocatable :: driving(:)          !! Places of the parameters that change the torque
         type(physical_model_t), pointer :: model => null()
         type(model_state_t), pointer :: state => null()
         type(model_trajectory_t), pointer :: trajectory => null()
@@ -365,12 +365,11 @@ contains
         logical, intent(in), optional :: without_partials   !! None are integrated
 
         type(nominal_rotation_t) :: rotation
-        real(dp), allocatable :: initial(:)
-        integer :: i
+        integer :: parameters
 
-        rotation%parameters = size(model%rotational)
-        if (present(without_partials)) rotation%parameters = merge(0, rotation%parameters, without_partials)
-        call shape_trajectory(model%steps, rotation%parameters, trajectory)
+        parameters = size(model%rotational)
+        if (present(without_partials)) parameters = merge(0, parameters, without_partials)
+        call shape_trajectory(model%steps, lanes_of(parameters), trajectory)
         rotation%steps = model%steps
         rotation%interval = model%interval
         rotation%quaternion = 1
@@ -378,15 +377,8 @@ contains
         rotation%model => model
         rotation%state => state
         rotation%trajectory => trajectory
-        associate (p => rotation%parameters)
-            rotation%driving = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
-            allocate (initial(7 + 6*p), source=0.0_dp)
-            initial(:7) = [state%quaternion, state%value(RATE)]
-            do i = 1, p
-                where ([ATTITUDE_ANGLES, RATE] == model%rotational(i)) initial(7 + i::p) = 1
-            end do
-        end associate
-        call rotation%integrate(initial)
+        call rotation%integrate([state%quaternion, state%value(RATE)])
+        if (parameters > 0) call carry_partials(model, state, rotation%body, trajectory)
     end subroutine integrate_trajectory
 
     pure subroutine nominal_rate(self, half, n, y, dydt)
@@ -395,8 +387,11 @@ contains
         real(dp), intent(in) :: y(n)
         real(dp), intent(out) :: dydt(n)
 
-        call derivatives(self%model, self%state, self%body, self%driving, half, self%parameters, y(1:4), y(5:7), y(8:), &
-                         dydt(1:4), dydt(5:7), dydt(8:))
+        real(dp) :: c(3)
+
+        c = times(rotation_matrix(y(:4)/norm2(y(:4))), self%model%upwards(:, half))
+        dydt(:4) = quaternion_rate(y(:4), y(5:))
+        dydt(5:) = self%body%angular_acceleration(torque_at(self%model, self%state, self%body, half, c), y(5:))
     end subroutine nominal_rate
 
     subroutine keep_nominal(self, k, n, y, dydt)
@@ -404,117 +399,175 @@ contains
         integer, intent(in) :: k, n
         real(dp), intent(in) :: y(n), dydt(n)
 
-        integer :: i
-
-        associate (trajectory => self%trajectory, p => self%parameters)
-            trajectory%q(:, k) = y(1:4)
-            trajectory%omega(:, k) = y(5:7)
-            trajectory%omega_dot(:, k) = dydt(5:7)
-            do i = 1, 3
-                trajectory%angles(i, :, k) = y(8 + (i - 1)*p:7 + i*p)
-                trajectory%rates(i, :, k) = y(8 + (i + 2)*p:7 + (i + 3)*p)
-                trajectory%accelerations(i, :, k) = dydt(8 + (i + 2)*p:7 + (i + 3)*p)
-            end do
-        end associate
+        self%trajectory%q(:, k) = y(:4)
+        self%trajectory%omega(:, k) = y(5:)
+        self%trajectory%omega_dot(:, k) = dydt(5:)
     end subroutine keep_nominal
 
-    pure subroutine shape_trajectory(n, p, trajectory)
-        integer, intent(in) :: n, p
+    pure subroutine shape_trajectory(n, lanes, trajectory)
+        integer, intent(in) :: n, lanes
         type(model_trajectory_t), intent(inout) :: trajectory
 
-        if (allocated(trajectory%angles)) then
-            if (all(shape(trajectory%angles) == [3, p, n + 1])) return
-            deallocate (trajectory%q, trajectory%omega, trajectory%omega_dot, trajectory%angles, &
-                        trajectory%rates, trajectory%accelerations)
+        if (allocated(trajectory%q)) then
+            if (all(shape(trajectory%partials) == [lanes, 9, n + 1])) return
+            deallocate (trajectory%q, trajectory%omega, trajectory%omega_dot, trajectory%partials)
         end if
-        allocate (trajectory%q(4, 0:n), trajectory%omega(3, 0:n), trajectory%omega_dot(3, 0:n))
-        allocate (trajectory%angles(3, p, 0:n), trajectory%rates(3, p, 0:n), trajectory%accelerations(3, p, 0:n))
+        allocate (trajectory%q(4, 0:n), trajectory%omega(3, 0:n), trajectory%omega_dot(3, 0:n), trajectory%partials(lanes, 9, 0:n))
     end subroutine shape_trajectory
 
-    !> Right-hand sides at a half step, of the rotation and of x = [d zeta/dp; d omega/dp]. The loop over the parameters
-    !> runs on vector instructions.
-    pure subroutine derivatives(model, state, body, driving, half, parameters, q, omega, x, q_rate, omega_rate, x_rate)
+    !> All torques at a half step.
+    pure function torque_at(model, state, body, half, c) result(acting)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(rigid_body_t), intent(in) :: body
-        integer, intent(in) :: driving(:)
-        integer, intent(in) :: half, parameters
-        real(dp), intent(in) :: q(4), omega(3), x(parameters, 6)
-        real(dp), intent(out) :: q_rate(4), omega_rate(3), x_rate(parameters, 6)
+        integer, intent(in) :: half
+        real(dp), intent(in) :: c(3)        ! upwards, body axes
+        real(dp) :: acting(3)
 
-        real(dp) :: c(3), jc(3), acting(3), change(3)
-        real(dp) :: by_c(3, 3), by_jc(3, 3)     ! [c x], [J c x]
-        real(dp) :: a(3, 3), b(3, 3)            ! d(d omega/dt) by the angles and by the rate
-        integer :: i, k
+        acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
+                                              crossed(model%dipole(:, half), state%value(FIELD_BIAS))) + &
+                 3*model%rate_squared(half)*crossed(c, times(body%inertia, c)) + state%value(TORQUE) + &
+                 (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
+    end function torque_at
 
-        associate (j => body%inertia, three_mu => 3*model%rate_squared(half))
-            c = times(rotation_matrix(q/norm2(q)), model%upwards(:, half))
-            by_c = cross_matrix(c)
-            jc = times(j, c)
-            acting = (1 + state%value(ROD_GAIN))*(model%magnetic_torque(:, half) - &
-                                                  cross(model%dipole(:, half), state%value(FIELD_BIAS))) + &
-                     three_mu*times(by_c, jc) + state%value(TORQUE) + &
-                     (half/(2.0_dp*model%steps) - 0.5_dp)*state%value(TORQUE_CHANGE)
-            q_rate = quaternion_rate(q, omega)
-            omega_rate = body%angular_acceleration(acting, omega)
-            if (parameters == 0) return
-            by_jc = cross_matrix(jc)
-            do k = 1, 3         ! c' = c + c x zeta
-                a(:, k) = three_mu*times(body%inverse_inertia, times(by_c, times(j, by_c(:, k))) - times(by_jc, by_c(:, k)))
+    !> The partials along the nominal rotation: d zeta/dt = -omega x zeta + d omega, d(d omega)/dt = A zeta + B d omega +
+    !> J^-1 dT/dp, by the same method of Runge and Kutta. Between the epochs A and B are those of the mean of the attitudes
+    !> and of the rotation that its rates let expect: of what the stages of the rotation itself would give they differ by
+    !> 1e-9.
+    subroutine carry_partials(model, state, body, trajectory)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(rigid_body_t), intent(in) :: body
+        type(model_trajectory_t), intent(inout) :: trajectory
+
+        real(dp), dimension(3, 0:2*PIECE_LENGTH) :: omega, c
+        real(dp), dimension(3, 3, 0:2*PIECE_LENGTH) :: by_angles, by_rate
+        real(dp) :: driving(size(trajectory%partials, 1), 3, 0:2*PIECE_LENGTH), q(4)
+        integer, allocatable :: places(:)
+        integer :: i, k, first, last, half
+
+        associate (x => trajectory%partials(:, :, 0), p => size(model%rotational))
+            x = 0
+            do i = 1, 3
+                where (model%rotational == ATTITUDE_ANGLES(i)) x(:p, i) = 1
+                where (model%rotational == RATE(i)) x(:p, 3 + i) = 1
             end do
-            b = body%rate_partials(omega)
+            places = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
         end associate
-        do i = 1, parameters
-            x_rate(i, 1) = x(i, 4) - (omega(2)*x(i, 3) - omega(3)*x(i, 2))
-            x_rate(i, 2) = x(i, 5) - (omega(3)*x(i, 1) - omega(1)*x(i, 3))
-            x_rate(i, 3) = x(i, 6) - (omega(1)*x(i, 2) - omega(2)*x(i, 1))
-        end do
-        do k = 1, 3
-            do i = 1, parameters
-                x_rate(i, 3 + k) = a(k, 1)*x(i, 1) + a(k, 2)*x(i, 2) + a(k, 3)*x(i, 3) + &
-                                   (b(k, 1)*x(i, 4) + b(k, 2)*x(i, 5) + b(k, 3)*x(i, 6))
+        driving = 0
+        do first = 0, max(0, model%steps - 1), PIECE_LENGTH
+            last = min(first + PIECE_LENGTH, model%steps)
+            do half = 2*first, 2*last
+                k = half/2
+                i = half - 2*first
+                q = trajectory%q(:, k)
+                omega(:, i) = trajectory%omega(:, k)
+                if (mod(half, 2) == 1) then
+                    q = q + trajectory%q(:, k + 1)
+                    omega(:, i) = (omega(:, i) + trajectory%omega(:, k + 1))/2 + model%interval/8* &
+                                  (trajectory%omega_dot(:, k) - trajectory%omega_dot(:, k + 1))
+                end if
+                c(:, i) = times(rotation_matrix(q/norm2(q)), model%upwards(:, half))
+                call linear_rates(body, 3*model%rate_squared(half), omega(:, i), c(:, i), by_angles(:, :, i), by_rate(:, :, i))
             end do
+            do i = 1, size(places)
+                call take_driving(model, state, body, model%rotational(places(i)), 2*first, 2*(last - first), omega, c, &
+                                  driving(places(i), :, :))
+            end do
+            call lanes_carry(WIDEST, size(driving, 1), last - first, model%interval, omega, by_angles, by_rate, driving, &
+                             trajectory%partials(:, :, first:last))
         end do
-        do k = 1, size(driving)
-            i = driving(k)
-            change = times(body%inverse_inertia, generalised_torque(model%rotational(i)))
-            x_rate(i, 4:6) = x_rate(i, 4:6) + change
+    end subroutine carry_partials
+
+    !> The partials of d omega/dt by the angles and by the rate: c changes by c x zeta,
+    !> A = 3 mu/r^3 J^-1 ([c x] J - [J c x]) [c x], and B = J^-1 ([J omega x] - [omega x] J), (4-11), (4-14).
+    pure subroutine linear_rates(body, three_mu, omega, c, by_angles, by_rate)
+        type(rigid_body_t), intent(in) :: body
+        real(dp), intent(in) :: three_mu, omega(3), c(3)        ! 3 mu/r^3; body axes
+        real(dp), intent(out), dimension(3, 3) :: by_angles, by_rate
+
+        real(dp) :: by_c(3, 3), jc(3), j_omega(3)
+        integer :: k
+
+        associate (j => body%inertia)
+            jc = times(j, c)
+            j_omega = times(j, omega)
+            do k = 1, 3
+                by_c(:, k) = crossed(c, j(:, k))
+                by_rate(:, k) = -crossed(omega, j(:, k))
+            end do
+        end associate
+        call add_cross_matrix(-1.0_dp, jc, by_c)
+        call add_cross_matrix(1.0_dp, j_omega, by_rate)
+        by_angles(:, 1) = by_c(:, 2)*c(3) - by_c(:, 3)*c(2)
+        by_angles(:, 2) = by_c(:, 3)*c(1) - by_c(:, 1)*c(3)
+        by_angles(:, 3) = by_c(:, 1)*c(2) - by_c(:, 2)*c(1)
+        do k = 1, 3
+            by_angles(:, k) = three_mu*times(body%inverse_inertia, by_angles(:, k))
+            by_rate(:, k) = times(body%inverse_inertia, by_rate(:, k))
         end do
+    end subroutine linear_rates
 
-    contains
+    !> Adds f [v x] to a matrix.
+    pure subroutine add_cross_matrix(f, v, matrix)
+        real(dp), intent(in) :: f, v(3)
+        real(dp), intent(inout) :: matrix(3, 3)
 
-        !> What the change of a parameter by 1 adds to the torques.
-        pure function generalised_torque(parameter) result(f)
-            integer, intent(in) :: parameter
-            real(dp) :: f(3)
+        matrix(2, 1) = matrix(2, 1) + f*v(3)
+        matrix(3, 1) = matrix(3, 1) - f*v(2)
+        matrix(1, 2) = matrix(1, 2) - f*v(3)
+        matrix(3, 2) = matrix(3, 2) + f*v(1)
+        matrix(1, 3) = matrix(1, 3) + f*v(2)
+        matrix(2, 3) = matrix(2, 3) - f*v(1)
+    end subroutine add_cross_matrix
 
-            real(dp) :: axis(3), dj(3, 3)
+    !> What the change of a parameter by 1 adds to d omega/dt over some half steps.
+    pure subroutine take_driving(model, state, body, parameter, first, count, omega, c, driving)
+        type(physical_model_t), intent(in) :: model
+        type(model_state_t), intent(in) :: state
+        type(rigid_body_t), intent(in) :: body
+        integer, intent(in) :: parameter, first, count      ! half steps first, ..., first + count
+        real(dp), intent(in) :: omega(3, 0:*), c(3, 0:*)
+        real(dp), intent(inout) :: driving(:, 0:)
 
-            f = 0
+        real(dp) :: acting(3), axis(3), dj(3, 3), omega_dot(3)
+        integer :: i, half
+
+        acting = 0
+        axis = 0
+        select case (parameter)
+        case (TORQUE(1):TORQUE(3))
+            acting(parameter - TORQUE(1) + 1) = 1
+        case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
+            axis(parameter - TORQUE_CHANGE(1) + 1) = 1
+        case (FIELD_BIAS(1):FIELD_BIAS(3))
+            axis(parameter - FIELD_BIAS(1) + 1) = 1
+        case (INERTIA(1):INERTIA(6))
+            dj = unit_inertia(parameter - INERTIA(1) + 1)
+        end select
+        do i = 0, count
+            half = first + i
             select case (parameter)
-            case (TORQUE(1):TORQUE(3))
-                f(parameter - TORQUE(1) + 1) = 1
             case (ROD_GAIN)
-                f = model%magnetic_torque(:, half) - cross(model%dipole(:, half), state%value(FIELD_BIAS))
+                acting = model%magnetic_torque(:, half) - crossed(model%dipole(:, half), state%value(FIELD_BIAS))
             case (FIELD_BIAS(1):FIELD_BIAS(3))
-                axis = 0
-                axis(parameter - FIELD_BIAS(1) + 1) = 1
-                f = -(1 + state%value(ROD_GAIN))*cross(model%dipole(:, half), axis)
+                acting = -(1 + state%value(ROD_GAIN))*crossed(model%dipole(:, half), axis)
             case (INERTIA(1):INERTIA(6))
-                dj = unit_inertia(parameter - INERTIA(1) + 1)
-                f = 3*model%rate_squared(half)*cross(c, matmul(dj, c)) - matmul(dj, omega_rate) - &
-                    cross(omega, matmul(dj, omega))
+                omega_dot = body%angular_acceleration(torque_at(model, state, body, half, c(:, i)), omega(:, i))
+                acting = 3*model%rate_squared(half)*crossed(c(:, i), times(dj, c(:, i))) - times(dj, omega_dot) - &
+                         crossed(omega(:, i), times(dj, omega(:, i)))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
-                f(parameter - TORQUE_CHANGE(1) + 1) = half/(2.0_dp*model%steps) - 0.5_dp
+                acting = (half/(2.0_dp*model%steps) - 0.5_dp)*axis
             case (ROD_GAINS(1):FIELD_DELAY, FIELD_SCALES(1):FIELD_SWAPS(3))
-                f = model%shape(:, half, parameter)
+                acting = model%shape(:, half, parameter)
             case (ALL_RODS_DELAY)
-                f = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
+                acting = sum(model%shape(:, half, ROD_DELAYS(1):ROD_DELAYS(3)), 2)
             case (ALL_RODS_FREQUENCY)
-                f = sum(model%shape(:, half, ROD_FREQUENCIES(1):ROD_FREQUENCIES(3)), 2)
+                acting = sum(model%shape(:, half, ROD_FREQUENCIES(1):ROD_FREQUENCIES(3)), 2)
             end select
-        end function generalised_torque
-    end subroutine derivatives
+            driving(:, i) = times(body%inverse_inertia, acting)
+        end do
+    end subroutine take_driving
 
     !> `transformed` of gracecg_base_vectors once more, in this file: so the compiler puts it in line in inner loops.
     pure function times(m, v)
@@ -523,6 +576,14 @@ contains
 
         times = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
     end function times
+
+    !> `cross` likewise.
+    pure function crossed(a, b)
+        real(dp), intent(in) :: a(3), b(3)
+        real(dp) :: crossed(3)
+
+        crossed = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+    end function crossed
 
     !> What the accelerometer would show at the samples' epochs, and the partials of the estimated
     !> parameters.
@@ -660,7 +721,8 @@ contains
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
         real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3), weight(9, 3)
+        real(dp) :: rotational(size(trajectory%partials, 1), 3)
         integer :: i, axis, other
 
         ! Not by associate: a vector subscript as its selector stops flang 22
@@ -679,14 +741,16 @@ contains
                 end do
             end if
             if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
+            do axis = 1, 3
+                weight(:, axis) = factor(axis)*[by_angles(axis, :), by_rate(axis, :), by_acceleration(axis, :)]
+            end do
+            call lanes_combine(WIDEST, size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, rotational)
             partials = 0
             if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
-                        partials(i, :) = factor*(times(by_rate, trajectory%rates(:, r, k)) + &
-                                                 times(by_angles, trajectory%angles(:, r, k)) + &
-                                                 times(by_acceleration, trajectory%accelerations(:, r, k)))
+                        partials(i, :) = rotational(r, :)
                         cycle
                     end if
                     axis = mod(p - 1, 3) + 1    ! of the groups of three
@@ -768,7 +832,7 @@ contains
         real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
-        real(dp) :: computed(4), column(3), tau
+        real(dp) :: computed(4), tau, turned(3, 3), weight(9, 3), rotational(size(trajectory%partials, 1), 3)
         integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
@@ -777,6 +841,12 @@ contains
             computed = turned_by(tau*omega + tau**2/2*trajectory%omega_dot(:, k), trajectory%q(:, k))
             angles = matmul(camera, turn_between(computed, quaternion))
             if (.not. present(partials)) return
+            turned = 0
+            call add_cross_matrix(-tau, omega, turned)
+            weight(:3, :) = transpose(camera + matmul(camera, turned))
+            weight(4:6, :) = tau*transpose(camera)
+            weight(7:, :) = tau**2/2*transpose(camera)
+            call lanes_combine(WIDEST, size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, rotational)
             partials = 0
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))
@@ -789,10 +859,7 @@ contains
                         end select
                         cycle
                     end if
-                    column = trajectory%angles(:, r, k)
-                    column = column + tau*(trajectory%rates(:, r, k) - cross(omega, column)) + &
-                             tau**2/2*trajectory%accelerations(:, r, k)
-                    partials(i, :) = times(camera, column)
+                    partials(i, :) = rotational(r, :)
                 end associate
             end do
         end associate
