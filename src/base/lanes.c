@@ -43,8 +43,8 @@ void lanes_carry(int32_t widest, int32_t lanes, int32_t steps, double interval, 
     CALL(carry, lanes, steps, interval, omega, a, b, f, columns);
 }
 
-void lanes_combine(int32_t widest, int32_t lanes, int32_t n, int32_t m, const double *columns, const double *weights,
-                   double *combined)
+void lanes_combine(int32_t widest, int32_t lanes, int32_t stride, int32_t n, int32_t m, const double *columns,
+                   const double *weights, double *combined)
 {
-    CALL(combine, lanes, n, m, columns, weights, combined);
+    CALL(combine, lanes, stride, n, m, columns, weights, combined);
 }

@@ -76,13 +76,15 @@ module gracecg_base_lanes
             !! x, y, z of u, w and dw/dt; u and w at epoch 0 are given
         end subroutine lanes_carry
 
-        !> Linear combinations of columns, each with the weights of all: columns by weights.
-        pure subroutine lanes_combine(widest, lanes, n, m, columns, weights, combined) bind(c)
+        !> Linear combinations of columns, each by weights of its own.
+        pure subroutine lanes_combine(widest, lanes, stride, n, m, columns, weights, combined) bind(c)
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: lanes      !! A multiple of LANES
-            integer(c_int32_t), intent(in), value :: n, m       !! Columns and combinations
-            real(c_double), intent(in) :: columns(lanes, n), weights(n, m)
+            integer(c_int32_t), intent(in), value :: lanes      !! Numbers of a column, any
+            integer(c_int32_t), intent(in), value :: stride     !! From the first number of a column to that of the next
+            integer(c_int32_t), intent(in), value :: n, m       !! Columns, at least 1, and combinations
+            real(c_double), intent(in) :: columns(stride, *)
+            real(c_double), intent(in) :: weights(m, n)
             real(c_double), intent(out) :: combined(lanes, m)
         end subroutine lanes_combine
     end interface

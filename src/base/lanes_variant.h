@@ -139,12 +139,35 @@ TARGET static void VARIANT(carry)(int lanes, int steps, double interval, const d
     }
 }
 
-TARGET static void VARIANT(combine)(int lanes, int n, int m, const double *columns, const double *weights, double *combined)
+/* `count` combinations at once: a column is loaded once for their products */
+TARGET INLINE void VARIANT(combine_few)(const int count, int lanes, int stride, int n, int m, const double *columns,
+                                        const double *weights, double *combined)
 {
-    for (int l = 0; l < lanes; l += WIDTH)
-        for (int i = 0; i < m; i++) {
-            VECTOR sum = READ(&columns[l])*weights[i*n];
-            for (int j = 1; j < n; j++) sum += READ(&columns[l + j*lanes])*weights[i*n + j];
-            AT(&combined[l + i*lanes]) = sum;
+    int l = 0;
+
+    for (; l + WIDTH <= lanes; l += WIDTH) {
+        VECTOR sum[count];
+        for (int i = 0; i < count; i++) sum[i] = READ(&columns[l])*weights[i];
+        for (int j = 1; j < n; j++) {
+            const VECTOR column = READ(&columns[l + (long)j*stride]);
+            for (int i = 0; i < count; i++) sum[i] += column*weights[j*m + i];
         }
+        for (int i = 0; i < count; i++) AT(&combined[l + i*lanes]) = sum[i];
+    }
+    for (; l < lanes; l++)
+        for (int i = 0; i < count; i++) {
+            double sum = columns[l]*weights[i];
+            for (int j = 1; j < n; j++) sum += columns[l + (long)j*stride]*weights[j*m + i];
+            combined[l + i*lanes] = sum;
+        }
+}
+
+TARGET static void VARIANT(combine)(int lanes, int stride, int n, int m, const double *columns, const double *weights,
+                                    double *combined)
+{
+    int i = 0;
+    for (; i + 4 <= m; i += 4)
+        VARIANT(combine_few)(4, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
+    if (m - i == 3) VARIANT(combine_few)(3, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
+    else for (; i < m; i++) VARIANT(combine_few)(1, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
 }

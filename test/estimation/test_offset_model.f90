@@ -43,7 +43,7 @@ contains
         real(dp) :: partials(3, 3), plus(3), minus(3), differences(3)
         integer :: i
 
-        partials = offset_rate_partials(OMEGA, LAMBDA, D)
+        partials = offset_rate_partials(OMEGA, D, LAMBDA)
         do i = 1, 3
             plus = OMEGA
             minus = OMEGA

@@ -389,9 +389,10 @@ contains
 
         real(dp) :: c(3)
 
-        c = times(rotation_matrix(y(:4)/norm2(y(:4))), self%model%upwards(:, half))
+        c = turned_into(y(:4), self%model%upwards(:, half))/sum(y(:4)**2)
         dydt(:4) = quaternion_rate(y(:4), y(5:))
-        dydt(5:) = self%body%angular_acceleration(torque_at(self%model, self%state, self%body, half, c), y(5:))
+        dydt(5:) = times(self%body%inverse_inertia, torque_at(self%model, self%state, self%body, half, c) - &
+                         crossed(y(5:), times(self%body%inertia, y(5:))))       ! (4-1), (4-7)
     end subroutine nominal_rate
 
     subroutine keep_nominal(self, k, n, y, dydt)
@@ -467,7 +468,7 @@ contains
                     omega(:, i) = (omega(:, i) + trajectory%omega(:, k + 1))/2 + model%interval/8* &
                                   (trajectory%omega_dot(:, k) - trajectory%omega_dot(:, k + 1))
                 end if
-                c(:, i) = times(rotation_matrix(q/norm2(q)), model%upwards(:, half))
+                c(:, i) = turned_into(q, model%upwards(:, half))/sum(q**2)
                 call linear_rates(body, 3*model%rate_squared(half), omega(:, i), c(:, i), by_angles(:, :, i), by_rate(:, :, i))
             end do
             do i = 1, size(places)
@@ -577,6 +578,17 @@ contains
         times = m(:, 1)*v(1) + m(:, 2)*v(2) + m(:, 3)*v(3)
     end function times
 
+    !> A vector in the axes that a quaternion q turns into, times q^2; the product of the rotation matrix likewise.
+    pure function turned_into(q, v) result(turned)
+        real(dp), intent(in) :: q(4), v(3)
+        real(dp) :: turned(3)
+
+        real(dp) :: across(3)
+
+        across = crossed(q(:3), v) - q(4)*v
+        turned = crossed(q(:3), across) + (q(1)*v(1) + q(2)*v(2) + q(3)*v(3))*q(:3) - q(4)*across
+    end function turned_into
+
     !> `cross` likewise.
     pure function crossed(a, b)
         real(dp), intent(in) :: a(3), b(3)
@@ -653,7 +665,7 @@ contains
         integer, intent(in) :: k
         real(dp) :: c(3)            !! Upwards, body axes
 
-        c = times(rotation_matrix(trajectory%q(:, k)), model%upwards(:, 2*k))
+        c = turned_into(trajectory%q(:, k), model%upwards(:, 2*k))
     end function vertical_at
 
     !> The unscaled acceleration along the airflow that is no straight line by its parameters: curvature,
@@ -704,7 +716,7 @@ contains
         real(dp) :: along(3)                    !! Unit vector, body axes
 
         along = [1.0_dp, 0.0_dp, 0.0_dp]
-        if (model%airflow_known) along = times(rotation_matrix(q), model%airflow(:, k))
+        if (model%airflow_known) along = turned_into(q, model%airflow(:, k))
     end function airflow_at
 
     pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, drag, changes, &
@@ -720,31 +732,33 @@ contains
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp), parameter :: NO_FEEDBACK(3, 3) = 0
-        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3), weight(9, 3)
+        real(dp) :: d(3), by_rate(3, 3), by_angles(3, 3), by_acceleration(3, 3), c(3), d_by_c(3), slope(3), weight(3, 9)
         real(dp) :: rotational(size(trajectory%partials, 1), 3)
         integer :: i, axis, other
 
         ! Not by associate: a vector subscript as its selector stops flang 22
         d = state%value(OFFSET)
         associate (t => k*model%interval)
-            by_rate = offset_rate_partials(trajectory%omega(:, k), NO_FEEDBACK, d)
+            by_rate = offset_rate_partials(trajectory%omega(:, k), d)
             by_acceleration = -cross_matrix(d)
             by_angles = 0
             if (model%rate_squared(2*k) > 0) then
                 c = vertical_at(model, trajectory, k)
                 ! G d = mu/r^3 (d - 3 (c.d) c), and c changes by c x zeta
-                d_by_c = cross(d, c)
+                d_by_c = crossed(d, c)
                 by_angles = dot_product(c, d)*cross_matrix(c)
                 do i = 1, 3
                     by_angles(:, i) = -3*model%rate_squared(2*k)*(by_angles(:, i) + c*d_by_c(i))
                 end do
             end if
             if (model%airflow_known) by_angles = by_angles + cross_matrix(drag)
-            do axis = 1, 3
-                weight(:, axis) = factor(axis)*[by_angles(axis, :), by_rate(axis, :), by_acceleration(axis, :)]
+            do i = 1, 3
+                weight(:, i) = factor*by_angles(:, i)
+                weight(:, 3 + i) = factor*by_rate(:, i)
+                weight(:, 6 + i) = factor*by_acceleration(:, i)
             end do
-            call lanes_combine(WIDEST, size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, rotational)
+            call lanes_combine(WIDEST, size(rotational, 1), size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, &
+                               rotational)
             partials = 0
             if (any(model%estimated == ACCELEROMETER_DELAYS(1))) slope = acceleration_slope(model, state, trajectory, k)
             do i = 1, size(model%estimated)
@@ -832,7 +846,7 @@ contains
         real(dp), intent(out) :: angles(3)      !! Observed minus computed, about camera axes, rad
         real(dp), intent(out), optional :: partials(:, :)   !! (estimated, 3)
 
-        real(dp) :: computed(4), tau, turned(3, 3), weight(9, 3), rotational(size(trajectory%partials, 1), 3)
+        real(dp) :: computed(4), tau, turned(3, 3), weight(3, 9), rotational(size(trajectory%partials, 1), 3)
         integer :: k, i
 
         k = max(0, min(model%steps, nint(time/model%interval)))
@@ -843,10 +857,13 @@ contains
             if (.not. present(partials)) return
             turned = 0
             call add_cross_matrix(-tau, omega, turned)
-            weight(:3, :) = transpose(camera + matmul(camera, turned))
-            weight(4:6, :) = tau*transpose(camera)
-            weight(7:, :) = tau**2/2*transpose(camera)
-            call lanes_combine(WIDEST, size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, rotational)
+            do i = 1, 3
+                weight(:, i) = camera(:, i) + times(camera, turned(:, i))
+                weight(:, 3 + i) = tau*camera(:, i)
+                weight(:, 6 + i) = tau**2/2*camera(:, i)
+            end do
+            call lanes_combine(WIDEST, size(rotational, 1), size(rotational, 1), 9, 3, trajectory%partials(:, :, k), weight, &
+                               rotational)
             partials = 0
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i), r => model%place(i))

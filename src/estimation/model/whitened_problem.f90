@@ -37,6 +37,8 @@ module gracecg_estimation_whitened_problem
         type(fitting_data_t) :: data    !! The observations, preprocessed
         type(assumed_noise_t) :: noise    !! That gives the weights
         type(whitener_t) :: whiteners(3)    !! Of accelerometer x, y, z
+        type(noise_spectrum_t), private :: whitened_noise(3)        !! The noise that they are for
+        logical, allocatable, private :: whitened_samples(:, :)     !! The samples kept that they are for
         logical, allocatable :: star_kept(:)            !! (star-camera samples)
         logical, allocatable :: acceleration_kept(:, :) !! (3, accelerometer samples)
         real(dp), allocatable :: star_angles(:, :)      !! Observed minus computed, camera axes, rad
@@ -140,6 +142,9 @@ contains
         other%noise = problem%noise
         other%star_kept = problem%star_kept
         other%acceleration_kept = problem%acceleration_kept
+        other%whiteners = problem%whiteners
+        other%whitened_noise = problem%whitened_noise
+        if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
     end subroutine with_parameters
 
     !> A-priori knowledge of the estimated parameters, where there is any.
@@ -162,9 +167,25 @@ contains
         type(whitened_problem_t), intent(inout) :: problem
         type(error_t), allocatable, intent(out) :: error
 
+        if (allocated(problem%whitened_samples)) then
+            if (all(problem%whitened_samples .eqv. problem%acceleration_kept) .and. &
+                all(same_noise(problem%whitened_noise, problem%noise%accelerometer))) return
+            deallocate (problem%whitened_samples)
+        end if
         call accelerometer_whiteners(problem%noise%accelerometer, problem%model%interval, &
                                      problem%data%accelerometer_epoch, problem%whiteners, error, &
                                      problem%acceleration_kept)
+        if (allocated(error)) return
+        problem%whitened_noise = problem%noise%accelerometer
+        problem%whitened_samples = problem%acceleration_kept
+
+    contains
+
+        elemental logical function same_noise(a, b)
+            type(noise_spectrum_t), intent(in) :: a, b
+
+            same_noise = abs(a%level - b%level) <= 0 .and. abs(a%corner - b%corner) <= 0 .and. a%sides == b%sides
+        end function same_noise
     end subroutine set_noise
 
     subroutine linearise_calibration(self, partials, residuals, weights, error)

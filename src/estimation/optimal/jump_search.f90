@@ -7,6 +7,7 @@
 !> work grows with the arc's length, not with its square.
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
+    use gracecg_base_lanes, only: lanes_combine, WIDEST
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_processor, only: batch_solution_t
     implicit none
@@ -75,24 +76,20 @@ contains
 
         real(dp) :: steps(size(places), size(problem%data%accelerometer_epoch))
         real(dp) :: with_others(size(batch%inverse, 1), size(places)), score, whole, information
-        integer :: i, k, row
+        integer :: i, first
 
         steps = 0
         do i = 1, size(places)
             steps(i, max(1, places(i)):) = 1
         end do
         call problem%whiteners(axis)%whiten(steps)
-        with_others = 0
-        do k = 1, size(steps, 2)
-            row = problem%star_rows + 3*k - 3 + axis
-            do i = 1, size(places)
-                if (k >= places(i)) with_others(:, i) = with_others(:, i) + steps(i, k)*batch%gain(:, row)
-            end do
-        end do
+        first = problem%star_rows + axis
+        associate (n => size(with_others, 1), samples => size(steps, 2))
+            call lanes_combine(WIDEST, n, 3*n, samples, size(places), batch%gain(:, first:), steps, with_others)
+        end associate
         gains = 0
         do i = 1, size(places)
-            score = dot_product(steps(i, :), batch%residuals(problem%star_rows + axis: &
-                                                             problem%star_rows + problem%acceleration_rows:3))
+            score = dot_product(steps(i, :), batch%residuals(first:problem%star_rows + problem%acceleration_rows:3))
             whole = dot_product(steps(i, :), steps(i, :))
             information = whole - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
             if (information > LEAST_SEPARATE*whole) gains(i) = score**2/information

@@ -9,6 +9,7 @@
 module gracecg_estimation_wave_search
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_lanes, only: lanes_combine, WIDEST
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_processor, only: batch_solution_t
@@ -22,7 +23,7 @@ module gracecg_estimation_wave_search
     real(dp), parameter :: LEAST_CYCLES = 1.5_dp        !! In the arc: a slower wave looks like drift
     real(dp), parameter :: HIGHEST_FREQUENCY = 1.0_dp   !! Hz
     real(dp), parameter :: NEAR_LINE = 0.25_dp          !! Where the frequency is looked for, in units of 1/arc
-    integer, parameter :: REFINEMENTS = 14              !! Of the golden section
+    integer, parameter :: REFINEMENTS = 8               !! Of the golden section: to 0.005/arc, from where the fit finds it
     real(dp), parameter :: GOLDEN = (sqrt(5.0_dp) - 1)/2
 
     !> A wave in the residuals.
@@ -41,11 +42,15 @@ contains
         type(density_wave_found_t) :: wave
 
         real(dp) :: line, frequency, low, high, inner(2), value(2), arc
+        real(dp) :: along(3, size(problem%data%accelerometer_epoch))    ! the airflow, body axes
         integer :: i
 
         arc = problem%model%steps*problem%model%interval
         call line_along_airflow(problem, batch, arc, line, frequency)
         if (line < LEAST_GAIN) return
+        do i = 1, size(along, 2)
+            along(:, i) = airflow_at(problem%model, problem%state%quaternion, problem%data%accelerometer_epoch(i))
+        end do
         low = frequency - NEAR_LINE/arc
         high = frequency + NEAR_LINE/arc
         inner = [high - GOLDEN*(high - low), low + GOLDEN*(high - low)]
@@ -71,33 +76,33 @@ contains
             real(dp), intent(in) :: at                          !! Hz
             real(dp), intent(out), optional :: amplitude(2)
 
-            real(dp) :: columns(2, problem%acceleration_rows), with_others(2, size(batch%inverse, 1))
-            real(dp) :: information(2, 2), score(2), solution(2), along(3), angle, determinant
+            real(dp) :: columns(2, problem%acceleration_rows), with_others(size(batch%inverse, 1), 2)
+            real(dp) :: information(2, 2), score(2), solution(2), wave(2), angle, determinant
             integer :: k, axis, first
 
             do k = 1, size(problem%data%accelerometer_epoch)
-                associate (epoch => problem%data%accelerometer_epoch(k))
-                    along = airflow_at(problem%model, problem%state%quaternion, epoch)
-                    angle = TWO_PI*at*epoch*problem%model%interval
-                end associate
-                columns(1, 3*k - 2:3*k) = along*sin(angle)
-                columns(2, 3*k - 2:3*k) = along*cos(angle)
+                angle = TWO_PI*at*problem%data%accelerometer_epoch(k)*problem%model%interval
+                wave = [sin(angle), cos(angle)]
+                do axis = 1, 3
+                    columns(:, 3*k - 3 + axis) = along(axis, k)*wave
+                end do
             end do
             do axis = 1, 3
                 call problem%whiteners(axis)%whiten(columns(:, axis::3))
             end do
             first = problem%star_rows
             score = 0
-            with_others = 0
             information = 0
             do k = 1, problem%acceleration_rows
                 score = score + columns(:, k)*batch%residuals(first + k)
                 do axis = 1, 2
                     information(:, axis) = information(:, axis) + columns(:, k)*columns(axis, k)
-                    with_others(axis, :) = with_others(axis, :) + columns(axis, k)*batch%gain(:, first + k)
                 end do
             end do
-            information = information - matmul(with_others, matmul(batch%inverse, transpose(with_others)))
+            associate (n => size(with_others, 1), rows => problem%acceleration_rows)
+                call lanes_combine(WIDEST, n, n, rows, 2, batch%gain(:, first + 1:first + rows), columns, with_others)
+            end associate
+            information = information - matmul(transpose(with_others), matmul(batch%inverse, with_others))
             gain = 0
             solution = 0
             determinant = information(1, 1)*information(2, 2) - information(1, 2)**2

@@ -144,9 +144,9 @@ contains
                 k = offset%data%accelerometer_epoch(i)
                 row = 3*(i - 1)
                 rate_to_state = rate_to_state - matmul(gain(:, row + 1:row + 3), matmul( &
-                                offset_rate_partials(rotation%omega(:, k), &
-                                                     attitude%fit%body%rate_partials(rotation%omega(:, k)), &
-                                                     offset%state(1:3)), rotation%phi_22(:, :, k)))
+                                offset_rate_partials(rotation%omega(:, k), offset%state(1:3), &
+                                                     attitude%fit%body%rate_partials(rotation%omega(:, k))), &
+                                rotation%phi_22(:, :, k)))
             end do
         end associate
         if (knowledge%knows_angular_velocity()) then

@@ -138,8 +138,8 @@ contains
                 k = self%data%accelerometer_epoch(i)
                 column = last_attitude + 3*(i - 1)
                 partials(n + 1:n + 3, column + 1:column + 3) = transpose(matmul( &
-                    offset_rate_partials(rotation%omega(:, k), self%fit%body%rate_partials(rotation%omega(:, k)), &
-                                         self%offset_state(1:3)), rotation%phi_22(:, :, k)))
+                    offset_rate_partials(rotation%omega(:, k), self%offset_state(1:3), &
+                                         self%fit%body%rate_partials(rotation%omega(:, k))), rotation%phi_22(:, :, k)))
             end do
         end associate
     end subroutine linearise_combined

@@ -25,16 +25,17 @@ contains
     !> d(A~ d)/d omega of (4-21), (4-27)-(4-32), where d omega/dt depends on omega through Lambda.
     !>
     !> d omega x (omega x d) = omega (omega.d) - d omega^2, hence the first three terms.
-    pure function offset_rate_partials(omega, lambda, d) result(h)
+    pure function offset_rate_partials(omega, d, lambda) result(h)
         real(dp), intent(in) :: omega(3)        !! rad/s
-        real(dp), intent(in) :: lambda(3, 3)    !! d(d omega/dt)/d omega, 1/s
         real(dp), intent(in) :: d(3)            !! m
+        real(dp), intent(in), optional :: lambda(3, 3)  !! d(d omega/dt)/d omega, 1/s; absent: 0
         real(dp) :: h(3, 3)                     !! (m/s^2)/(rad/s)
 
         real(dp) :: along
         integer :: i, j
 
-        h = matmul(cross_matrix(d), lambda)
+        h = 0
+        if (present(lambda)) h = matmul(cross_matrix(d), lambda)
         along = dot_product(omega, d)
         do j = 1, 3
             do i = 1, 3
