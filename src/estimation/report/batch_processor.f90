@@ -51,13 +51,15 @@ module gracecg_estimation_batch_processor
     end interface
 
     real(dp), parameter :: FAR = 3
-    !! A correction of more standard deviations than this asks for new partials
+    !! A correction of more standard deviations than this asks for new partials, unless the solution need only be rough
     real(dp), parameter :: POOR = 0.3_dp
     !! So does one that is not smaller than the one before times this
     real(dp), parameter :: NEAR = 1e-4_dp
     !! So does the first that is smaller than this, in standard deviations: the last partials are those of the solution
     real(dp), parameter :: SAME = 1e-5_dp
-    !! From the last partials to the solution, in standard deviations: so far their change does not matter
+    !! From the last partials to the solution, in standard deviations: so far their change does not matter. Farther, the
+    !! first step with new partials shows what it does, and so what the change over that step may do: where that is within
+    !! the tolerance, the step was the last
 
     !> When the iterations end.
     type :: batch_settings_t
@@ -99,8 +101,9 @@ contains
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:)
         real(dp), allocatable :: normal(:, :), rhs(:), correction(:)
         real(dp) :: step, step_before, moved    ! in standard deviations; the last one since the partials
+        real(dp) :: effect                      ! of new partials, by the way since the old ones; 1: not known
         type(iteration_t) :: note
-        logical :: fresh
+        logical :: fresh, settled               ! the state was the solution with the partials before
         integer :: n, m, iteration, i
 
         n = size(problem%scales)
@@ -113,6 +116,7 @@ contains
         allocate (partials(n, m), residuals(m), weights(m))
         allocate (normal(n, n), rhs(n), correction(n), solution%inverse(n, n))
         fresh = .true.
+        settled = .false.
         step_before = huge(step_before)
         moved = 0
         do iteration = 1, settings%most_iterations
@@ -122,7 +126,6 @@ contains
                 call normal_equations(partials, residuals, normal, rhs, weights)
                 call solve_normal_equations(normal, rhs, correction, solution%inverse, &
                                             solution%condition, error, problem%names)
-                moved = 0
             else
                 call problem%compare(residuals)
                 correction = matmul(solution%inverse, matmul(partials, weights*residuals))
@@ -145,9 +148,12 @@ contains
             solution%iterations = iteration
             if (settings%keep_partials) then
                 step = maxval([(abs(correction(i))/sqrt(solution%inverse(i, i)), i=1, n)])
-                moved = moved + step
-                solution%converged = step <= settings%tolerance .and. (settings%rough .or. moved <= SAME)
-                fresh = step > min(FAR, POOR*step_before) .or. (step <= NEAR .and. moved > SAME)
+                effect = 1
+                if (fresh .and. settled) effect = step/moved
+                moved = step + merge(0.0_dp, moved, fresh)
+                solution%converged = effect*step <= settings%tolerance .and. (settings%rough .or. moved <= SAME .or. effect < 1)
+                settled = effect < 1 .or. (step <= NEAR .and. moved > SAME)
+                fresh = settled .or. step > POOR*step_before .or. (step > FAR .and. .not. settings%rough)
                 step_before = step
             else
                 solution%converged = problem%linear .or. all(abs(correction) <= settings%tolerance*problem%scales)
