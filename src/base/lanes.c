@@ -3,7 +3,7 @@
 #include "vectors.h"
 
 /* As in the Fortran module */
-enum { LANES = 8, MOST_LANES = 24, POLES = 10, LEFT_OUT = 0, PREDICTED = 1 };
+enum { LANES = 8, MOST_LANES = 24, POLES = 10, BLOCK = 64, LEFT_OUT = 0, PREDICTED = 1 };
 
 /* A filter: the arrays of gracecg_base_lanes, each row of a transition `states` numbers long */
 struct filter {

@@ -139,16 +139,20 @@ TARGET static void VARIANT(carry)(int lanes, int steps, double interval, const d
     }
 }
 
-/* `count` combinations at once: a column is loaded once for their products */
-TARGET INLINE void VARIANT(combine_few)(const int count, int lanes, int stride, int n, int m, const double *columns,
-                                        const double *weights, double *combined)
+/* `count` combinations at once: a column is loaded once for their products. Columns from `first` on are added to what
+   there is. */
+TARGET INLINE void VARIANT(combine_few)(const int count, int lanes, int stride, int first, int last, int m,
+                                        const double *columns, const double *weights, double *combined)
 {
     int l = 0;
 
     for (; l + WIDTH <= lanes; l += WIDTH) {
         VECTOR sum[count];
-        for (int i = 0; i < count; i++) sum[i] = READ(&columns[l])*weights[i];
-        for (int j = 1; j < n; j++) {
+        for (int i = 0; i < count; i++) {
+            if (first == 0) sum[i] = READ(&columns[l])*weights[i];
+            else sum[i] = READ(&combined[l + i*lanes]);
+        }
+        for (int j = first == 0 ? 1 : first; j < last; j++) {
             const VECTOR column = READ(&columns[l + (long)j*stride]);
             for (int i = 0; i < count; i++) sum[i] += column*weights[j*m + i];
         }
@@ -156,18 +160,23 @@ TARGET INLINE void VARIANT(combine_few)(const int count, int lanes, int stride, 
     }
     for (; l < lanes; l++)
         for (int i = 0; i < count; i++) {
-            double sum = columns[l]*weights[i];
-            for (int j = 1; j < n; j++) sum += columns[l + (long)j*stride]*weights[j*m + i];
+            double sum = first == 0 ? columns[l]*weights[i] : combined[l + i*lanes];
+            for (int j = first == 0 ? 1 : first; j < last; j++) sum += columns[l + (long)j*stride]*weights[j*m + i];
             combined[l + i*lanes] = sum;
         }
 }
 
+/* BLOCK columns at a time: they stay in the first cache for all combinations */
 TARGET static void VARIANT(combine)(int lanes, int stride, int n, int m, const double *columns, const double *weights,
                                     double *combined)
 {
-    int i = 0;
-    for (; i + 4 <= m; i += 4)
-        VARIANT(combine_few)(4, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
-    if (m - i == 3) VARIANT(combine_few)(3, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
-    else for (; i < m; i++) VARIANT(combine_few)(1, lanes, stride, n, m, columns, weights + i, combined + i*lanes);
+    for (int first = 0; first < n; first += BLOCK) {
+        const int last = first + BLOCK < n ? first + BLOCK : n;
+        int i = 0;
+        for (; i + 4 <= m; i += 4)
+            VARIANT(combine_few)(4, lanes, stride, first, last, m, columns, weights + i, combined + i*lanes);
+        if (m - i == 3) VARIANT(combine_few)(3, lanes, stride, first, last, m, columns, weights + i, combined + i*lanes);
+        if (m - i == 2) VARIANT(combine_few)(2, lanes, stride, first, last, m, columns, weights + i, combined + i*lanes);
+        if (m - i == 1) VARIANT(combine_few)(1, lanes, stride, first, last, m, columns, weights + i, combined + i*lanes);
+    }
 }
