@@ -8,6 +8,7 @@ program tester
         run_selected, select_suite
     use test_arithmetic, only: collect_arithmetic
     use test_quaternion, only: collect_quaternion
+    use test_lanes, only: collect_lanes
     use test_lapack, only: collect_lapack
     use test_runge_kutta, only: collect_runge_kutta
     use test_time, only: collect_time
@@ -129,6 +130,7 @@ program tester
     suites = [ &
              new_testsuite('arithmetic', collect_arithmetic), &
              new_testsuite('quaternion', collect_quaternion), &
+             new_testsuite('lanes', collect_lanes), &
              new_testsuite('lapack', collect_lapack), &
              new_testsuite('runge-kutta', collect_runge_kutta), &
              new_testsuite('time', collect_time), &

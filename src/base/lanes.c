@@ -1,9 +1,10 @@
 /* Inner loops of gracecg_base_lanes, which says what they do. The loops themselves stand in lanes_variant.h, which is
    compiled for each width of vectors: series, or parameters, lie side by side. */
 #include "vectors.h"
+#include <math.h>
 
 /* As in the Fortran module */
-enum { LANES = 8, MOST_LANES = 24, POLES = 10, BLOCK = 64, LEFT_OUT = 0, PREDICTED = 1 };
+enum { LANES = 8, MOST_LANES = 24, POLES = 10, BLOCK = 64, MOST_ROWS = 16, LEFT_OUT = 0, PREDICTED = 1 };
 
 /* A filter: the arrays of gracecg_base_lanes, each row of a transition `states` numbers long */
 struct filter {
@@ -47,4 +48,9 @@ void lanes_combine(int32_t widest, int32_t lanes, int32_t stride, int32_t n, int
                    const double *weights, double *combined)
 {
     CALL(combine, lanes, stride, n, m, columns, weights, combined);
+}
+
+void lanes_reflect(int32_t widest, int32_t lanes, int32_t column, int32_t n, double *row, double *others)
+{
+    CALL(reflect, lanes, column - 1, n, row, others);
 }

@@ -6,7 +6,7 @@ module gracecg_base_lanes
     private
     public :: LANES, MOST_LANES, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
     public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, &
-        lanes_carry, lanes_combine
+        lanes_carry, lanes_combine, lanes_reflect
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
@@ -87,6 +87,17 @@ module gracecg_base_lanes
             real(c_double), intent(in) :: weights(m, n)
             real(c_double), intent(out) :: combined(lanes, m)
         end subroutine lanes_combine
+
+        !> Householder's reflection of a row and others that makes the elements of the others in a column vanish. Elements
+        !> before that column must be zero in all of them.
+        pure subroutine lanes_reflect(widest, lanes, column, n, row, others) bind(c)
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: lanes      !! Elements of a row, made up to a multiple of LANES
+            integer(c_int32_t), intent(in), value :: column     !! From 1 on
+            integer(c_int32_t), intent(in), value :: n          !! Other rows, at most 16
+            real(c_double), intent(inout) :: row(lanes), others(lanes, n)
+        end subroutine lanes_reflect
     end interface
 
 contains

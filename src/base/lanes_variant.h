@@ -180,3 +180,28 @@ TARGET static void VARIANT(combine)(int lanes, int stride, int n, int m, const d
         if (m - i == 1) VARIANT(combine_few)(1, lanes, stride, first, last, m, columns, weights + i, combined + i*lanes);
     }
 }
+
+/* The vector of `column` takes some elements before it along, which are and stay 0, and its own, which are set at the end. */
+TARGET static void VARIANT(reflect)(int lanes, int column, int n, double *row, double *others)
+{
+    double element[MOST_ROWS], length = row[column]*row[column];
+
+    for (int i = 0; i < n; i++) {
+        element[i] = others[i*lanes + column];
+        length += element[i]*element[i];
+    }
+    length = sqrt(length);
+    if (!(length > fabs(row[column]))) return;
+    if (row[column] > 0) length = -length;
+    const double leading = row[column] - length;        /* first element of the reflecting vector */
+    const double scale = -1/(length*leading);           /* 2 over the square of its length */
+    for (int l = column - column%WIDTH; l < lanes; l += WIDTH) {
+        VECTOR sum = leading*READ(&row[l]);
+        for (int i = 0; i < n; i++) sum += element[i]*READ(&others[i*lanes + l]);
+        sum *= scale;
+        AT(&row[l]) -= leading*sum;
+        for (int i = 0; i < n; i++) AT(&others[i*lanes + l]) -= element[i]*sum;
+    }
+    row[column] = length;
+    for (int i = 0; i < n; i++) others[i*lanes + column] = 0;
+}

@@ -518,13 +518,13 @@ contains
         real(dp), intent(in) :: a(:, :)         !! Of any unit
         integer, allocatable :: places(:)       !! Increasing
 
-        logical :: nonzero(size(a, 1))
+        real(dp) :: sums(size(a, 1))
         integer :: i
 
-        nonzero = .false.
+        sums = 0
         do i = 1, size(a, 2)
-            nonzero = nonzero .or. .not. abs(a(:, i)) <= 0      ! NaN, too
+            sums = sums + abs(a(:, i))
         end do
-        places = pack([(i, i=1, size(a, 1))], nonzero)
+        places = pack([(i, i=1, size(a, 1))], .not. sums <= 0)      ! NaN, too
     end function nonzero_rows
 end module gracecg_estimation_noise_whitening

@@ -51,7 +51,9 @@ module gracecg_estimation_batch_processor
     end interface
 
     real(dp), parameter :: FAR = 3
-    !! A correction of more standard deviations than this asks for new partials, unless the solution need only be rough
+    !! A correction of more standard deviations than this asks for new partials
+    real(dp), parameter :: GOOD = 0.01_dp
+    !! but where the solution need only be rough and the next one, with the old partials, is smaller than it times this
     real(dp), parameter :: POOR = 0.3_dp
     !! So does one that is not smaller than the one before times this
     real(dp), parameter :: NEAR = 1e-4_dp
@@ -120,16 +122,18 @@ contains
         step_before = huge(step_before)
         moved = 0
         do iteration = 1, settings%most_iterations
-            if (fresh) then
+            if (.not. fresh) then
+                call problem%compare(residuals)
+                correction = matmul(solution%inverse, matmul(partials, weights*residuals))
+                if (.not. all(abs(correction) <= huge(1.0_dp))) call fail(error, 'a correction is not a finite number')
+                fresh = step_before > FAR .and. .not. in_sigmas(correction) < GOOD*step_before
+            end if
+            if (fresh .and. .not. allocated(error)) then
                 call problem%linearise(partials, residuals, weights, error)
                 if (allocated(error)) return
                 call normal_equations(partials, residuals, normal, rhs, weights)
                 call solve_normal_equations(normal, rhs, correction, solution%inverse, &
                                             solution%condition, error, problem%names)
-            else
-                call problem%compare(residuals)
-                correction = matmul(solution%inverse, matmul(partials, weights*residuals))
-                if (.not. all(abs(correction) <= huge(1.0_dp))) call fail(error, 'a correction is not a finite number')
             end if
             if (allocated(error)) then
                 call add_context(error, 'iteration '//number_text(real(iteration, dp)))
@@ -147,7 +151,7 @@ contains
             end if
             solution%iterations = iteration
             if (settings%keep_partials) then
-                step = maxval([(abs(correction(i))/sqrt(solution%inverse(i, i)), i=1, n)])
+                step = in_sigmas(correction)
                 effect = 1
                 if (fresh .and. settled) effect = step/moved
                 moved = step + merge(0.0_dp, moved, fresh)
@@ -166,6 +170,17 @@ contains
         end do
         call move_alloc(partials, solution%gain)
         call move_alloc(correction, solution%correction)
+
+    contains
+
+        !> The largest change, in its parameter's standard deviation.
+        pure real(dp) function in_sigmas(change)
+            real(dp), intent(in) :: change(:)
+
+            integer :: k
+
+            in_sigmas = maxval([(abs(change(k))/sqrt(solution%inverse(k, k)), k=1, n)])
+        end function in_sigmas
     end subroutine process_batch
 
     !> A problem that has no residuals without partials.

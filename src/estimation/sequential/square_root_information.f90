@@ -11,6 +11,7 @@
 !> the epoch: Bierman's "pseudo-epoch state".
 module gracecg_estimation_square_root_information
     use gracecg_base_kinds, only: dp
+    use gracecg_base_lanes, only: lanes_of, lanes_reflect, WIDEST
     use gracecg_estimation_noise_whitening, only: nonzero_rows
     implicit none
     private
@@ -74,25 +75,25 @@ contains
 
         integer, parameter :: TOGETHER = 16
         real(dp), allocatable :: own(:, :)      ! the triangle, then the rows to come; columns are rows
-        real(dp) :: row(self%n + 1), sum_of_rows(self%n + 1)
+        real(dp) :: row(self%n + 1)
         integer, allocatable :: seen(:), places(:)
         integer :: i, first, last, m
 
         seen = nonzero_rows(rows(:self%n, :))
         m = size(seen)
         places = [seen, self%n + 1]
-        allocate (own(m + 1, m + TOGETHER), source=0.0_dp)
+        allocate (own(lanes_of(m + 1), m + TOGETHER), source=0.0_dp)
         do first = 1, size(rows, 2), TOGETHER
             last = m + min(TOGETHER, size(rows, 2) - first + 1)
-            own(:, m + 1:last) = rows(places, first:first + last - m - 1)
+            own(:m + 1, m + 1:last) = rows(places, first:first + last - m - 1)
             do i = 1, m
-                call reflect(own, i, i, m + 1, last, m + 1, sum_of_rows)
+                call lanes_reflect(WIDEST, size(own, 1), i, last - m, own(:, i), own(:, m + 1:last))
             end do
             self%squares = self%squares + sum(own(m + 1, m + 1:last)**2)
         end do
         do i = 1, m
             row = 0
-            row(places(i:)) = own(i:, i)
+            row(places(i:)) = own(i:m + 1, i)
             call self%fold_in(row)
         end do
     end subroutine fold_in_all
@@ -198,44 +199,4 @@ contains
             end do
         end do
     end subroutine fold_row
-
-    !> Householder's reflection of the rows `pivot` and first..last_row that makes their elements in
-    !> `column` vanish but for the pivot's. The rows of the array are the columns of `rows`.
-    pure subroutine reflect(rows, column, pivot, first, last_row, last_column, sum_of_rows)
-        real(dp), contiguous, intent(inout) :: rows(:, :)
-        integer, intent(in) :: column, pivot, first, last_row, last_column
-        real(dp), contiguous, intent(inout) :: sum_of_rows(:)   !! Workspace
-
-        real(dp) :: length, leading, scale
-        integer :: i, j
-
-        length = rows(column, pivot)**2
-        do i = first, last_row
-            length = length + rows(column, i)**2
-        end do
-        length = sqrt(length)
-        if (.not. length > abs(rows(column, pivot))) return
-        if (rows(column, pivot) > 0) length = -length
-        leading = rows(column, pivot) - length          ! first element of the reflecting vector
-        scale = -1/(length*leading)                     ! 2 over the square of its length
-        do j = column + 1, last_column
-            sum_of_rows(j) = leading*rows(j, pivot)
-        end do
-        do i = first, last_row
-            do j = column + 1, last_column
-                sum_of_rows(j) = sum_of_rows(j) + rows(column, i)*rows(j, i)
-            end do
-        end do
-        do j = column + 1, last_column
-            sum_of_rows(j) = scale*sum_of_rows(j)
-            rows(j, pivot) = rows(j, pivot) - leading*sum_of_rows(j)
-        end do
-        do i = first, last_row
-            do j = column + 1, last_column
-                rows(j, i) = rows(j, i) - rows(column, i)*sum_of_rows(j)
-            end do
-            rows(column, i) = 0
-        end do
-        rows(column, pivot) = length
-    end subroutine reflect
 end module gracecg_estimation_square_root_information
