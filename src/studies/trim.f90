@@ -59,6 +59,7 @@ module gracecg_studies_trim
     !> Many trims as pieces of work.
     type, extends(parallel_work_t) :: trims_t
         type(case_t), pointer :: case => null()
+        type(simulator_t) :: first                          !! Of the first round, before any mass is moved
         character(:), allocatable :: algorithm
         type(estimation_options_t) :: options
         type(trim_settings_t) :: settings
@@ -94,6 +95,8 @@ contains
         work%settings%threshold = 0
         work%settings%by_sigma = .false.
         allocate (work%results(settings%rounds, runs))
+        call new_simulator(case, work%first, error)
+        if (allocated(error)) return
         call run_parallel(work, runs, threads, error, progress)
         if (allocated(error)) return
         do i = 1, settings%rounds
@@ -125,7 +128,7 @@ contains
 
         own = self%settings
         own%seed = own%seed + i - 1
-        call trim_offset(self%case, self%algorithm, self%options, own, rounds, error)
+        call trim_from(self%first, self%algorithm, self%options, own, rounds, error)
         call add_context(error, 'run '//integer_text(i))
         if (.not. allocated(error)) self%results(:, i) = rounds
     end subroutine do_trim
@@ -143,15 +146,42 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the rounds, of all that are allowed
 
+        type(simulator_t) :: first
+
+        allocate (rounds(0))
+        call new_simulator(case, first, error)
+        if (allocated(error)) then
+            call add_context(error, 'round 1')
+            return
+        end if
+        call trim_from(first, algorithm, options, settings, rounds, error, progress)
+    end subroutine trim_offset
+
+    !> The same from the simulation of the first round on.
+    subroutine trim_from(first, algorithm, options, settings, rounds, error, progress)
+        type(simulator_t), intent(in) :: first
+        character(*), intent(in) :: algorithm
+        type(estimation_options_t), intent(in) :: options
+        type(trim_settings_t), intent(in) :: settings
+        type(trim_round_t), allocatable, intent(out) :: rounds(:)
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress
+
+        type(simulator_t) :: simulator
         type(case_t) :: current
         type(trim_round_t) :: latest
         integer :: i
 
         allocate (rounds(0))
-        current = case
+        current = first%case
         call expect_pieces(progress, settings%rounds, 'rounds')
         do i = 1, settings%rounds
-            call calibrate(current, algorithm, options, settings%seed, i, latest, error)
+            if (i == 1) then
+                call calibrate(first, algorithm, options, settings%seed, i, latest, error)
+            else
+                call new_simulator(current, simulator, error)
+                if (.not. allocated(error)) call calibrate(simulator, algorithm, options, settings%seed, i, latest, error)
+            end if
             if (allocated(error)) then
                 call add_context(error, 'round '//integer_text(i))
                 return
@@ -163,7 +193,7 @@ contains
             if (all(abs(latest%estimate) < trim_threshold(settings, latest))) return
             current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
         end do
-    end subroutine trim_offset
+    end subroutine trim_from
 
     !> Below what the estimates of a round must be, each axis, m.
     pure function trim_threshold(settings, latest) result(threshold)
@@ -175,8 +205,8 @@ contains
         if (settings%by_sigma) threshold = SIGMAS_OF_THRESHOLD*latest%sigma
     end function trim_threshold
 
-    subroutine calibrate(case, algorithm, options, seed, run, latest, error)
-        type(case_t), intent(in) :: case
+    subroutine calibrate(simulator, algorithm, options, seed, run, latest, error)
+        type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
         type(estimation_options_t), intent(in) :: options
         integer(i8), intent(in) :: seed        !! Of the random numbers
@@ -184,13 +214,10 @@ contains
         type(trim_round_t), intent(out) :: latest
         type(error_t), allocatable, intent(out) :: error
 
-        type(simulator_t) :: simulator
         type(observation_set_t) :: observations
         type(solution_t) :: solution
         integer :: i
 
-        call new_simulator(case, simulator, error)
-        if (allocated(error)) return
         call observe(simulator, seed, run, observations, error, only_used_head=.true.)
         if (allocated(error)) return
         call estimate_offset(algorithm, observations, options, solution, error)
@@ -199,7 +226,7 @@ contains
             call fail(error, algorithm//' did not converge: there is no estimate to trim by')
             return
         end if
-        latest%offset = case%satellite%offset
+        latest%offset = simulator%case%satellite%offset
         latest%estimate = solution%offset
         latest%covariance = solution%covariance
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
