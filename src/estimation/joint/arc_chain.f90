@@ -2,9 +2,10 @@
 !> attitude, rate, bias, drag and torque of its own, and joined with the others (gracecg_estimation_joint_estimate).
 !> Rotation without noise of the state is then followed through one arc only, however long the run is.
 !>
-!> Of an arc its information about the offset and what arcs share is kept, not its fit, so that memory grows with the
-!> samples alone. It is linearised anew at the joint estimate, by another fit: partials of the scale factors at each
-!> arc's own offset have the noise of that, by which those of 60 arcs and more went wrong, and the offset with them.
+!> Of an arc its information about the offset and what arcs share is kept, and where its fit has got to, not its samples
+!> and partials, so that memory grows with the samples of the run alone. It is linearised anew at the joint estimate:
+!> partials of the scale factors at each arc's own offset have the noise of that, by which those of 60 arcs and more went
+!> wrong, and the offset with them.
 module gracecg_estimation_arc_chain
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, add_context
@@ -16,6 +17,7 @@ module gracecg_estimation_arc_chain
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_estimation_arc_length, only: longest_arc
+    use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_gather_information, only: move_joined
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
@@ -23,7 +25,7 @@ module gracecg_estimation_arc_chain
     use gracecg_estimation_plausibility, only: refuse_implausible
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     use gracecg_estimation_solution, only: solution_t
-    use gracecg_estimation_whitened_problem, only: whitened_problem_t
+    use gracecg_estimation_whitened_problem, only: whitened_problem_t, fit_point_t, point_of, problem_at
     implicit none
     private
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC, SHORTEST_ARC
@@ -45,7 +47,7 @@ module gracecg_estimation_arc_chain
     !! arcs far off were in it, and a good offset
 
     integer, parameter :: MOST_ROUNDS = 4
-    !! Of linearising anew, a choice. Each fits every arc once more, since a fit is not kept
+    !! Of linearising anew, a choice
     real(dp), parameter :: SETTLED = 0.1_dp    !! Change of the offset that ends them, in sigmas: a choice
 
     character(*), parameter :: SINGULAR = 'the normal matrix is singular'
@@ -62,6 +64,7 @@ module gracecg_estimation_arc_chain
         logical :: moves_rods = .false.     !! A manoeuvre is in it
         character(:), allocatable :: reason !! Why it is left out
         type(run_information_t) :: information          !! At the joint estimate
+        type(fit_point_t) :: fit                        !! Where its fit is, of an arc that is joined
         type(string_t), allocatable :: warnings(:)      !! Of its estimate
     end type chained_arc_t
 
@@ -256,6 +259,7 @@ contains
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
         type(solution_t) :: solution
+        type(whitened_problem_t) :: problem
         type(joint_solution_t) :: alone
         type(error_t), allocatable :: refusal
 
@@ -269,9 +273,10 @@ contains
             if (self%greatest_moment > 0) arc%moves_rods = maxval(abs(observations%knowledge%rods%measured%moment)) > &
                                                            MANOEUVRE*self%greatest_moment
             options = options_of(self%options, i)
-            call estimate_optimal(observations, options, solution, refusal)
+            call estimate_optimal(observations, options, solution, refusal, problem=problem)
             if (.not. allocated(refusal) .and. solution%converged) then
                 arc%information = solution%information
+                arc%fit = point_of(problem)
                 call estimate_jointly([arc%information], self%joint, alone, refusal)
             end if
             if (allocated(refusal)) then
@@ -296,7 +301,7 @@ contains
 
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
-        type(solution_t) :: solution
+        type(fitting_data_t) :: data
         type(whitened_problem_t) :: problem
         type(joint_solution_t) :: alone
         type(error_t), allocatable :: refusal
@@ -305,10 +310,12 @@ contains
             if (.not. arc%joined) return
             call arc_of_run(work%observations, work%knowledge, arc%from, arc%to, observations)
             options = options_of(work%options, i)
-            options%information = .false.
-            call estimate_optimal(observations, options, solution, refusal, problem=problem)
-            if (.not. allocated(refusal)) &
+            call preprocess(observations, options, data, refusal)
+            if (.not. allocated(refusal)) then
+                call problem_at(observations%knowledge, options, data, arc%fit, problem)
                 call move_joined(observations%knowledge, options, work%point(:, i), problem, arc%information, refusal)
+            end if
+            if (.not. allocated(refusal)) arc%fit = point_of(problem)
             if (.not. allocated(refusal)) call estimate_jointly([arc%information], work%joint, alone, refusal)
             if (.not. allocated(refusal)) return
             arc%joined = .false.

@@ -12,7 +12,8 @@ module gracecg_estimation_gather_information
     private
     public :: gather_information, move_joined
 
-    integer, parameter :: STEPS = 3     !! Of the parameters of the run alone, to their new best values
+    integer, parameter :: STEPS = 3     !! Of the parameters of the run alone, to their new best values, at most
+    real(dp), parameter :: SETTLED = 1e-4_dp    !! A step that is the last, in standard deviations
 
 contains
 
@@ -44,14 +45,16 @@ contains
 
         type(whitened_problem_t) :: wider
         real(dp), allocatable :: own_step(:), correction(:)
+        real(dp) :: in_sigmas
         integer :: i, n
 
         call widen(knowledge, options, problem, wider, error)
         if (allocated(error)) return
         wider%state%value(JOINED) = values
         do i = 0, STEPS
-            call reduce(knowledge, problem, wider, information, own_step, error)
+            call reduce(knowledge, problem, wider, information, own_step, error, in_sigmas)
             if (allocated(error) .or. i == STEPS) exit
+            if (in_sigmas <= SETTLED) exit
             n = size(own_step)
             correction = [spread(0.0_dp, 1, JOINED_COUNT), own_step]
             call wider%correct(correction)
@@ -77,13 +80,14 @@ contains
     end subroutine widen
 
     !> The normal equations of the samples, reduced by the parameters of the run alone.
-    subroutine reduce(knowledge, problem, wider, information, own_step, error)
+    subroutine reduce(knowledge, problem, wider, information, own_step, error, in_sigmas)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(whitened_problem_t), intent(in) :: problem         !! As the run estimates it
         type(whitened_problem_t), intent(inout) :: wider
         type(run_information_t), intent(out) :: information
         real(dp), allocatable, intent(out) :: own_step(:)       !! To the best values of the run's own, the others kept
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(out), optional :: in_sigmas        !! The largest part of the step, in its standard deviation
 
         real(dp), allocatable :: partials(:, :), residuals(:), weights(:), normal(:, :), rhs(:), inverse(:, :), gain(:, :)
         real(dp), allocatable :: sigma(:)
@@ -111,6 +115,7 @@ contains
                                         error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))
             call add_context(error, 'information of the run')
             if (allocated(error)) return
+            if (present(in_sigmas)) in_sigmas = maxval([(abs(own_step(i))/sqrt(inverse(i, i)), i=1, size(own_step))])
             gain = matmul(cross, inverse)
             information%matrix = normal(:JOINED_COUNT, :JOINED_COUNT) - matmul(gain, transpose(cross))
             information%matrix = (information%matrix + transpose(information%matrix))/2

@@ -18,7 +18,7 @@ module gracecg_estimation_whitened_problem
     implicit none
     private
     public :: whitened_problem_t, assumed_noise_t, prepare_calibration, set_noise, information_matrix
-    public :: asked_parameters, estimated_parameters, with_parameters
+    public :: asked_parameters, estimated_parameters, with_parameters, fit_point_t, point_of, problem_at
 
     real(dp), parameter :: STEADY = 90
     !! Longest arc over which the other torques are taken as constant, s: in the cases of CSR-TM-00-01 a change over 180 s
@@ -29,6 +29,17 @@ module gracecg_estimation_whitened_problem
         type(noise_spectrum_t) :: accelerometer(3)  !! (3-2), m^2 s^-4/Hz
         real(dp) :: star_camera_sigma(3) = 0    !! About camera x, y, boresight, rad
     end type assumed_noise_t
+
+    !> Where a fit has got to, without its samples: from this and them the problem is there again.
+    type :: fit_point_t
+        integer, allocatable :: estimated(:)    !! Its parameters
+        type(model_state_t) :: state            !! Where it is linearised
+        type(assumed_noise_t) :: noise          !! That gives the weights
+        real(dp) :: wave_frequency = 0          !! Of a density wave, Hz; 0: none
+        integer :: jump = huge(1)               !! From which interval on FORCE_JUMP acts
+        integer, allocatable :: stars_left_out(:), accelerations_left_out(:)
+        !! Numbers of the star-camera samples, and places in (3, accelerometer samples)
+    end type fit_point_t
 
     !> Observations in this order: star camera (3 a sample), accelerometer (3 a sample), a priori.
     type, extends(batch_problem_t) :: whitened_problem_t
@@ -146,6 +157,46 @@ contains
         other%whitened_noise = problem%whitened_noise
         if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
     end subroutine with_parameters
+
+    !> Where a problem is.
+    pure function point_of(problem) result(point)
+        type(whitened_problem_t), intent(in) :: problem
+        type(fit_point_t) :: point
+
+        integer :: i
+
+        point%estimated = problem%model%estimated
+        point%state = problem%state
+        point%noise = problem%noise
+        point%wave_frequency = problem%model%wave_frequency
+        point%jump = problem%model%jump
+        point%stars_left_out = pack([(i, i=1, size(problem%star_kept))], .not. problem%star_kept)
+        point%accelerations_left_out = pack([(i, i=1, size(problem%acceleration_kept))], &
+                                            .not. reshape(problem%acceleration_kept, [size(problem%acceleration_kept)]))
+    end function point_of
+
+    !> The problem that was there, of the same preprocessed data. Call set_noise next.
+    subroutine problem_at(knowledge, options, data, point, problem)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        type(estimation_options_t), intent(in) :: options
+        type(fitting_data_t), intent(inout) :: data     !! Its warnings may grow
+        type(fit_point_t), intent(in) :: point
+        type(whitened_problem_t), intent(out) :: problem
+
+        integer :: i
+
+        call prepare_calibration(knowledge, options, data, point%estimated, problem)
+        problem%state = point%state
+        problem%noise = point%noise
+        problem%model%wave_frequency = point%wave_frequency
+        problem%model%jump = point%jump
+        problem%star_kept(point%stars_left_out) = .false.
+        do i = 1, size(point%accelerations_left_out)
+            associate (place => point%accelerations_left_out(i) - 1)
+                problem%acceleration_kept(1 + mod(place, 3), 1 + place/3) = .false.
+            end associate
+        end do
+    end subroutine problem_at
 
     !> A-priori knowledge of the estimated parameters, where there is any.
     pure subroutine take_prior(knowledge, estimated, problem)
