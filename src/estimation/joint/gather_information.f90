@@ -13,7 +13,8 @@ module gracecg_estimation_gather_information
     public :: gather_information, move_joined
 
     integer, parameter :: STEPS = 3     !! Of the parameters of the run alone, to their new best values, at most
-    real(dp), parameter :: SETTLED = 1e-4_dp    !! A step that is the last, in standard deviations
+    real(dp), parameter :: SETTLED = 0.01_dp    !! A step that is not taken any more, in standard deviations: what is joined is as
+    !! if it were
 
 contains
 

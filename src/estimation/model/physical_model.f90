@@ -441,11 +441,12 @@ contains
         type(rigid_body_t), intent(in) :: body
         type(model_trajectory_t), intent(inout) :: trajectory
 
-        real(dp), dimension(3, 0:2*PIECE_LENGTH) :: omega, c
+        real(dp), dimension(3, 0:2*PIECE_LENGTH) :: omega, omega_dot, c
         real(dp), dimension(3, 3, 0:2*PIECE_LENGTH) :: by_angles, by_rate
         real(dp) :: driving(size(trajectory%partials, 1), 3, 0:2*PIECE_LENGTH), q(4)
         integer, allocatable :: places(:)
         integer :: i, k, first, last, half
+        logical :: inertia_changes
 
         associate (x => trajectory%partials(:, :, 0), p => size(model%rotational))
             x = 0
@@ -456,6 +457,7 @@ contains
             places = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
         end associate
         driving = 0
+        inertia_changes = any(model%rotational >= INERTIA(1) .and. model%rotational <= INERTIA(6))
         do first = 0, max(0, model%steps - 1), PIECE_LENGTH
             last = min(first + PIECE_LENGTH, model%steps)
             do half = 2*first, 2*last
@@ -470,10 +472,12 @@ contains
                 end if
                 c(:, i) = turned_into(q, model%upwards(:, half))/sum(q**2)
                 call linear_rates(body, 3*model%rate_squared(half), omega(:, i), c(:, i), by_angles(:, :, i), by_rate(:, :, i))
+                if (inertia_changes) omega_dot(:, i) = &
+                    body%angular_acceleration(torque_at(model, state, body, half, c(:, i)), omega(:, i))
             end do
             do i = 1, size(places)
-                call take_driving(model, state, body, model%rotational(places(i)), 2*first, 2*(last - first), omega, c, &
-                                  driving(places(i), :, :))
+                call take_driving(model, state, body, model%rotational(places(i)), 2*first, 2*(last - first), omega, &
+                                  omega_dot, c, driving(places(i), :, :))
             end do
             call lanes_carry(WIDEST, size(driving, 1), last - first, model%interval, omega, by_angles, by_rate, driving, &
                              trajectory%partials(:, :, first:last))
@@ -523,15 +527,15 @@ contains
     end subroutine add_cross_matrix
 
     !> What the change of a parameter by 1 adds to d omega/dt over some half steps.
-    pure subroutine take_driving(model, state, body, parameter, first, count, omega, c, driving)
+    pure subroutine take_driving(model, state, body, parameter, first, count, omega, omega_dot, c, driving)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(rigid_body_t), intent(in) :: body
         integer, intent(in) :: parameter, first, count      ! half steps first, ..., first + count
-        real(dp), intent(in) :: omega(3, 0:*), c(3, 0:*)
+        real(dp), intent(in), dimension(3, 0:count) :: omega, omega_dot, c  ! omega_dot for INERTIA alone
         real(dp), intent(inout) :: driving(:, 0:)
 
-        real(dp) :: acting(3), axis(3), dj(3, 3), omega_dot(3)
+        real(dp) :: acting(3), axis(3), dj(3, 3)
         integer :: i, half
 
         acting = 0
@@ -554,8 +558,7 @@ contains
             case (FIELD_BIAS(1):FIELD_BIAS(3))
                 acting = -(1 + state%value(ROD_GAIN))*crossed(model%dipole(:, half), axis)
             case (INERTIA(1):INERTIA(6))
-                omega_dot = body%angular_acceleration(torque_at(model, state, body, half, c(:, i)), omega(:, i))
-                acting = 3*model%rate_squared(half)*crossed(c(:, i), times(dj, c(:, i))) - times(dj, omega_dot) - &
+                acting = 3*model%rate_squared(half)*crossed(c(:, i), times(dj, c(:, i))) - times(dj, omega_dot(:, i)) - &
                          crossed(omega(:, i), times(dj, omega(:, i)))
             case (TORQUE_CHANGE(1):TORQUE_CHANGE(3))
                 acting = (half/(2.0_dp*model%steps) - 0.5_dp)*axis
