@@ -76,7 +76,7 @@ contains
                        'accelerometer, magnetometer, star camera, head, inertia, delay, sign or noise', misuse)
         if (allocated(misuse)) return
         call table%columns_of('case,algorithm,belief,size,runs,detectable_values,refused,contradicted,'// &
-                              'own_test,named,silently_wrong,worst_sigmas')
+                              'own_test,named,silently_wrong,worst_sigmas,own_test_stated')
         allocate (all_tallies(0))
         call console%expect_parts(size(calibrations), 'cases')
         do i = 1, size(calibrations)
@@ -137,6 +137,7 @@ contains
                 call table%add(t%named)
                 call table%add(t%silent)
                 call table%add(t%worst)
+                call table%add(t%stated)
             end associate
         end do
     end subroutine add_rows
@@ -153,6 +154,8 @@ contains
         call console%line(algorithm//': '//integer_text(sum(tallies%runs))//' estimates with one wrong belief each')
         call line('contradicted or refused', sum(tallies%contradicted), sum(tallies%runs))
         call line('contradicted by the test of the very belief', sum(tallies%found), sum(tallies%runs))
+        call console%line('  '//rounded_text(sum(tallies%stated), 3)//' of them expected of it, by the detectable values '// &
+                          'that the estimates state')
         call line('silently wrong, by more than '//rounded_text(SILENT_SIGMAS, 2)//' sigma and what is undetectable', &
                   sum(tallies%silent), sum(tallies%runs))
         call line('wrong by more than '//rounded_text(FAR_BEYOND, 2)//' detectable values: contradicted or refused', &

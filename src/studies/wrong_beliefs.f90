@@ -9,12 +9,13 @@ module gracecg_studies_wrong_beliefs
     use gracecg_base_error, only: error_t, add_context
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
+    use gracecg_base_statistics, only: normal_quantile
     use gracecg_base_text, only: rounded_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters
     use gracecg_estimation_belief, only: BELIEFS, ALTERATIONS, apply_value, apply_alteration, is_interchange
-    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE, &
+    use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, POWER, OF_VALUE, OF_ALTERATION, OF_NOISE, &
         NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_estimation_optimal, only: estimate_optimal
@@ -48,6 +49,8 @@ module gracecg_studies_wrong_beliefs
         integer :: refused = 0          !! Runs in which the estimate failed
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
         integer :: found = 0            !! Runs in which the test of this very belief, with a value, contradicts it
+        real(dp) :: stated = 0
+        !! In how many runs of all it should, by the minimal detectable values that the estimates state themselves
         integer :: named = 0            !! Runs in which the cause is among the explanations given, also with a refusal
         integer :: silent = 0           !! Runs that are silently wrong
         real(dp) :: times = 0           !! Value in minimal detectable values; 0: none is known
@@ -57,6 +60,7 @@ module gracecg_studies_wrong_beliefs
     !> One run with one wrong belief.
     type :: outcome_t
         logical :: refused = .false., contradicted = .false., found = .false., named = .false., silent = .false.
+        real(dp) :: stated = 0      ! probability that the belief's own test contradicts it
         real(dp) :: worst = 0
     end type outcome_t
 
@@ -194,6 +198,7 @@ contains
                     tally%refused = count(outcome%refused)
                     tally%contradicted = count(outcome%contradicted)
                     tally%found = count(outcome%found)
+                    tally%stated = sum(outcome%stated)
                     tally%named = count(outcome%named)
                     tally%silent = count(outcome%silent)
                     tally%worst = maxval(outcome%worst)
@@ -280,6 +285,7 @@ contains
         if (allocated(solution%beliefs)) then
             outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
             outcome%found = is_found(wrong, solution%beliefs)
+            outcome%stated = stated_power(wrong, solution%beliefs)
             outcome%named = is_named(wrong, solution%beliefs%explanations)
         end if
         if (allocated(failure)) return
@@ -325,6 +331,23 @@ contains
         i = findloc(report%values%belief, wrong%place, 1)
         if (i > 0) found = report%values(i)%state == CONTRADICTED
     end function is_found
+
+    !> The probability that its own test contradicts a wrong belief, as the estimate states it.
+    pure real(dp) function stated_power(wrong, report) result(power_of_test)
+        type(wrong_belief_t), intent(in) :: wrong
+        type(belief_report_t), intent(in) :: report
+
+        integer :: i
+
+        power_of_test = 0
+        if (wrong%kind /= OF_VALUE) return
+        i = findloc(report%values%belief, wrong%place, 1)
+        if (i == 0) return
+        associate (detectable => report%values(i)%detectable, beta => normal_quantile(POWER))
+            if (detectable > 0) power_of_test = &
+                erfc((report%critical - abs(wrong%value)/detectable*(report%critical + beta))/sqrt(2.0_dp))/2
+        end associate
+    end function stated_power
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.
     pure logical function is_named(wrong, explanations) result(named)

@@ -32,6 +32,8 @@ module gracecg_estimation_fit_checks
     real(dp), parameter :: MISFITTING = 1.6_dp
     !! RMS of the star camera's residuals, in standard deviations of its noise: 0.97 to 1.02 in the cases of
     !! CSR-TM-00-01, 1.9 if the rods have twice the frequency that the setup says
+    real(dp), parameter :: NO_FIT = 1e3_dp
+    !! The same of what is no fit: 8 deg of a camera of 30 arcsec
 
 contains
 
@@ -155,6 +157,10 @@ contains
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
                     ' times their noise: faulty samples, or rods that fired otherwise than the setup says'
+            if (misfit > NO_FIT) then
+                call fail(error, doubt//'; or quaternions of another convention: the fit describes nothing')
+                return
+            end if
             call append(warnings, doubt)
             doubt = '; '//doubt
         end if
