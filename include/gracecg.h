@@ -613,6 +613,14 @@ typedef struct gracecg_joint {
 gracecg_status gracecg_estimate_joint(gracecg_observations **observations, size_t count, gracecg_joint *joint,
                                       double *difference, double *difference_sigma, gracecg_error *error);
 
+/* One offset from a long observation set, cut into arcs of `arc` seconds at most (0: 60), each estimated by the algorithm
+   optimal with its own attitude, bias and drag, and joined as several sets are; on `threads` threads. arcs and joined, each
+   or NULL, receive how many arcs there are, and how many are joined: the others tell no offset, or disagree. warnings[size]
+   (or NULL with size 0) receives lines, each ended by a newline. */
+gracecg_status gracecg_estimate_chain(const gracecg_observations *observations, double arc, int32_t threads,
+                                      gracecg_joint *joint, size_t *arcs, size_t *joined, char *warnings, size_t size,
+                                      gracecg_error *error);
+
 /* ------------------------------------------------------------------ the limit of an estimate */
 
 /* The least covariance of the offset (Cramer-Rao bound) with a case's manoeuvre and noise spectra, the

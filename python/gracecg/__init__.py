@@ -9,16 +9,16 @@ Quaternions turn inertial into body axes and have their scalar part last. Failur
 >>> 1e3 * solution.offset       # mm
 """
 from ._library import GracecgError, ffi as _ffi, lib as _lib, text_of as _text_of
-from .calibration import (Beliefs, Bound, Case, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map, MonteCarlo,
-                          Observations, Rod, Setup, Simulator, Solution, algorithms, case_names, estimate_joint,
-                          monte_carlo)
+from .calibration import (Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint, Map,
+                          MonteCarlo, Observations, Rod, Setup, Simulator, Solution, algorithms, case_names,
+                          estimate_joint, monte_carlo)
 from .level1 import Level1, Level1Offset, estimate_level1
 from .models import (Air, Density, EarthRadiation, Field, Gravity, Surface, Utc, Wind, earth_fixed,
                      sun_illumination, sun_position)
 
 __version__: str = _text_of(_lib.gracecg_version())
 
-__all__ = ["Air", "Beliefs", "Bound", "Case", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
+__all__ = ["Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Design", "DesignSettings", "EarthRadiation", "Field", "Fit", "FitTests",
            "ForceModel", "GracecgError", "Gravity", "Joint", "Level1", "Level1Offset", "Map", "MonteCarlo", "Observations", "Rod",
            "Setup", "Simulator", "Solution", "Surface", "Utc", "Wind", "algorithms", "case_names", "earth_fixed",
            "estimate_joint", "estimate_level1", "monte_carlo", "sun_illumination", "sun_position"]

@@ -452,6 +452,45 @@ class Observations(_WithOptions):
         return _solution(structure, text_of(warnings))
 
 
+    def estimate_chain(self, arc: float = 60.0, threads: int = 1) -> "Chain":
+        """One offset of a long set, by "optimal" with the options of this set, in arcs of `arc` seconds at most."""
+        structure, warnings = ffi.new("gracecg_joint *"), ffi.new("char[]", 65536)
+        arcs, joined = ffi.new("size_t *"), ffi.new("size_t *")
+        call("estimate_chain", self._handle, arc, threads, structure, arcs, joined, warnings, 65536)
+        values = _of(Chain, structure)
+        values["consistent"] = bool(values["consistent"])
+        return Chain(**values, arcs=arcs[0], joined=joined[0], warnings=text_of(warnings).splitlines())
+
+
+@dataclass(frozen=True)
+class Chain:
+    """One offset from the arcs of a long observation set.
+
+    Attributes
+    ----------
+    offset, covariance : ndarray, (3,), (3, 3)
+        Body axes, m; m^2.
+    chi_square, degrees, probability : float, int, float
+        Of all differences between the arcs, degrees of freedom, probability that chance makes so much.
+    consistent : bool
+        The arcs agree on one offset.
+    arcs, joined : int
+        How many there are, and how many are joined: the others tell no offset, or disagree.
+    warnings : list of str
+        Why arcs are left out, and what several arcs warn of.
+    """
+
+    offset: Array
+    covariance: Array
+    chi_square: float
+    degrees: int
+    probability: float
+    consistent: bool
+    arcs: int
+    joined: int
+    warnings: list[str]
+
+
 @dataclass(frozen=True)
 class Joint:
     """One offset from several observation sets.

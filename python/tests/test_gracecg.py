@@ -148,6 +148,14 @@ def test_joint(case):
     assert np.allclose(joint.offset, case.offset, atol=1e-4)
 
 
+def test_chain(case):
+    chain = case.simulator().observe(1, 1).estimate_chain(arc=20.0, threads=2)
+    assert (chain.arcs, chain.joined) == (3, 3) and chain.consistent and isinstance(chain.warnings, list)
+    assert np.allclose(chain.offset, case.offset, atol=5e-4)
+    with pytest.raises(gracecg.GracecgError, match="arcs of 1 s"):
+        case.simulator().observe(1, 1).estimate_chain(arc=1.0)
+
+
 def test_bound_and_plan(case):
     bound = case.bound()
     assert np.allclose(np.sqrt(np.diag(bound.covariance)), bound.sigma)

@@ -18,7 +18,8 @@ module gracecg_interface_c_estimation
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, &
         STATUS_NOT_CONVERGED, STATUS_NO_MEMORY, LONGEST_NAME, LONGEST_TEXT, start, &
-        raise, pass_on, need, check_count, check_result, fortran_text, give_text, keep, refuse_handle, free_object
+        raise, pass_on, need, check_count, check_result, fortran_text, give_text, give_lines, give_warnings, keep, &
+        refuse_handle, free_object
     use gracecg_interface_c_dynamics, only: case_object_t
     implicit none
     private
@@ -29,7 +30,7 @@ module gracecg_interface_c_estimation
     public :: c_observations_free, c_observations_setup, c_observations_counts
     public :: c_observations_accelerometer, c_observations_star_camera, c_observations_magnetometer
     public :: c_observations_orbit, c_options_text, c_options_replace, c_estimate
-    public :: give_solution, give_warnings, check_capacity
+    public :: give_solution, check_capacity
 
     integer, parameter :: MOST_PARAMETERS = 16      !! Beside the offset
     integer, parameter :: NAME_SIZE = 16            !! Bytes of a parameter's name with its closing zero
@@ -914,7 +915,7 @@ contains
                           status, error)
         if (status /= STATUS_OK) return
         call give_solution(solution, c_solution)
-        call give_warnings(solution, warnings, size)
+        call give_warnings(solution%warnings, warnings, size)
         if (.not. solution%converged) &
             call raise(STATUS_NOT_CONVERGED, name//' did not converge in '//integer_text(solution%iterations)// &
                        ' iterations: the offset is not to be relied upon; check guess_quaternion and '// &
@@ -1009,38 +1010,4 @@ contains
         c_solution%warning_count = 0
         if (allocated(solution%warnings)) c_solution%warning_count = size(solution%warnings)
     end subroutine give_solution
-
-    !> The warnings as lines, cut off where the buffer ends.
-    subroutine give_warnings(solution, buffer, size_of_buffer)
-        type(solution_t), intent(in) :: solution
-        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Of characters, ended by a null
-        integer(c_size_t), intent(in) :: size_of_buffer    !! Bytes of it
-
-        character(:), allocatable :: text
-        integer :: i
-
-        if (size_of_buffer == 0) return
-        text = ''
-        if (allocated(solution%warnings)) then
-            do i = 1, size(solution%warnings)
-                text = text//solution%warnings(i)%text//new_line('a')
-            end do
-        end if
-        call give_lines(text, buffer, size_of_buffer)
-    end subroutine give_warnings
-
-    !> A text, cut off where the buffer ends.
-    subroutine give_lines(text, buffer, size_of_buffer)
-        character(*), intent(in) :: text
-        character(kind=c_char), intent(inout), optional :: buffer(*)
-        integer(c_size_t), intent(in) :: size_of_buffer
-
-        integer :: i
-
-        if (size_of_buffer == 0) return
-        do i = 1, min(len(text), int(size_of_buffer) - 1)
-            buffer(i) = text(i:i)
-        end do
-        buffer(min(len(text), int(size_of_buffer) - 1) + 1) = c_null_char
-    end subroutine give_lines
 end module gracecg_interface_c_estimation

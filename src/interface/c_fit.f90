@@ -11,9 +11,9 @@ module gracecg_interface_c_fit
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_NOT_CONVERGED, LONGEST_NAME, &
-        start, raise, pass_on, need, check_count, check_result, fortran_text, give_text, keep, refuse_handle, free_object
-    use gracecg_interface_c_estimation, only: observations_object_t, c_solution_t, give_solution, give_warnings, &
-        check_capacity
+        start, raise, pass_on, need, check_count, check_result, fortran_text, give_text, give_warnings, keep, &
+        refuse_handle, free_object
+    use gracecg_interface_c_estimation, only: observations_object_t, c_solution_t, give_solution, check_capacity
     implicit none
     private
     public :: c_fit_tests_t
@@ -122,7 +122,7 @@ contains
         select type (object)
         type is (fit_object_t)
             call give_solution(object%solution, c_solution)
-            call give_warnings(object%solution, warnings, size)
+            call give_warnings(object%solution%warnings, warnings, size)
             if (.not. object%solution%converged) call raise(STATUS_NOT_CONVERGED, 'the estimate did not converge in '// &
                 integer_text(object%solution%iterations)//' iterations: the offset is not to be relied upon', status, error)
         class default

@@ -9,7 +9,7 @@ module gracecg_interface_c_planning
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_c_support, only: c_error_t, STATUS_OK, STATUS_BAD_SIZE, STATUS_BAD_VALUE, start, &
         raise, pass_on, &
-        need, check_count, check_finite, check_result, refuse_handle
+        need, check_count, check_finite, check_result, check_threads, refuse_handle
     use gracecg_interface_c_dynamics, only: case_object_t, keep_case
     implicit none
     private
@@ -70,7 +70,6 @@ module gracecg_interface_c_planning
     end type c_design_t
 
     character(*), parameter :: CASE_NAME = 'case'
-    integer, parameter :: MOST_THREADS = 1024
     integer, parameter :: MOST_PLACES = 1000000     !! Of a map
 
 contains
@@ -313,15 +312,4 @@ contains
             end associate
         end do
     end function c_map
-
-    subroutine check_threads(threads, status, error)
-        integer(c_int32_t), intent(in) :: threads
-        integer(c_int), intent(inout) :: status
-        type(c_error_t), intent(inout), optional :: error
-
-        if (status /= STATUS_OK) return
-        if (threads >= 1 .and. threads <= MOST_THREADS) return
-        call raise(STATUS_BAD_VALUE, 'threads = '//integer_text(int(threads))//' has to be from 1 to '// &
-                   integer_text(MOST_THREADS), status, error)
-    end subroutine check_threads
 end module gracecg_interface_c_planning

@@ -7,7 +7,7 @@ module gracecg_interface_c_support
         c_size_t
     use gracecg, only: dp, error_t, utc_t, utc_plus, check_utc_in_range
     use gracecg_base_error, only: number_text
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: integer_text, string_t
     use gracecg_base_kinds, only: i8
     use gracecg_interface_handles, only: object_t, no_object_t, store, acquire, release, remove, MAX_OBJECTS
     implicit none
@@ -15,8 +15,8 @@ module gracecg_interface_c_support
     public :: STATUS_OK, STATUS_NULL_POINTER, STATUS_BAD_HANDLE, STATUS_BAD_SIZE, STATUS_BAD_VALUE
     public :: STATUS_FAILED, STATUS_NOT_CONVERGED, STATUS_NO_MEMORY
     public :: MESSAGE_SIZE, LONGEST_NAME, LONGEST_TEXT, c_error_t, c_utc_t
-    public :: start, raise, pass_on, need, check_count, check_finite, check_result, check_distance
-    public :: fortran_text, give_text, time_of, later_time
+    public :: start, raise, pass_on, need, check_count, check_finite, check_result, check_distance, check_threads
+    public :: fortran_text, give_text, give_lines, give_warnings, time_of, later_time
     public :: keep, keep_copy, refuse_handle, free_object
 
     integer(c_int), parameter :: STATUS_OK = 0              !! All went well
@@ -31,6 +31,7 @@ module gracecg_interface_c_support
     integer, parameter :: MESSAGE_SIZE = 1020       !! Bytes of a message with its closing zero
     integer, parameter :: LONGEST_NAME = 4095       !! Bytes of a name or path
     integer, parameter :: LONGEST_TEXT = 2**20      !! Bytes of a text of settings
+    integer, parameter :: MOST_THREADS = 1024
     real(dp), parameter :: NEAREST = 1e3_dp         !! Of a position to the Earth's centre, m
 
     !> gracecg_error
@@ -369,4 +370,49 @@ contains
         if (.not. right) call refuse_handle(name, status, error)
         if (right) handle = 0
     end subroutine free_object
+    !> The warnings as lines, cut off where the buffer ends.
+    subroutine give_warnings(warnings, buffer, size_of_buffer)
+        type(string_t), allocatable, intent(in) :: warnings(:)
+        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Of characters, ended by a null
+        integer(c_size_t), intent(in) :: size_of_buffer    !! Bytes of it
+
+        character(:), allocatable :: text
+        integer :: i
+
+        if (size_of_buffer == 0) return
+        text = ''
+        if (allocated(warnings)) then
+            do i = 1, size(warnings)
+                text = text//warnings(i)%text//new_line('a')
+            end do
+        end if
+        call give_lines(text, buffer, size_of_buffer)
+    end subroutine give_warnings
+
+    !> A text, cut off where the buffer ends.
+    subroutine give_lines(text, buffer, size_of_buffer)
+        character(*), intent(in) :: text
+        character(kind=c_char), intent(inout), optional :: buffer(*)
+        integer(c_size_t), intent(in) :: size_of_buffer
+
+        integer :: i
+
+        if (size_of_buffer == 0) return
+        do i = 1, min(len(text), int(size_of_buffer) - 1)
+            buffer(i) = text(i:i)
+        end do
+        buffer(min(len(text), int(size_of_buffer) - 1) + 1) = c_null_char
+    end subroutine give_lines
+
+    !> A number of threads in its range.
+    subroutine check_threads(threads, status, error)
+        integer(c_int32_t), intent(in) :: threads
+        integer(c_int), intent(inout) :: status
+        type(c_error_t), intent(inout), optional :: error
+
+        if (status /= STATUS_OK) return
+        if (threads >= 1 .and. threads <= MOST_THREADS) return
+        call raise(STATUS_BAD_VALUE, 'threads = '//integer_text(int(threads))//' has to be from 1 to '// &
+                   integer_text(MOST_THREADS), status, error)
+    end subroutine check_threads
 end module gracecg_interface_c_support

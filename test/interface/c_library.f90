@@ -29,7 +29,7 @@ module c_library
     public :: gracecg_force_model_evaluate, gracecg_force_model_torques, gracecg_force_model_rate
     public :: gracecg_force_model_propagate, gracecg_force_model_propagate_nadir
     public :: gracecg_simulator_open, gracecg_simulator_free, gracecg_simulator_truth
-    public :: gracecg_setup_measured, gracecg_estimate_joint, joint_struct
+    public :: gracecg_setup_measured, gracecg_estimate_joint, gracecg_estimate_chain, joint_struct
     public :: gracecg_estimate_level1, gracecg_estimate_level1_day, level1_struct
     public :: gracecg_setup_read, gracecg_setup_parse, gracecg_setup_free, gracecg_setup_text
     public :: gracecg_observations_create, gracecg_observations_read, gracecg_observations_write
@@ -912,6 +912,20 @@ module c_library
             type(error_struct), intent(inout), optional :: error
             integer(c_int) :: status
         end function gracecg_estimate_joint
+
+        function gracecg_estimate_chain(observations, arc, threads, joint, arcs, joined, warnings, size, error) &
+            result(status) bind(c, name='gracecg_estimate_chain')
+            import :: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t, error_struct, joint_struct
+            integer(c_intptr_t), intent(in), value :: observations
+            real(c_double), intent(in), value :: arc
+            integer(c_int32_t), intent(in), value :: threads
+            type(joint_struct), intent(inout), optional :: joint
+            integer(c_size_t), intent(inout), optional :: arcs, joined
+            character(kind=c_char), intent(inout), optional :: warnings(*)
+            integer(c_size_t), intent(in), value :: size
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_estimate_chain
 
         function gracecg_estimate_level1(folder, setup, satellite, n_spans, spans, source, offset, text, size, length, &
                                          error) result(status) bind(c, name='gracecg_estimate_level1')

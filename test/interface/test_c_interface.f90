@@ -19,7 +19,8 @@ module test_c_interface
         LIBRARY_VERSION, rotation_z, rotation_matrix, quaternion_product, conjugate_quaternion, &
         STATE_POSITION, STATE_VELOCITY, STATE_ATTITUDE, moment_series_t, new_moment_series, take_measured_moments, &
         dipole_moment
-    use gracecg, only: joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs
+    use gracecg, only: joint_run_t, joint_solution_t, joint_options_t, run_from_observations, estimate_runs, arc_chain_t, &
+        estimate_chain
     use gracecg_files_file, only: make_directory
     use gracecg_interface_handles, only: live_objects, MAX_OBJECTS
     use gracecg_simulation_arc, only: MAX_STEPS
@@ -58,6 +59,7 @@ contains
                     new_unittest('truth', test_truth), &
                     new_unittest('estimate-as-in-fortran', test_estimate), &
                     new_unittest('joint-estimate-as-in-fortran', test_joint_estimate), &
+                    new_unittest('chain-as-in-fortran', test_chain), &
                     new_unittest('observations-from-arrays', test_arrays), &
                     new_unittest('observations-in-files', test_files), &
                     new_unittest('options', test_options), &
@@ -830,6 +832,44 @@ contains
             status = gracecg_observations_free(observations(i))
         end do
     end subroutine test_joint_estimate
+
+    !> A minute in three arcs.
+    subroutine test_chain(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(error_struct) :: failure
+        type(joint_struct) :: joint
+        type(arc_chain_t) :: expected
+        type(case_t) :: case
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: set
+        type(error_t), allocatable :: problem
+        integer(c_intptr_t) :: observations
+        integer(c_size_t) :: arcs, joined
+        integer(c_int) :: status
+
+        call simulate('front-3', 5, 2, observations, status, failure)
+        call check_ok(error, status, failure)
+        if (allocated(error)) return
+        call find_case('front-3', case, problem)
+        call new_simulator(case, simulator, problem)
+        call observe(simulator, 5, 2, set, problem)
+        call estimate_chain(set, report_options('front-3'), joint_options_t(), 20.0_dp, 1, expected, problem)
+        status = gracecg_estimate_chain(observations, 20.0_dp, 2, joint, arcs, joined, size=0_c_size_t, error=failure)
+        call check_ok(error, status, failure)
+        call check_equal(error, [joint%offset, joint%covariance, joint%chi_square], &
+                         [expected%solution%offset, expected%solution%covariance, expected%solution%statistic], 'chain')
+        if (allocated(error)) return
+        call check(error, arcs == 3 .and. joined == count(expected%arcs%joined), 'arcs')
+        if (allocated(error)) return
+        status = gracecg_estimate_chain(observations, 20.0_dp, 0, joint, size=0_c_size_t, error=failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'threads')
+        status = gracecg_estimate_chain(observations, 1.0_dp, 1, joint, size=0_c_size_t, error=failure)
+        call check_refused(error, status, FAILED, failure, 'arcs of 1 s')
+        status = gracecg_estimate_chain(observations, 20.0_dp, 1, size=0_c_size_t, error=failure)
+        call check_refused(error, status, NULL_POINTER, failure, 'joint')
+        status = gracecg_observations_free(observations)
+    end subroutine test_chain
 
     !> Every argument NULL, or wrong: refused by name.
     subroutine test_level1_misuse(error)
