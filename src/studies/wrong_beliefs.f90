@@ -46,7 +46,7 @@ module gracecg_studies_wrong_beliefs
         character(10) :: algorithm = '' !! That estimated
         type(wrong_belief_t) :: wrong   !! What was made wrong
         integer :: runs = 0             !! How many
-        integer :: refused = 0          !! Runs in which the estimate failed
+        integer :: refused = 0          !! Runs in which the estimate failed, or did not converge
         integer :: contradicted = 0     !! Runs with a contradiction, or refused
         integer :: found = 0            !! Runs in which the test of this very belief, with a value, contradicts it
         real(dp) :: stated = 0
@@ -281,14 +281,15 @@ contains
         integer :: axis
 
         outcome%refused = allocated(failure)
-        outcome%contradicted = allocated(failure)
+        if (.not. allocated(failure)) outcome%refused = .not. solution%converged
+        outcome%contradicted = outcome%refused
         if (allocated(solution%beliefs)) then
             outcome%contradicted = outcome%contradicted .or. solution%beliefs%has_contradiction()
             outcome%found = is_found(wrong, solution%beliefs)
             outcome%stated = stated_power(wrong, solution%beliefs)
             outcome%named = is_named(wrong, solution%beliefs%explanations)
         end if
-        if (allocated(failure)) return
+        if (outcome%refused) return
         deviation = abs(solution%offset - truth)
         sigma = [(sqrt(solution%covariance(axis, axis)), axis=1, 3)]
         outcome%worst = maxval(deviation/sigma)

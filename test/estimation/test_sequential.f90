@@ -1,7 +1,7 @@
 !> The estimator `sequential` on simulated calibrations. Systematic errors (scale factors, biases) are off
 !> but where said: they are not what filter and batch differ in.
 module test_sequential
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI
     use gracecg_base_error, only: error_t, message_of, number_text
     use gracecg_base_text, only: string_t
@@ -18,8 +18,7 @@ module test_sequential
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_report_cases, only: report_case, REPORT_CASE_NAMES
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
-    use gracecg_planning_calibration, only: calibration_t, find_calibration
+    use gracecg_simulation_simulator, only: simulator_t, observe
     use gracecg_simulation_switches, only: error_switches_t, new_switched_simulator
     use statistics, only: chi_square_limits
     use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
@@ -47,8 +46,7 @@ contains
                     new_unittest('running-estimate', test_running), &
                     new_unittest('no-noise-level', test_no_noise_level), &
                     new_unittest('offset-not-determined', test_rods_off), &
-                    new_unittest('unknown-disturbances-enlarge-the-sigmas', test_misfit), &
-                    new_unittest('what-is-no-fit-is-refused', test_no_fit)]
+                    new_unittest('unknown-disturbances-enlarge-the-sigmas', test_misfit)]
     end subroutine collect_sequential
 
     !> A case without systematic errors; its drag a straight line or as it is.
@@ -604,33 +602,4 @@ contains
         call check(error, index(solution%warnings(1)%text, 'the innovations have a variance of') > 0, &
                    solution%warnings(1)%text)
     end subroutine test_misfit
-    !> Quaternions whose components stand in another order: `optimal` may find nothing that fits, so that no belief is
-    !> tested; what `sequential` makes of them must not stand without a word of contradiction.
-    subroutine test_no_fit(error)
-        type(error_type), allocatable, intent(out) :: error
-
-        type(calibration_t) :: calibration
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: observations
-        type(solution_t) :: solution
-        type(error_t), allocatable :: failure
-        logical :: told
-        integer :: run
-
-        call find_calibration('back-1', calibration, failure)
-        if (.not. allocated(failure)) call new_simulator(calibration%case, simulator, failure)
-        if (allocated(failure)) call test_failed(error, failure%message)
-        if (allocated(error)) return
-        do run = 1, 2
-            call observe(simulator, 7001_i8, run, observations, failure)
-            if (allocated(failure)) call test_failed(error, failure%message)
-            if (allocated(error)) return
-            observations%quaternion = observations%quaternion([2, 3, 4, 1], :)
-            call estimate_offset('sequential', observations, calibration%options, solution, failure)
-            told = allocated(failure)
-            if (allocated(solution%beliefs)) told = told .or. solution%beliefs%has_contradiction()
-            call check(error, told)
-            if (allocated(error)) return
-        end do
-    end subroutine test_no_fit
 end module test_sequential

@@ -47,6 +47,7 @@ contains
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('bent-forces-are-no-scale-factor', test_bent_forces), &
                     new_unittest('wrong-beliefs-are-found-and-named', test_wrong_beliefs), &
+                    new_unittest('what-does-not-converge-is-refused', test_not_converged), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
                     new_unittest('tried-one-after-the-other', test_trials)]
@@ -569,6 +570,27 @@ contains
         if (.not. allocated(error)) call check(error, tallies(5)%contradicted, RUNS, 'noise')
         if (.not. allocated(error)) call check(error, tallies(5)%named, RUNS, 'noise by name')
     end subroutine test_trials
+
+    !> Quaternions whose components stand in another order: `optimal` fits nothing, so that no belief is tested, and what
+    !> `sequential` makes of them does not converge, which is no silent result.
+    subroutine test_not_converged(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(calibration_t) :: calibration
+        type(wrong_belief_t), allocatable :: list(:)
+        type(tally_t), allocatable :: tallies(:)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call find_calibration('back-1', calibration, failure)
+        list = all_wrong_beliefs()
+        list = pack(list, [(subject_of(list(i)) == 'the quaternions have the scalar first', i=1, size(list))])
+        if (.not. allocated(failure)) &
+            call try_wrong_beliefs(calibration, ['sequential'], .false., list, 7001_i8, 2, 1, tallies, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, size(tallies) == 1 .and. tallies(1)%refused == 2 .and. tallies(1)%silent == 0)
+    end subroutine test_not_converged
 
     !> Quaternions of another convention in the manoeuvre that `design` finds for front 1: among what might explain it are
     !> fits whose normal matrix with the forces' shapes is singular, of which no belief is tested.

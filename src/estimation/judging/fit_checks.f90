@@ -32,8 +32,6 @@ module gracecg_estimation_fit_checks
     real(dp), parameter :: MISFITTING = 1.6_dp
     !! RMS of the star camera's residuals, in standard deviations of its noise: 0.97 to 1.02 in the cases of
     !! CSR-TM-00-01, 1.9 if the rods have twice the frequency that the setup says
-    real(dp), parameter :: NO_FIT = 1e3_dp
-    !! The same of what is no fit: 8 deg of a camera of 30 arcsec
 
 contains
 
@@ -110,13 +108,12 @@ contains
     !> camera saw: rods that did not fire, a wrong sign, a wrong field. Fails when more than half of
     !> the torque is missing or too much; the offset would be off by as much. Warns of less, of a setup
     !> whose rods stay off, and of attitudes that no factor makes fit.
-    subroutine check_torque(knowledge, data, star_sigma, quaternion, angular_velocity, converged, warnings, error, record, kept)
+    subroutine check_torque(knowledge, data, star_sigma, quaternion, angular_velocity, warnings, error, record, kept)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(fitting_data_t), intent(in) :: data
         real(dp), intent(in) :: star_sigma(3)       !! Of the star camera about its axes, rad; 0: not known
         real(dp), intent(in) :: quaternion(4), angular_velocity(3)
         !! At the epoch, after the fit: inertial to body; rad/s
-        logical, intent(in) :: converged            !! The fit: else it is refused for that
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! What was found is put there
@@ -134,15 +131,14 @@ contains
         call estimate_torque_factor(knowledge, data, counted, star_sigma, quaternion, angular_velocity, factor, &
                                     sigma, misfit, error)
         if (allocated(error)) return
-        call judge_torque(factor, sigma, misfit, converged, warnings, error, record)
+        call judge_torque(factor, sigma, misfit, warnings, error, record)
     end subroutine check_torque
 
     !> What a factor of the magnetic torque that was estimated means.
-    subroutine judge_torque(factor, sigma, misfit, converged, warnings, error, record)
+    subroutine judge_torque(factor, sigma, misfit, warnings, error, record)
         real(dp), intent(in) :: factor, sigma
         !! Of the rods' torque that fits best, and its standard deviation
         real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
-        logical, intent(in) :: converged
         type(string_t), allocatable, intent(inout) :: warnings(:)
         type(error_t), allocatable, intent(out) :: error
         type(fit_record_t), intent(inout), optional :: record   !! Where they are kept
@@ -159,10 +155,6 @@ contains
         if (misfit > MISFITTING) then
             doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
                     ' times their noise: faulty samples, or rods that fired otherwise than the setup says'
-            if (converged .and. misfit > NO_FIT) then
-                call fail(error, doubt//'; or quaternions of another convention: the fit describes nothing')
-                return
-            end if
             call append(warnings, doubt)
             doubt = '; '//doubt
         end if

@@ -455,7 +455,7 @@ contains
             if (allocated(error)) return
         end do
         call check_torque(knowledge, problem%data, problem%noise%star_camera_sigma, problem%state%quaternion, &
-                          problem%state%value(RATE), solution%converged, solution%warnings, error, record, problem%star_kept)
+                          problem%state%value(RATE), solution%warnings, error, record, problem%star_kept)
     end subroutine check_fit
 
     !> Puts the fit into a record: the samples kept on all axes, the covariance, and what of it each group of

@@ -77,7 +77,7 @@ contains
             call check_accelerations(knowledge, data, offset_batch%residuals, solution%warnings, error)
             if (.not. allocated(error) .and. .not. knowledge%knows_angular_velocity()) &
                 call check_torque(knowledge, data, knowledge%star_camera_sigma, attitude%quaternion, &
-                                  attitude%angular_velocity, solution%converged, solution%warnings, error, record)
+                                  attitude%angular_velocity, solution%warnings, error, record)
         end associate
     end subroutine estimate_assest
 

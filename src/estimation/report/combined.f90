@@ -89,8 +89,7 @@ contains
                                          solution%warnings, error)
             if (.not. allocated(error)) &
                 call check_torque(observations%knowledge, data, observations%knowledge%star_camera_sigma, &
-                                  problem%quaternion, problem%angular_velocity, solution%converged, solution%warnings, &
-                                  error, record)
+                                  problem%quaternion, problem%angular_velocity, solution%warnings, error, record)
         end if
     end subroutine estimate_combined
 

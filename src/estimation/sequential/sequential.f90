@@ -100,8 +100,7 @@ contains
         if (allocated(error)) return
         if (options%covariance .or. present(record)) &
             call check_torque(observations%knowledge, given%data, given%star_sigma, solution%quaternion, &
-                              solution%angular_velocity, solution%converged, solution%warnings, error, record, &
-                              problem%star_kept)
+                              solution%angular_velocity, solution%warnings, error, record, problem%star_kept)
     end subroutine estimate_sequential
 
     !> What the estimate begins with: data, model, a-priori knowledge, noise.
