@@ -13,7 +13,7 @@ module gracecg_estimation_gather_information
     public :: gather_information, move_joined
 
     integer, parameter :: STEPS = 3     !! Of the parameters of the run alone, to their new best values, at most
-    real(dp), parameter :: SETTLED = 0.01_dp    !! A step that is not taken any more, in standard deviations: what is joined is as
+    real(dp), parameter :: SETTLED = 1e-3_dp    !! A step that is not taken any more, in standard deviations: what is joined is as
     !! if it were
 
 contains
