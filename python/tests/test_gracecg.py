@@ -150,7 +150,8 @@ def test_joint(case):
 
 def test_chain(case):
     chain = case.simulator().observe(1, 1).estimate_chain(arc=20.0, threads=2)
-    assert (chain.arcs, chain.joined) == (3, 3) and chain.consistent and isinstance(chain.warnings, list)
+    assert (chain.arcs, chain.joined, chain.degrees) == (3, 3, 6) and isinstance(chain.warnings, list)
+    assert isinstance(chain.consistent, bool) and 0 <= chain.probability <= 1
     assert np.allclose(chain.offset, case.offset, atol=5e-4)
     with pytest.raises(gracecg.GracecgError, match="arcs of 1 s"):
         case.simulator().observe(1, 1).estimate_chain(arc=1.0)

@@ -391,9 +391,9 @@ contains
 
     !> A text, cut off where the buffer ends.
     subroutine give_lines(text, buffer, size_of_buffer)
-        character(*), intent(in) :: text
-        character(kind=c_char), intent(inout), optional :: buffer(*)
-        integer(c_size_t), intent(in) :: size_of_buffer
+        character(*), intent(in) :: text    !! Lines, each ended by a newline
+        character(kind=c_char), intent(inout), optional :: buffer(*)    !! Of characters, ended by a null
+        integer(c_size_t), intent(in) :: size_of_buffer    !! Bytes of it
 
         integer :: i
 
@@ -406,8 +406,8 @@ contains
 
     !> A number of threads in its range.
     subroutine check_threads(threads, status, error)
-        integer(c_int32_t), intent(in) :: threads
-        integer(c_int), intent(inout) :: status
+        integer(c_int32_t), intent(in) :: threads   !! As asked for
+        integer(c_int), intent(inout) :: status !! Of the call so far: nothing is done after a failure
         type(c_error_t), intent(inout), optional :: error
 
         if (status /= STATUS_OK) return
