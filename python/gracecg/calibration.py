@@ -457,64 +457,65 @@ class Observations(_WithOptions):
         structure, warnings = ffi.new("gracecg_joint *"), ffi.new("char[]", 65536)
         arcs, joined = ffi.new("size_t *"), ffi.new("size_t *")
         call("estimate_chain", self._handle, arc, threads, structure, arcs, joined, warnings, 65536)
-        values = _of(Chain, structure)
-        values["consistent"] = bool(values["consistent"])
-        return Chain(**values, arcs=arcs[0], joined=joined[0], warnings=text_of(warnings).splitlines())
+        return Chain(**_joined(structure), arcs=arcs[0], joined=joined[0], warnings=text_of(warnings).splitlines())
 
 
 @dataclass(frozen=True)
-class Chain:
-    """One offset from the arcs of a long observation set.
+class Joined:
+    """One offset from several sets of observations, or from arcs of one.
 
     Attributes
     ----------
     offset, covariance : ndarray, (3,), (3, 3)
-        Body axes, m; m^2.
+        At the time of the last, body axes, m; m^2.
     chi_square, degrees, probability : float, int, float
-        Of all differences between the arcs, degrees of freedom, probability that chance makes so much.
+        Of all differences between them, degrees of freedom, probability that chance makes so much.
     consistent : bool
-        The arcs agree on one offset.
+        They agree on one offset.
+    """
+
+    offset: Array
+    covariance: Array
+    chi_square: float
+    degrees: int
+    probability: float
+    consistent: bool
+
+
+@dataclass(frozen=True)
+class Chain(Joined):
+    """One offset from the arcs of a long observation set.
+
+    Attributes
+    ----------
     arcs, joined : int
         How many there are, and how many are joined: the others tell no offset, or disagree.
     warnings : list of str
         Why arcs are left out, and what several arcs warn of.
     """
 
-    offset: Array
-    covariance: Array
-    chi_square: float
-    degrees: int
-    probability: float
-    consistent: bool
     arcs: int
     joined: int
     warnings: list[str]
 
 
 @dataclass(frozen=True)
-class Joint:
+class Joint(Joined):
     """One offset from several observation sets.
 
     Attributes
     ----------
-    offset, covariance : ndarray, (3,), (3, 3)
-        At the time of the last run, body axes, m; m^2.
-    chi_square, degrees, probability : float, int, float
-        Of all differences between the runs, degrees of freedom, probability that chance makes so much.
-    consistent : bool
-        The runs agree on one offset.
     difference, difference_sigma : ndarray, (n, 3)
         Each run alone minus all others, and its standard deviation if they agree, m.
     """
 
-    offset: Array
-    covariance: Array
-    chi_square: float
-    degrees: int
-    probability: float
-    consistent: bool
     difference: Array
     difference_sigma: Array
+
+
+def _joined(structure: Any) -> Any:
+    values = _of(Joined, structure)
+    return {**values, "consistent": bool(values["consistent"])}
 
 
 def estimate_joint(observations: Sequence[Observations]) -> Joint:
@@ -524,9 +525,7 @@ def estimate_joint(observations: Sequence[Observations]) -> Joint:
     structure = ffi.new("gracecg_joint *")
     difference, sigma = np.empty((n, 3)), np.empty((n, 3))
     call("estimate_joint", handles, n, structure, pointer(difference), pointer(sigma))
-    values = _of(Joint, structure)
-    values["consistent"] = bool(values["consistent"])
-    return Joint(**values, difference=difference, difference_sigma=sigma)
+    return Joint(**_joined(structure), difference=difference, difference_sigma=sigma)
 
 
 class Simulator(Handle):

@@ -4,12 +4,12 @@ module gracecg_base_lanes
     use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     implicit none
     private
-    public :: LANES, MOST_LANES, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
-    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, &
-        lanes_carry, lanes_combine, lanes_reflect
+    public :: LANES, MOST_LANES, MOST_ROWS, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
+    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, lanes_carry, lanes_combine, lanes_reflect
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
+    integer, parameter :: MOST_ROWS = 16        !! Other rows of `lanes_reflect`
     integer, parameter :: POLES = 10            !! States of `lanes_whiten`
     integer(c_int32_t), parameter :: LEFT_OUT = 0, PREDICTED = 1, USED = 2
     !! What is done with a sample: nothing, it becomes 0; its innovation is given and the filter does not learn of it; both
@@ -95,7 +95,7 @@ module gracecg_base_lanes
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: lanes      !! Elements of a row, made up to a multiple of LANES
             integer(c_int32_t), intent(in), value :: column     !! From 1 on
-            integer(c_int32_t), intent(in), value :: n          !! Other rows, at most 16
+            integer(c_int32_t), intent(in), value :: n          !! Other rows, at most MOST_ROWS
             real(c_double), intent(inout) :: row(lanes), others(lanes, n)
         end subroutine lanes_reflect
     end interface

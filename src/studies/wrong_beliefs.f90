@@ -338,16 +338,11 @@ contains
         type(wrong_belief_t), intent(in) :: wrong
         type(belief_report_t), intent(in) :: report
 
-        integer :: i
+        real(dp) :: score       ! expected
 
+        score = times_detectable(report, wrong)*(report%critical + normal_quantile(POWER))
         power_of_test = 0
-        if (wrong%kind /= OF_VALUE) return
-        i = findloc(report%values%belief, wrong%place, 1)
-        if (i == 0) return
-        associate (detectable => report%values(i)%detectable, beta => normal_quantile(POWER))
-            if (detectable > 0) power_of_test = &
-                erfc((report%critical - abs(wrong%value)/detectable*(report%critical + beta))/sqrt(2.0_dp))/2
-        end associate
+        if (score > 0) power_of_test = erfc((report%critical - score)/sqrt(2.0_dp))/2
     end function stated_power
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.

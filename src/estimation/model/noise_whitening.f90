@@ -19,7 +19,7 @@ module gracecg_estimation_noise_whitening
     use gracecg_base_text, only: integer_text
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, noise_spectrum_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t
-    use gracecg_base_lanes, only: LANES, MOST_LANES, WIDEST, LEFT_OUT, PREDICTED, USED, lanes_of, &
+    use gracecg_base_lanes, only: MOST_LANES, WIDEST, LEFT_OUT, PREDICTED, USED, lanes_of, &
         lanes_whiten, lanes_filter
     implicit none
     private
@@ -414,8 +414,8 @@ contains
         logical, intent(in) :: coupled(n)               !! Of states: to a neighbour
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
 
-        call filter_all(n, role_of(used, predicts), gain, &
-                        inverse_deviation, on, series, output, below, above, merge(1, 0, coupled))
+        call filter_all(n, role_of(used, predicts), gain, inverse_deviation, on, series, output, below, above, &
+                        merge(1, 0, coupled))
     end subroutine whiten_all
 
     !> What is done with a sample, as gracecg_base_lanes has it.

@@ -433,7 +433,7 @@ contains
 
     !> The partials along the nominal rotation: d zeta/dt = -omega x zeta + d omega, d(d omega)/dt = A zeta + B d omega +
     !> J^-1 dT/dp, by the same method of Runge and Kutta. Between the epochs A and B are those of the mean of the attitudes
-    !> and of the rate that its derivatives let expect, not of the stages: that changes predicted sigmas by 3e-14 of themselves.
+    !> and of the rate that its derivatives let expect, not of the stages: that changes predicted sigmas by 1e-12 of themselves.
     subroutine carry_partials(model, state, body, trajectory)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state

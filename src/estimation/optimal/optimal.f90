@@ -142,7 +142,7 @@ contains
             if (wave%found) then
                 call widen(knowledge, options, fit, wave, wider)
                 call settle_wider(wave%found)
-                call report_wave(wave, wave%found, solution%warnings)
+                call report_wave(wave, fit%problem, solution%warnings)
             end if
             if (.not. wave%found) call settle_counted(.false., fit, error)
             if (allocated(error)) return
@@ -289,18 +289,25 @@ contains
         end associate
     end subroutine report_jump
 
-    !> Warns of a wave that was found.
-    subroutine report_wave(wave, estimated, warnings)
-        type(density_wave_found_t), intent(in) :: wave
-        logical, intent(in) :: estimated        !! The fit with it succeeded
+    !> Warns of a wave that was found: as the fit with it has it, or, where that did not succeed, as the search has.
+    subroutine report_wave(wave, problem, warnings)
+        type(density_wave_found_t), intent(in) :: wave      !! `found`: the fit with it succeeded
+        type(whitened_problem_t), intent(in) :: problem     !! That fit, or the one without it
         type(string_t), allocatable, intent(inout) :: warnings(:)
 
         character(48), parameter :: CONSEQUENCE(2) = [character(48) :: &
             'it is estimated, too, and a parabola of the drag', 'it cannot be estimated and is left in']
+        real(dp) :: frequency, amplitude(2)
 
-        call append(warnings, 'the residuals of the accelerometer show a wave of period '// &
-                    number_text(1/wave%frequency)//' s and amplitude '//number_text(norm2(wave%amplitude))// &
-                    ' m/s^2 along the airflow: '//trim(CONSEQUENCE(merge(1, 2, estimated))))
+        frequency = wave%frequency
+        amplitude = wave%amplitude
+        if (wave%found) then
+            frequency = problem%model%wave_frequency + problem%state%value(WAVE_FREQUENCY)
+            amplitude = problem%state%value([WAVE_SINE, WAVE_COSINE])
+        end if
+        call append(warnings, 'the residuals of the accelerometer show a wave of period '//rounded_text(1/frequency, 4)// &
+                    ' s and amplitude '//rounded_text(norm2(amplitude), 3)//' m/s^2 along the airflow: '// &
+                    trim(CONSEQUENCE(merge(1, 2, wave%found))))
     end subroutine report_wave
 
     !> Which levels are to be estimated; something to begin with stands in for them.

@@ -11,7 +11,7 @@
 !> the epoch: Bierman's "pseudo-epoch state".
 module gracecg_estimation_square_root_information
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_of, lanes_reflect, WIDEST
+    use gracecg_base_lanes, only: lanes_of, lanes_reflect, MOST_ROWS, WIDEST
     use gracecg_estimation_noise_whitening, only: nonzero_rows
     implicit none
     private
@@ -73,7 +73,7 @@ contains
         class(constants_t), intent(inout) :: self
         real(dp), intent(in) :: rows(:, :)      !! (n + 1, observations)
 
-        integer, parameter :: TOGETHER = 16
+        integer, parameter :: TOGETHER = MOST_ROWS
         real(dp), allocatable :: own(:, :)      ! the triangle, then the rows to come; columns are rows
         real(dp) :: row(self%n + 1)
         integer, allocatable :: seen(:), places(:)
