@@ -19,7 +19,7 @@ module gracecg_base_lanes
         !> Kalman filter of series, every state with its own decay and with 1 as output: innovations by their deviations
         !> in place of the samples.
         pure subroutine lanes_whiten(widest, lanes, samples, carried, role, gain, inverse_deviation, decay, state, series) &
-            bind(c)
+            bind(c, name='gracecg_lanes_whiten')
             import :: c_double, c_int32_t, POLES
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: lanes      !! Series: LANES, 2 LANES or 3 LANES
@@ -34,7 +34,7 @@ module gracecg_base_lanes
 
         !> The same for states of any output, coupled in pairs: the transition has three diagonals.
         pure subroutine lanes_filter(widest, states, lanes, samples, carried, role, coupled, output, gain, inverse_deviation, &
-                                     below, on, above, state, series) bind(c)
+                                     below, on, above, state, series) bind(c, name='gracecg_lanes_filter')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: states
@@ -52,7 +52,8 @@ module gracecg_base_lanes
 
         !> Adds the products of observations, one after the other, to the upper triangle of a normal matrix and to its
         !> right-hand side. Below the diagonal anything may stand then.
-        pure subroutine lanes_add_products(widest, n, stride, m, rows, observed, normal, rhs) bind(c)
+        pure subroutine lanes_add_products(widest, n, stride, m, rows, observed, normal, rhs) &
+            bind(c, name='gracecg_lanes_add_products')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: n          !! Parameters
@@ -64,7 +65,7 @@ module gracecg_base_lanes
 
         !> Carries pairs (u, w) of columns of three numbers along du/dt = w - omega x u, dw/dt = A u + B w + f by the
         !> classical method of Runge and Kutta, and gives dw/dt at the epochs, too.
-        pure subroutine lanes_carry(widest, lanes, steps, interval, omega, a, b, f, columns) bind(c)
+        pure subroutine lanes_carry(widest, lanes, steps, interval, omega, a, b, f, columns) bind(c, name='gracecg_lanes_carry')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: lanes      !! Pairs, made up to a multiple of LANES
@@ -77,7 +78,7 @@ module gracecg_base_lanes
         end subroutine lanes_carry
 
         !> Linear combinations of columns, each by weights of its own.
-        pure subroutine lanes_combine(widest, lanes, stride, n, m, columns, weights, combined) bind(c)
+        pure subroutine lanes_combine(widest, lanes, stride, n, m, columns, weights, combined) bind(c, name='gracecg_lanes_combine')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: lanes      !! Numbers of a column, any
@@ -90,7 +91,7 @@ module gracecg_base_lanes
 
         !> Householder's reflection of a row and others that makes the elements of the others in a column vanish. Elements
         !> before that column must be zero in all of them.
-        pure subroutine lanes_reflect(widest, lanes, column, n, row, others) bind(c)
+        pure subroutine lanes_reflect(widest, lanes, column, n, row, others) bind(c, name='gracecg_lanes_reflect')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
             integer(c_int32_t), intent(in), value :: lanes      !! Elements of a row, made up to a multiple of LANES

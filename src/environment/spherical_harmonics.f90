@@ -61,7 +61,8 @@ module gracecg_environment_spherical_harmonics
 
     interface
         !> The first FIRST_SUMS sums at a place.
-        pure subroutine harmonic_sums_first(widest, blocks, orders, first, steps, q, sums) bind(c)
+        pure subroutine harmonic_sums_first(widest, blocks, orders, first, steps, q, sums) &
+            bind(c, name='gracecg_harmonic_sums_first')
             import :: c_double, c_int32_t, FIRST_SUMS, LANES
             integer(c_int32_t), intent(in), value :: widest, blocks, orders
             integer(c_int32_t), intent(in) :: first(*)
@@ -70,7 +71,8 @@ module gracecg_environment_spherical_harmonics
         end subroutine harmonic_sums_first
 
         !> All sums at a place; the first ones with the same bits.
-        pure subroutine harmonic_sums_second(widest, blocks, orders, first, steps, q, sums) bind(c)
+        pure subroutine harmonic_sums_second(widest, blocks, orders, first, steps, q, sums) &
+            bind(c, name='gracecg_harmonic_sums_second')
             import :: c_double, c_int32_t, ALL_SUMS, LANES
             integer(c_int32_t), intent(in), value :: widest, blocks, orders
             integer(c_int32_t), intent(in) :: first(*)
@@ -79,7 +81,7 @@ module gracecg_environment_spherical_harmonics
         end subroutine harmonic_sums_second
 
         !> The first FIRST_SUMS sums at PLACES places, with the same bits.
-        pure subroutine harmonic_sums_places(widest, orders, first, steps, q, sums) bind(c)
+        pure subroutine harmonic_sums_places(widest, orders, first, steps, q, sums) bind(c, name='gracecg_harmonic_sums_places')
             import :: c_double, c_int32_t, FIRST_SUMS, LANES, PLACES
             integer(c_int32_t), intent(in), value :: widest, orders
             integer(c_int32_t), intent(in) :: first(*)
