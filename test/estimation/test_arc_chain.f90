@@ -41,6 +41,7 @@ contains
                     new_unittest('chain-is-the-joint-estimate-of-its-arcs', test_chain), &
                     new_unittest('arcs-left-out', test_left_out), &
                     new_unittest('an-arc-that-disagrees', test_apart), &
+                    new_unittest('an-arc-at-the-edge-of-the-shadow', test_shadow), &
                     new_unittest('refused', test_refused)]
     end subroutine collect_arc_chain
 
@@ -338,6 +339,38 @@ contains
                               5*[(sqrt(chain%solution%covariance(i, i)), i=1, 3)] + 0.02_dp*abs(case_offset(simulator))), &
                    'the offset of the others')      ! the scale factors of the simulation are not those believed
     end subroutine test_apart
+
+    !> An arc in which the light of the Sun goes out within twelve seconds, as an orbit can cross the edge of the Earth's
+    !> shadow, is left out for its residuals; those behind it, in the dark, are not.
+    subroutine test_shadow(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: DARK = 3
+        real(dp), parameter :: LIGHT(3) = [1e-8_dp, -5e-8_dp, -2e-8_dp]     ! m/s^2
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(arc_chain_t) :: chain
+        type(joint_options_t) :: joint
+        type(error_t), allocatable :: failure
+        real(dp) :: part
+        integer :: i
+
+        call open_case(simulator, options, error, 6*ARC)
+        if (allocated(error)) return
+        call observe(simulator, 3, 1, observations, failure)
+        do i = 1, size(observations%accelerometer_time)
+            part = min(1.0_dp, max(0.0_dp, (observations%accelerometer_time(i) - (DARK - 1)*ARC - 4)/12))
+            observations%acceleration(:, i) = observations%acceleration(:, i) - LIGHT*part**2*(3 - 2*part)
+        end do
+        call estimate_chain(observations, options, joint, ARC, 2, chain, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, all(chain%arcs%joined .eqv. [(i /= DARK, i=1, 6)]), 'arcs joined')
+        if (.not. allocated(error)) &
+            call check(error, any([(index(chain%warnings(i)%text, 'the arc from 40 to 60 s is left out: its residuals') == 1, &
+                                    i=1, size(chain%warnings))]), 'the reason')
+    end subroutine test_shadow
 
     pure function case_offset(simulator) result(offset)
         type(simulator_t), intent(in) :: simulator

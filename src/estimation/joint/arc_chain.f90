@@ -11,6 +11,7 @@ module gracecg_estimation_arc_chain
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_progress, only: progress_t, expect_pieces
+    use gracecg_base_statistics, only: median_of
     use gracecg_base_text, only: string_t, append, integer_text, rounded_text
     use gracecg_spacecraft_torque_rods, only: moves_rods, check_rods_fire
     use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
@@ -39,9 +40,12 @@ module gracecg_estimation_arc_chain
     !! Of the run's greatest measured moment: what is more is a manoeuvre, not the control of the attitude
     real(dp), parameter :: MOST_REFUSED = 0.25_dp
     !! Part of the arcs with a manoeuvre that may be left out, as of a series of samples
+    real(dp), parameter :: MISFIT = 1.25_dp
+    !! Of an arc's residuals, times those of most arcs, beyond which it is left out. A choice: six hours under control
+    !! have 2.4 to 2.9 in the six arcs at the edge of the Earth's shadow, at most 1.12 in the others
     real(dp), parameter :: MOST_APART = 0.05_dp
-    !! Part of the arcs that may be left out because they disagree with the others. A choice: 6 of 355 arcs of six hours
-    !! under control were far off; where more are, it is not single arcs that are wrong
+    !! Part of the arcs that may be left out because they disagree with the others: where more do, it is not single arcs
+    !! that are wrong. A choice
     real(dp), parameter :: DISAGREEMENT = 1e-6_dp
     !! Probability of their chi square below which arcs are not joined. A choice: an hour under control had 2e-5 as long as
     !! arcs far off were in it, and a good offset
@@ -62,6 +66,7 @@ module gracecg_estimation_arc_chain
         !! It tells no offset: singular, or without a manoeuvre and refused, without convergence, or with an offset of its
         !! own that no satellite has, far from which its information would be used
         logical :: moves_rods = .false.     !! A manoeuvre is in it
+        real(dp) :: variance_factor = 0     !! Weighted squares of its residuals by their redundancy
         character(:), allocatable :: reason !! Why it is left out
         type(run_information_t) :: information          !! At the joint estimate
         type(fit_point_t) :: fit                        !! Where its fit is, of an arc that is joined
@@ -131,6 +136,7 @@ contains
         call expect_pieces(progress, size(work%arcs), 'arcs')
         call run_parallel(work, size(work%arcs), threads, error, progress)
         if (allocated(error)) return
+        call leave_out_misfits(work%arcs)
         call judge_arcs(work%arcs, error)
         if (.not. allocated(error)) call join(work, threads, chain%solution, error, progress)
         if (.not. allocated(error)) call check_agreement(chain%solution, error)
@@ -141,6 +147,27 @@ contains
         call warn_of_arcs(chain)
         call gather_warnings(chain)
     end subroutine estimate_chain
+
+    !> Leaves out arcs with residuals larger than those of most (that of all are larger says something of the noise): in
+    !> them a force acts that the model does not follow, as while the satellite goes through the edge of the Earth's
+    !> shadow, which takes half a minute where its orbit crosses that aslant.
+    subroutine leave_out_misfits(arcs)
+        type(chained_arc_t), intent(inout) :: arcs(:)
+
+        real(dp) :: usual
+        integer :: i
+
+        if (.not. any(arcs%joined)) return
+        usual = sqrt(median_of(pack(arcs%variance_factor, arcs%joined)))
+        do i = 1, size(arcs)
+            associate (arc => arcs(i), size_of => sqrt(arcs(i)%variance_factor))
+                if (.not. (arc%joined .and. size_of > MISFIT*usual)) cycle
+                arc%joined = .false.
+                arc%reason = 'its residuals are '//rounded_text(size_of/usual, 3)//' times those of most arcs, as where a '// &
+                             'force changes that the model does not follow: at the edge of the Earth''s shadow'
+            end associate
+        end do
+    end subroutine leave_out_misfits
 
     !> The joint estimate, about which the arcs are linearised until it stays. What an arc says alone is that of its own
     !> estimate.
@@ -290,6 +317,7 @@ contains
                 arc%empty = .not. arc%moves_rods
             end if
             arc%joined = .not. allocated(arc%reason)
+            arc%variance_factor = solution%variance_factor
             call move_alloc(solution%warnings, arc%warnings)
         end associate
     end subroutine estimate_arc
