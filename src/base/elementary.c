@@ -26,7 +26,7 @@ void gracecg_random_normals(int32_t widest, int32_t pairs, const uint64_t *key, 
     CALL(normals, key, counter, pairs, x);
 }
 
-void gracecg_sines_cosines(int32_t widest, int32_t n, const double *turns, double *sines, double *cosines)
+void gracecg_lanes_sines_cosines(int32_t widest, int32_t n, const double *turns, double *sines, double *cosines)
 {
     CALL(sines_cosines, n, turns, sines, cosines);
 }
