@@ -2,8 +2,10 @@
    stand in elementary_variant.h, which is compiled for each width of vectors (every_width.h). The bits do not depend on
    the processor, nor on whose C library there is.
 
-   The polynomials are those of fdlibm (https://www.netlib.org/fdlibm, Sun Microsystems 1993: e_log.c, k_sin.c, k_cos.c),
-   with errors below one unit of the last place. */
+   The polynomials are those of fdlibm (https://www.netlib.org/fdlibm: e_log.c, k_sin.c, k_cos.c), with errors below one
+   unit of the last place. Its notice: "Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at
+   SunPro, a Sun Microsystems, Inc. business. Permission to use, copy, modify, and distribute this software is freely
+   granted, provided that this notice is preserved." */
 #include "vectors.h"
 #include <math.h>
 

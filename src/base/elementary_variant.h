@@ -3,8 +3,8 @@
 #define BITS VARIANT(bits)
 typedef uint64_t BITS __attribute__((vector_size(8*WIDTH), may_alias));
 
-/* Philox 4x32-10: WIDTH blocks, a word of 32 bits in each 64, from `counter` on, by words. A round is two products, two shifts, two masks and four
-   exclusive ors; a product of 64 bits is eight instructions before AVX-512. */
+/* Philox 4x32-10: WIDTH blocks, a word of 32 bits in each 64, from `counter` on, by words. A round is two products, two
+   shifts, two masks and four exclusive ors; a product of 64 bits is eight instructions where the processor has none. */
 TARGET INLINE void VARIANT(blocks)(const uint64_t key[2], const uint64_t counter[4], BITS word[4])
 {
     uint64_t k0 = key[0], k1 = key[1];

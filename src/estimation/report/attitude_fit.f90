@@ -178,7 +178,7 @@ contains
         end subroutine slope
     end subroutine fit_rate
 
-    !> The same and its state transition matrix.
+    !> The same, (4-80), and its state transition matrix.
     subroutine fit_rotation(self, omega_0, rotation)
         class(attitude_fit_t), intent(in) :: self
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
