@@ -220,7 +220,8 @@ contains
         if (allocated(error)) return
         call console%paragraph('What a wrong belief could do unseen: the smallest value found with probability '// &
                           rounded_text(POWER, 2)//' (level '//rounded_text(FAMILY_LEVEL, 1)//' for all tests), or the '// &
-                          'largest conceivable one. Those that could move d by more than '// &
+                          'largest conceivable one, if its effect grows in proportion and no density wave is found '// &
+                          '(reliability --power looks for it by fits). Those that could move d by more than '// &
                           rounded_text(report%wanted/MILLIMETRE, 3)//' mm:')
         write (line, '(t3, a, t42, a10, t54, a, t63, a)') 'belief', 'value', 'unit', 'effect x, y, z, mm'
         call console%line(trim(line))

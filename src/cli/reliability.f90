@@ -1,14 +1,15 @@
 !> gracecg reliability: what the tests of the operator's beliefs are worth, tried.
 module gracecg_cli_reliability
-    use gracecg_base_kinds, only: i8
+    use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: integer_text, join, padded, rounded_text, string_t
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_files_file, only: check_writable
     use gracecg_files_data_table, only: data_table_t
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, &
-        try_wrong_beliefs, subject_of, size_text, SILENT_SIGMAS, FAR_BEYOND
+    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
+    use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, &
+        size_text, SILENT_SIGMAS, FAR_BEYOND
     use gracecg_cli_calibration_argument, only: add_options_option, add_cases_option, take_calibrations, MOST_CASES
     use gracecg_cli_arguments, only: arguments_t, refuse_if, MOST_RUNS
     use gracecg_cli_console, only: console_t
@@ -34,8 +35,8 @@ contains
                                   choices=ESTIMATOR_NAMES)
         call arguments%add_option('--only', 'TEXT', 'wrong beliefs in whose name TEXT stands, e.g. rod, sign, delay')
         call arguments%add_option('--runs', 'N', 'of each wrong belief and size (default 2)')
-        call arguments%add_option('--power', '', 'each belief with a value at its minimal detectable value instead of three '// &
-                                  'sizes: its own test should find it in 80 of 100 runs')
+        call arguments%add_option('--power', '', 'each belief with a value wrong by what its own test finds in 80 of 100 runs, '// &
+                                  'as fits without noise say, instead of three sizes')
         call arguments%add_option('--no-causes', '', 'do not look for the causes of contradictions, which takes most of the time')
         call arguments%add_option('--seed', 'S', 'of the random numbers (default 1)')
         call arguments%add_option('--threads', 'N', 'to work on (default: the processors of the machine)')
@@ -81,9 +82,11 @@ contains
         call console%expect_parts(size(calibrations), 'cases')
         do i = 1, size(calibrations)
             if (arguments%has('--power')) then
-                call detectable_beliefs(calibrations(i), list, error)
+                call beliefs_with_value(calibrations(i), list, error)
                 if (allocated(error)) return
                 list = chosen(list)
+                call find_detectable_values(calibrations(i), threads, list, error, console)
+                if (allocated(error)) return
             end if
             call try_wrong_beliefs(calibrations(i), padded(algorithms), .not. arguments%has('--no-causes'), list, seed, runs, &
                                    threads, tallies, error, console)
@@ -92,6 +95,7 @@ contains
             call add_rows(trim(calibrations(i)%case%name), tallies, table)
             all_tallies = [all_tallies, tallies]
         end do
+        if (arguments%has('--power')) call show_power(all_tallies, console)
         do i = 1, size(algorithms)
             call show(algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == algorithms(i)%text), console)
         end do
@@ -141,6 +145,25 @@ contains
             end associate
         end do
     end subroutine add_rows
+
+    !> How often each belief's own test found it.
+    subroutine show_power(tallies, console)
+        type(tally_t), intent(in) :: tallies(:)
+        type(console_t), intent(inout) :: console
+
+        character(120) :: line
+        integer :: i
+
+        write (line, '(t3, a, t40, a, t58, a, t74, a)') 'belief', 'wrong by', 'times bound''s', 'found by its own test'
+        call console%line(trim(line))
+        do i = 1, size(tallies)
+            associate (t => tallies(i))
+                write (line, '(t3, a, t40, a, t58, f6.2, t74, f6.1, a)') trim(subject_of(t%wrong)), trim(size_text(t%wrong)), &
+                    t%times, 100*t%found/real(t%runs, dp), ' %'
+                call console%line(trim(line))
+            end associate
+        end do
+    end subroutine show_power
 
     !> What is wrong without a word, case by case, and the sums.
     subroutine show(algorithm, tallies, console)

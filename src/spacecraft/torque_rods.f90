@@ -10,7 +10,7 @@ module gracecg_spacecraft_torque_rods
     implicit none
     private
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre
-    public :: dipole_moment, rod_moments, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
+    public :: dipole_moment, rod_moments, rod_direction, take_measured_moments, interchange_rods, gain_unit, begin_rods_at
     public :: moves_rods, check_rods_fire, check_rod_sampling, shortest_rod_period, rods_rest, dipole_moments
     public :: report_pattern, weakest_components_pattern, rod_pattern, PATTERN_RULES
 

@@ -26,8 +26,8 @@ module gracecg_studies_wrong_beliefs
     use gracecg_planning_bound, only: reliability_of_case
     implicit none
     private
-    public :: wrong_belief_t, tally_t, all_wrong_beliefs, detectable_beliefs, try_wrong_beliefs, subject_of, size_text
-    public :: SILENT_SIGMAS, FAR_BEYOND
+    public :: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of, size_text
+    public :: SILENT_SIGMAS, FAR_BEYOND, OF_VALUE
 
     integer, parameter :: SOUND = 0     !! Kind of a belief beside OF_VALUE, OF_ALTERATION, OF_NOISE: nothing is wrong
     real(dp), parameter :: SILENT_SIGMAS = 5    !! Error, in standard deviations, beyond which a silent result is wrong
@@ -97,27 +97,6 @@ contains
             list = [list, [(wrong_belief_t(OF_NOISE, i, LEVELS(k)), k=1, size(LEVELS))]]
         end do
     end function all_wrong_beliefs
-
-    !> Each belief with a value that a case can test, wrong by its minimal detectable value: its test should find it with
-    !> the power that is stated. Fails as reliability_of_case does.
-    subroutine detectable_beliefs(calibration, list, error)
-        type(calibration_t), intent(in) :: calibration
-        type(wrong_belief_t), allocatable, intent(out) :: list(:)
-        type(error_t), allocatable, intent(out) :: error
-
-        type(belief_report_t) :: report
-        integer :: i
-
-        allocate (list(0))
-        call reliability_of_case(calibration%case, calibration%options, report, error)
-        if (allocated(error)) return
-        do i = 1, size(report%values)
-            associate (test => report%values(i))
-                if (test%sigma > 0 .and. test%detectable < test%largest .and. .not. test%all_or_nothing) &
-                    list = [list, wrong_belief_t(OF_VALUE, test%belief, test%detectable)]
-            end associate
-        end do
-    end subroutine detectable_beliefs
 
     !> Sizes that are tried: small, middle, large, in the unit of BELIEFS.
     pure real(dp) function size_of(parameter, k) result(wrong)
@@ -342,7 +321,7 @@ contains
 
         score = times_detectable(report, wrong)*(report%critical + normal_quantile(POWER))
         power_of_test = 0
-        if (score > 0) power_of_test = erfc((report%critical - score)/sqrt(2.0_dp))/2
+        if (score > 0) power_of_test = report%power_at(score)
     end function stated_power
 
     !> Is a wrong belief among the explanations? A sign is a gain or a scale factor of -1, too.

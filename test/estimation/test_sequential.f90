@@ -11,7 +11,7 @@ module test_sequential
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
     use gracecg_estimation_disturbance_search, only: disturbance_t, weigh_tone, with_disturbance
-    use gracecg_estimation_noise_whitening, only: whiten_by_process
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_sequential_options, only: sequential_options_t, STRAIGHT_LINE, GIVEN
     use gracecg_estimation_solution, only: solution_t
@@ -142,6 +142,7 @@ contains
         type(gauss_markov_t) :: noise
         type(random_stream_t) :: stream
         type(constants_t) :: constants
+        type(process_filter_t) :: filter
         real(dp) :: rows(M + 1, N), whitened(M + 1, N), without, with, sigma, gain, others
         integer :: epoch(N), i
         logical :: kept(N)
@@ -156,8 +157,7 @@ contains
         end do
         call weigh(noise, without)
         sigma = 1
-        call weigh_tone(noise, epoch, kept, INTERVAL, whitened, constants%inverse_root(), constants%solution(), FREQUENCY, &
-                        sigma, gain)
+        call weigh_tone(filter, INTERVAL, whitened, constants%inverse_root(), constants%solution(), FREQUENCY, sigma, gain)
         call check(error, sigma > 1 .and. sigma < 4, 'size')
         if (allocated(error)) return
         call weigh(with_disturbance(noise, disturbance_t(sigma, FREQUENCY, 1e-9_dp), INTERVAL), with)
@@ -177,7 +177,9 @@ contains
             type(gauss_markov_t), intent(in) :: process
             real(dp), intent(out) :: value
 
-            call whiten_by_process(process, epoch, kept, rows, whitened, value)
+            call prepare_filter(process, epoch, kept, filter)
+            call whiten_by_process(filter, rows, whitened)
+            value = filter%log_variance
             constants = new_constants(M, spread(1e3_dp, 1, M))
             call constants%fold_in_all(whitened)
             value = value + constants%squares + constants%log_determinant()

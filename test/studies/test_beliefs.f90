@@ -24,6 +24,7 @@ module test_beliefs_of_operator
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
+    use gracecg_studies_detectable_values, only: beliefs_with_value, find_detectable_values
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use fixture, only: check_passes
     use statistics, only: chi_square_limits
@@ -50,6 +51,7 @@ contains
                     new_unittest('what-does-not-converge-is-refused', test_not_converged), &
                     new_unittest('nothing-is-tested-of-a-singular-fit', test_singular), &
                     new_unittest('power-is-that-stated', test_power), &
+                    new_unittest('power-is-that-of-fits-without-noise', test_detectable_values), &
                     new_unittest('tried-one-after-the-other', test_trials)]
     end subroutine collect_beliefs
 
@@ -662,4 +664,38 @@ contains
                        PARAMETER_NAMES(TESTED(k))//integer_text(found))
         end do
     end subroutine test_power
+
+    !> Values that fits without noise find with the power are found as often with noise: also the delay of a rod, part of
+    !> which a density wave takes up, which without one would be a third smaller.
+    subroutine test_detectable_values(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: RUNS = 60, TESTED(2) = [ROD_DELAYS(2), FIELD_TURN(2)]
+        type(calibration_t) :: calibration
+        type(wrong_belief_t), allocatable :: list(:), asked(:)
+        type(tally_t), allocatable :: tallies(:)
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call find_calibration('front-3', calibration, failure)
+        if (.not. allocated(failure)) call beliefs_with_value(calibration, list, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        asked = pack(list, [(any(TESTED == BELIEFS(list(i)%place)%parameter), i=1, size(list))])
+        list = asked
+        call find_detectable_values(calibration, 1, list, failure)
+        call check_passes(error, message_of(failure))
+        if (.not. allocated(error)) call check(error, size(list), size(TESTED))
+        if (allocated(error)) return
+        call check(error, list(1)%value > 1.2_dp*asked(1)%value, 'the density wave takes up nothing of a delay')
+        if (.not. allocated(error)) call check(error, list(2)%value, asked(2)%value, thr=0.02_dp*asked(2)%value)
+        if (allocated(error)) return
+        call try_wrong_beliefs(calibration, [character(10) :: 'optimal'], .false., list, 4721_i8, RUNS, 1, tallies, failure)
+        call check_passes(error, message_of(failure))
+        do i = 1, size(tallies)
+            if (allocated(error)) return
+            call check(error, abs(tallies(i)%found/real(RUNS, dp) - POWER) < 3.5_dp*sqrt(POWER*(1 - POWER)/RUNS), &
+                       trim(subject_of(tallies(i)%wrong))//integer_text(tallies(i)%found))
+        end do
+    end subroutine test_detectable_values
 end module test_beliefs_of_operator

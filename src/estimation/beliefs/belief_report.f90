@@ -83,6 +83,7 @@ module gracecg_estimation_belief_report
         procedure :: how_many       !! Tests, or those with a result
         procedure :: is_untested    !! Cannot some belief be tested here that matters?
         procedure :: take_score     !! Another score for a value
+        procedure :: power_at       !! Of a test whose score has an expectation
         procedure :: noise_factor   !! By which noise is larger than believed, where that is contradicted; else 1
     end type belief_report_t
 
@@ -228,6 +229,14 @@ contains
         self%values(i)%score = score
         self%values(i)%state = state_of(self, self%values(i))
     end subroutine take_score
+
+    !> The probability that a test contradicts a belief, from the expectation of its score.
+    elemental real(dp) function power_at(self, score) result(probability)
+        class(belief_report_t), intent(in) :: self
+        real(dp), intent(in) :: score       !! Expected
+
+        probability = erfc((self%critical - abs(score))/sqrt(2.0_dp))/2
+    end function power_at
 
     !> The largest effect on each component of the offset that no test sees, and what the estimate differs from that of
     !> `optimal` by, m.

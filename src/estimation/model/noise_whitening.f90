@@ -10,7 +10,7 @@
 !> only stretch a step of the filter.
 !>
 !> `whitener_t` does so for these poles, whose transition is diagonal, with gains computed once for any
-!> number of series; `whiten_by_process` for white noise and any Gauss-Markov process.
+!> number of series; `process_filter_t` for white noise and any Gauss-Markov process.
 module gracecg_estimation_noise_whitening
     use, intrinsic :: iso_c_binding, only: c_int32_t
     use gracecg_base_kinds, only: dp
@@ -25,7 +25,7 @@ module gracecg_estimation_noise_whitening
     private
     public :: whitener_t, new_whitener, accelerometer_whiteners, whitening_state_t, weigh_series
     public :: row_state_t, ROW
-    public :: whiten_by_process, find_gains, whiten_all, nonzero_rows
+    public :: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
 
     integer, parameter :: PIECE_LENGTH = 128    !! Samples that are filtered at once: of MOST_LANES series 24 KB
     integer, parameter :: ROW = 4       !! Series whose next samples are whitened together
@@ -51,6 +51,23 @@ module gracecg_estimation_noise_whitening
         !! How far every sample is from what the kept samples before it let expect, in standard deviations
         procedure :: is_kept    !! False for a sample that is left out
     end type whitener_t
+
+    !> The filter for a process in white noise of variance 1 at given samples, with the three diagonals of the transition
+    !> from every epoch to the next.
+    type :: process_filter_t
+        type(gauss_markov_t) :: process             !! Its transition matrix of blocks of one and two on the diagonal
+        integer, allocatable :: epoch(:)            !! Of the samples, in intervals, increasing
+        logical, allocatable :: kept(:)             !! (samples)
+        real(dp), allocatable :: gain(:, :)         !! P h/F, (states, samples)
+        real(dp), allocatable :: inverse_deviation(:)   !! Of the innovations, 1/sqrt F
+        real(dp), allocatable :: below(:, :), on(:, :), above(:, :)
+        !! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1), (states, samples)
+        logical, allocatable :: coupled(:)          !! Of states: to a neighbour
+        real(dp) :: log_variance = 0                !! Sum of ln F of the samples kept
+    contains
+        procedure :: whiten => whiten_by_filter     !! Whitens several series in place
+        procedure, private :: is_of => is_filter_of
+    end type process_filter_t
 
     !> Where the filter of one series has got to, for whitening sample by sample.
     type :: whitening_state_t
@@ -293,81 +310,113 @@ contains
         is_kept = self%used(i)
     end function is_kept
 
-    !> Whitens rows of observations with unit white noise. Rows that are not kept become zero.
-    pure subroutine whiten_by_process(process, epoch, kept, rows, whitened, log_variance)
+    !> The filter of a process at some samples. Nothing is done if it is that already. A sample that is left out has the
+    !> gain that it would have; the next ones do not know of it.
+    pure subroutine prepare_filter(process, epoch, kept, filter)
         type(gauss_markov_t), intent(in) :: process
-        !! Its transition matrix of blocks of one and two on the diagonal
-        integer, intent(in) :: epoch(:)                 !! Of each row, in intervals, increasing
-        logical, intent(in) :: kept(:)    !! (samples)
-        real(dp), intent(in) :: rows(:, :)              !! (values, samples)
-        real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
-        real(dp), intent(out) :: log_variance           !! Sum of the logarithms of the innovations' variances
-
-        real(dp), dimension(process%n, size(epoch)) :: gain, below, on, above
-        real(dp) :: inverse_deviation(size(epoch))
-        logical :: coupled(process%n)
-
-        call find_gains(process%n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
-        whitened = rows
-        call whiten_all(process%n, kept, .false., process%output, gain, inverse_deviation, below, on, above, coupled, whitened)
-    end subroutine whiten_by_process
-
-    !> The filter for a process in white noise of variance 1, with the three diagonals of the transition from every
-    !> epoch to the next. A sample that is left out has the gain that it would have; the next ones do not know of it.
-    pure subroutine find_gains(n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, log_variance)
-        integer, intent(in) :: n                        !! States
-        type(gauss_markov_t), intent(in) :: process
-        !! Its transition matrix of blocks of one and two on the diagonal
         integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals, increasing
         logical, intent(in) :: kept(:)                  !! (samples)
-        real(dp), intent(out) :: gain(n, size(epoch))   !! P h/F
-        real(dp), intent(out) :: inverse_deviation(:)   !! Of the innovations, 1/sqrt F
-        real(dp), intent(out), dimension(n, size(epoch)) :: below, on, above    !! Phi(j, j - 1), Phi(j, j), Phi(j, j + 1)
-        logical, intent(out) :: coupled(n)              !! Of states: to a neighbour
-        real(dp), intent(out) :: log_variance           !! Sum of ln F of those kept
+        type(process_filter_t), intent(inout) :: filter
 
+        if (filter%is_of(process, epoch, kept)) return
+        filter%process = process
+        filter%epoch = epoch
+        filter%kept = kept
+        call find_gains(process%n, filter)
+    end subroutine prepare_filter
+
+    pure logical function is_filter_of(self, process, epoch, kept) result(same)
+        class(process_filter_t), intent(in) :: self
+        type(gauss_markov_t), intent(in) :: process
+        integer, intent(in) :: epoch(:)
+        logical, intent(in) :: kept(:)
+
+        same = .false.
+        if (.not. allocated(self%gain)) return
+        if (self%process%n /= process%n .or. size(self%epoch) /= size(epoch)) return
+        if (any(self%epoch /= epoch) .or. any(self%kept .neqv. kept)) return
+        same = are_equal(self%process%transition, process%transition) .and. &
+               are_equal(self%process%noise_root, process%noise_root) .and. &
+               are_equal(self%process%covariance, process%covariance) .and. &
+               all(abs(self%process%output - process%output) <= 0)
+
+    contains
+
+        pure logical function are_equal(one, other)
+            real(dp), intent(in) :: one(:, :), other(:, :)
+
+            are_equal = all(abs(one - other) <= 0)
+        end function are_equal
+    end function is_filter_of
+
+    !> Whitens rows of observations with unit white noise. Rows that are not kept become zero.
+    pure subroutine whiten_by_process(filter, rows, whitened)
+        type(process_filter_t), intent(in) :: filter
+        real(dp), intent(in) :: rows(:, :)              !! (values, samples)
+        real(dp), intent(out) :: whitened(:, :)         !! (values, samples)
+
+        whitened = rows
+        call filter%whiten(whitened)
+    end subroutine whiten_by_process
+
+    !> The gains of a filter, n states.
+    pure subroutine find_gains(n, filter)
+        integer, intent(in) :: n
+        type(process_filter_t), intent(inout) :: filter
+
+        real(dp), dimension(n, size(filter%epoch)) :: gain, below, on, above
+        real(dp) :: inverse_deviation(size(filter%epoch))
         real(dp) :: covariance(n, n), noise(n, n), both(n, n), across(n), variance
         real(dp) :: phi_below(n), phi_on(n), phi_above(n), under(n), over(n)
+        logical :: coupled(n)
         integer :: i, j, k
 
-        call diagonals(n, process%transition, phi_below, phi_on, phi_above)
-        coupled = abs(phi_below) > 0 .or. abs(phi_above) > 0
-        coupled = coupled .or. eoshift(abs(phi_below) > 0, 1) .or. eoshift(abs(phi_above) > 0, -1)
-        do j = 1, n
-            both(:, j) = phi_on*phi_on(j)
-        end do
-        noise = matmul(process%noise_root, transpose(process%noise_root))
-        covariance = process%covariance
-        log_variance = 0
-        do i = 1, size(epoch)
-            across = 0
+        associate (process => filter%process, epoch => filter%epoch, kept => filter%kept)
+            call diagonals(n, process%transition, phi_below, phi_on, phi_above)
+            coupled = abs(phi_below) > 0 .or. abs(phi_above) > 0
+            coupled = coupled .or. eoshift(abs(phi_below) > 0, 1) .or. eoshift(abs(phi_above) > 0, -1)
             do j = 1, n
-                if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
+                both(:, j) = phi_on*phi_on(j)
             end do
-            variance = 1 + dot_product(process%output, across)
-            inverse_deviation(i) = 1/sqrt(variance)
-            gain(:, i) = across/variance
-            if (kept(i)) then
-                log_variance = log_variance + log(variance)
+            noise = matmul(process%noise_root, transpose(process%noise_root))
+            covariance = process%covariance
+            filter%log_variance = 0
+            do i = 1, size(epoch)
+                across = 0
                 do j = 1, n
-                    covariance(:, j) = covariance(:, j) - gain(j, i)*across
+                    if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
                 end do
-            end if
-            if (i == size(epoch)) exit
-            below(:, i) = phi_below
-            on(:, i) = phi_on
-            above(:, i) = phi_above
-            do k = epoch(i) + 1, epoch(i + 1)
-                call carry_covariance(n, phi_below, phi_on, phi_above, both, noise, coupled, covariance)
-                if (k == epoch(i) + 1) cycle
-                ! of two coupled states j, j + 1: a product of two matrices of two rows
-                under = below(:, i)
-                over = above(:, i)
-                below(:, i) = phi_on*under + phi_below*eoshift(on(:, i), -1)
-                above(:, i) = phi_on*over + phi_above*eoshift(on(:, i), 1)
-                on(:, i) = phi_on*on(:, i) + phi_below*eoshift(over, -1) + phi_above*eoshift(under, 1)
+                variance = 1 + dot_product(process%output, across)
+                inverse_deviation(i) = 1/sqrt(variance)
+                gain(:, i) = across/variance
+                if (kept(i)) then
+                    filter%log_variance = filter%log_variance + log(variance)
+                    do j = 1, n
+                        covariance(:, j) = covariance(:, j) - gain(j, i)*across
+                    end do
+                end if
+                below(:, i) = phi_below
+                on(:, i) = phi_on
+                above(:, i) = phi_above
+                if (i == size(epoch)) exit
+                do k = epoch(i) + 1, epoch(i + 1)
+                    call carry_covariance(n, phi_below, phi_on, phi_above, both, noise, coupled, covariance)
+                    if (k == epoch(i) + 1) cycle
+                    ! of two coupled states j, j + 1: a product of two matrices of two rows
+                    under = below(:, i)
+                    over = above(:, i)
+                    below(:, i) = phi_on*under + phi_below*eoshift(on(:, i), -1)
+                    above(:, i) = phi_on*over + phi_above*eoshift(on(:, i), 1)
+                    on(:, i) = phi_on*on(:, i) + phi_below*eoshift(over, -1) + phi_above*eoshift(under, 1)
+                end do
             end do
-        end do
+        end associate
+        filter%gain = gain
+        filter%inverse_deviation = inverse_deviation
+        filter%below = below
+        filter%on = on
+        filter%above = above
+        filter%coupled = coupled
     end subroutine find_gains
 
     !> Phi P Phi^T + Q in place of P. What is not coupled takes one product an element.
@@ -401,22 +450,20 @@ contains
         end do
     end subroutine carry_covariance
 
-    !> Whitens series in place: what `find_gains` says. Series that are zero throughout stay so.
-    pure subroutine whiten_all(n, used, predicts, output, gain, inverse_deviation, below, on, above, coupled, series)
-        integer, intent(in) :: n                        !! States
-        logical, intent(in) :: used(:)                  !! (samples)
-        logical, intent(in) :: predicts
-        !! Samples that are not used get the innovation that they would have; else zero
-        real(dp), intent(in) :: output(n)               !! h
-        real(dp), intent(in) :: gain(n, size(used))     !! K
-        real(dp), intent(in) :: inverse_deviation(:)    !! Of the innovations
-        real(dp), intent(in), dimension(n, size(used)) :: below, on, above  !! The outer two only of coupled states
-        logical, intent(in) :: coupled(n)               !! Of states: to a neighbour
+    !> Whitens series in place. Series that are zero throughout stay so. Samples that are not kept become zero, or get the
+    !> innovation that they would have.
+    pure subroutine whiten_by_filter(self, series, predicts)
+        class(process_filter_t), intent(in) :: self
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
+        logical, intent(in), optional :: predicts       !! The latter
 
-        call filter_all(n, role_of(used, predicts), gain, inverse_deviation, on, series, output, below, above, &
-                        merge(1, 0, coupled))
-    end subroutine whiten_all
+        logical :: predicted
+
+        predicted = .false.
+        if (present(predicts)) predicted = predicts
+        call filter_all(self%process%n, role_of(self%kept, predicted), self%gain, self%inverse_deviation, self%on, series, &
+                        self%process%output, self%below, self%above, merge(1, 0, self%coupled))
+    end subroutine whiten_by_filter
 
     !> What is done with a sample, as gracecg_base_lanes has it.
     elemental integer(c_int32_t) function role_of(kept, predicts)

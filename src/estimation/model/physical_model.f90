@@ -21,7 +21,7 @@ module gracecg_estimation_physical_model
     use gracecg_base_lanes, only: lanes_of, lanes_carry, lanes_combine, WIDEST
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_rate, quaternion_product, &
         conjugate_quaternion, normalised
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, interchange_rods, gain_unit
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_moments, rod_direction, interchange_rods, gain_unit
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
@@ -135,9 +135,10 @@ contains
 
         real(dp), parameter :: TURN_STEP = 1e-6_dp, FREQUENCY_STEP = 1e-7_dp    ! rad, Hz
         real(dp), parameter :: UNIT_MATRIX(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-        type(torque_rods_t) :: rods, up, down
-        real(dp) :: delay_step
-        integer :: i
+        type(torque_rods_t) :: rods, other
+        real(dp), dimension(3, 0:2*model%steps) :: along, up, down
+        real(dp) :: delay_step, direction(3)
+        integer :: i, k
 
         ! the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
         ! Runge-Kutta steps are those of a step wherever they lie
@@ -145,35 +146,44 @@ contains
         allocate (model%shape(3, 0:2*model%steps, ROD_GAINS(1):FIELD_SWAPS(3)), source=0.0_dp)
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
+        other = rods
+        other%gain = gain_unit(rods%gain)
+        call follow(other, along)
         do i = 1, 3
-            up = rods
-            down = rods
-            up%gain(i) = rods%gain(i) + gain_unit(rods%gain(i))/2
-            down%gain(i) = rods%gain(i) - gain_unit(rods%gain(i))/2
-            call difference(1.0_dp, ROD_GAINS(i))
-            up = rods
-            down = rods
-            up%delay(i) = rods%delay(i) + delay_step
-            down%delay(i) = rods%delay(i) - delay_step
-            call difference(2*delay_step, ROD_DELAYS(i))
-            up = rods
-            down = rods
-            where (rods%activations%axis == i)
-                up%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
-                down%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
-            end where
-            call difference(2*FREQUENCY_STEP, ROD_FREQUENCIES(i))
-            up = rods
-            call interchange_rods(up, i, modulo(i, 3) + 1)
-            down = rods
-            call difference(1.0_dp, ROD_SWAPS(i))
+            call take(along(i, :), rod_direction(rods, i), ROD_GAINS(i))
         end do
+        other = rods
+        other%delay = rods%delay + delay_step
+        call follow(other, up)
+        other%delay = rods%delay - delay_step
+        call follow(other, down)
+        do i = 1, 3
+            call take((up(i, :) - down(i, :))/(2*delay_step), rod_direction(rods, i), ROD_DELAYS(i))
+        end do
+        other = rods
+        other%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
+        call follow(other, up)
+        other%activations%frequency = rods%activations%frequency - FREQUENCY_STEP
+        call follow(other, down)
+        do i = 1, 3
+            call take((up(i, :) - down(i, :))/(2*FREQUENCY_STEP), rod_direction(rods, i), ROD_FREQUENCIES(i))
+        end do
+        call follow(rods, along)
         do i = 1, size(ROD_TURNS)
-            up = rods
-            down = rods
-            up%misalignment(i) = rods%misalignment(i) + TURN_STEP
-            down%misalignment(i) = rods%misalignment(i) - TURN_STEP
-            call difference(2*TURN_STEP, ROD_TURNS(i))
+            k = (i + 1)/2
+            other%misalignment = rods%misalignment
+            other%misalignment(i) = rods%misalignment(i) + TURN_STEP
+            direction = rod_direction(other, k)
+            other%misalignment(i) = rods%misalignment(i) - TURN_STEP
+            call take(along(k, :), (direction - rod_direction(other, k))/(2*TURN_STEP), ROD_TURNS(i))
+        end do
+        do i = 1, 3
+            other = rods
+            call interchange_rods(other, i, modulo(i, 3) + 1)
+            call follow(other, up)
+            do k = 1, 3
+                call take(up(k, :) - along(k, :), rod_direction(rods, k), ROD_SWAPS(i))
+            end do
         end do
         associate (n => 2*model%steps, b => data%field)
             do i = 0, n
@@ -197,19 +207,29 @@ contains
 
     contains
 
-        !> The torque of the rods `up` less that of `down`, by the step between them.
-        subroutine difference(step, parameter)
-            real(dp), intent(in) :: step
-            integer, intent(in) :: parameter
+        !> The moments of the rods along themselves at the times of the torque.
+        subroutine follow(some, moments)
+            type(torque_rods_t), intent(in) :: some
+            real(dp), intent(out) :: moments(3, 0:2*model%steps)
 
-            real(dp) :: t
             integer :: j
 
             do j = 0, 2*model%steps
-                t = j*model%interval/2
-                model%shape(:, j, parameter) = cross((dipole_moment(up, t) - dipole_moment(down, t))/step, data%field(:, j + 1))
+                moments(:, j) = rod_moments(some, j*model%interval/2)
             end do
-        end subroutine difference
+        end subroutine follow
+
+        !> Adds the torque of a moment of one direction.
+        subroutine take(moment, direction_of, parameter)
+            real(dp), intent(in) :: moment(0:2*model%steps), direction_of(3)
+            integer, intent(in) :: parameter
+
+            integer :: j
+
+            do j = 0, 2*model%steps
+                model%shape(:, j, parameter) = model%shape(:, j, parameter) + moment(j)*cross(direction_of, data%field(:, j + 1))
+            end do
+        end subroutine take
     end subroutine take_torque_shapes
 
     !> mu/r^3, the direction upwards and that of the airflow along the orbit.

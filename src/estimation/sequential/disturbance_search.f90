@@ -22,8 +22,8 @@ module gracecg_estimation_disturbance_search
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_base_gauss_markov, only: gauss_markov_t, second_order_process, superposed
     use gracecg_estimation_square_root_information, only: constants_t
-    use gracecg_estimation_noise_whitening, only: whiten_by_process
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, gather, smooth_axis
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, SHARED, FREQUENCY, whiten_axis, gather, smooth_axis
     implicit none
     private
     public :: disturbance_t, disturbances_t, search_disturbances, with_disturbance, weigh_tone
@@ -92,7 +92,7 @@ contains
         type(disturbances_t), intent(out) :: found
 
         type(gauss_markov_t) :: noise(3)
-        real(dp) :: largest(3), unused
+        real(dp) :: largest(3)
         integer :: axis
 
         noise = problem%process
@@ -108,8 +108,7 @@ contains
         do axis = 1, 3
             if (axis == found%leading) cycle
             problem%process(axis) = noise(axis)
-            call whiten_by_process(noise(axis), problem%epoch, problem%kept(:, axis), &
-                                   problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
+            call whiten_axis(problem, axis, remainder(:, :, axis))
             call search_axis(problem, axis, needed_gain, remainder, found%axis(axis)%list)
         end do
     end subroutine search_disturbances
@@ -173,7 +172,7 @@ contains
 
         allocate (found(0))
         call gather(problem, others, remainder, without=axis)
-        call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), constants, current)
+        call weigh
         do while (size(found) < MOST_DISTURBANCES)
             call line_of_residuals(problem, axis, constants, remainder(:, :, axis), line, frequency, amplitude)
             if (line < LINE_LIKELY_NOISE) exit
@@ -182,28 +181,33 @@ contains
             if (.not. current - value > needed_gain) exit
             problem%process(axis) = with_disturbance(problem%process(axis), best, problem%interval)
             found = [found, best]
-            call minus_two_log_likelihood(problem, axis, problem%process(axis), others, remainder(:, :, axis), &
-                                          constants, current)
+            call weigh
         end do
+
+    contains
+
+        !> The likelihood of the process as it is now.
+        subroutine weigh
+            call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
+            call minus_two_log_likelihood(problem, axis, problem%filter(axis), others, remainder(:, :, axis), &
+                                          constants, current)
+        end subroutine weigh
     end subroutine search_axis
 
     !> -2 ln L of all observations, apart from terms that do not depend on the axis' process.
-    subroutine minus_two_log_likelihood(problem, axis, process, others, remainder, constants, value)
+    subroutine minus_two_log_likelihood(problem, axis, filter, others, remainder, constants, value)
         type(filter_problem_t), intent(in) :: problem
         integer, intent(in) :: axis
-        type(gauss_markov_t), intent(in) :: process
+        type(process_filter_t), intent(in) :: filter    !! Of the axis' process
         type(constants_t), intent(in) :: others         !! From all but this axis
         real(dp), intent(out) :: remainder(:, :)        !! Of this axis
         type(constants_t), intent(out) :: constants     !! From all
         real(dp), intent(out) :: value
 
-        real(dp) :: log_variance
-
-        call whiten_by_process(process, problem%epoch, problem%kept(:, axis), problem%acceleration(:, :, axis), &
-                               remainder, log_variance)
+        call whiten_by_process(filter, problem%acceleration(:, :, axis), remainder)
         constants = others
         call constants%fold_in_all(remainder)
-        value = log_variance + constants%squares + constants%log_determinant()
+        value = filter%log_variance + constants%squares + constants%log_determinant()
     end subroutine minus_two_log_likelihood
 
     !> The strongest line in the spectrum of an axis' whitened residuals.
@@ -277,15 +281,16 @@ contains
             type(disturbance_t), intent(inout) :: disturbance
             real(dp), intent(out) :: result
 
+            type(process_filter_t) :: filter
             type(constants_t) :: with_it
 
             if (disturbance%damping > TONE) then
-                call minus_two_log_likelihood(problem, axis, &
-                                              with_disturbance(problem%process(axis), disturbance, problem%interval), &
-                                              others, unused, with_it, result)
+                call prepare_filter(with_disturbance(problem%process(axis), disturbance, problem%interval), problem%epoch, &
+                                    problem%kept(:, axis), filter)
+                call minus_two_log_likelihood(problem, axis, filter, others, unused, with_it, result)
             else
-                call weigh_tone(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%interval, remainder, &
-                                root, y, disturbance%frequency, disturbance%sigma, result)
+                call weigh_tone(problem%filter(axis), problem%interval, remainder, root, y, disturbance%frequency, &
+                                disturbance%sigma, result)
                 result = current - result
             end if
         end subroutine evaluate
@@ -368,10 +373,8 @@ contains
 
     !> By how much a tone raises 2 ln L, at the size that raises it most: by rounds of expectation and maximisation
     !> (A. P. Dempster, N. M. Laird, D. B. Rubin, J. R. Stat. Soc. B 39 (1977) 1-38).
-    subroutine weigh_tone(process, epoch, kept, interval, remainder, root, y, frequency, sigma, gain)
-        type(gauss_markov_t), intent(in) :: process     !! Of the axis, without the tone
-        integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals
-        logical, intent(in) :: kept(:)                  !! (samples)
+    subroutine weigh_tone(filter, interval, remainder, root, y, frequency, sigma, gain)
+        type(process_filter_t), intent(in) :: filter    !! Of the axis' process without the tone
         real(dp), intent(in) :: interval                !! s
         real(dp), intent(in) :: remainder(:, :)         !! Whitened by the process: (m + 1, samples)
         real(dp), intent(in) :: root(:, :), y(:)        !! R_y^-1 and estimate of the constants from all observations
@@ -379,16 +382,16 @@ contains
         real(dp), intent(inout) :: sigma                !! Of the tone, white noise = 1
         real(dp), intent(out) :: gain                   !! Of 2 ln L
 
-        real(dp), dimension(2, size(epoch)) :: tone, whitened
-        real(dp) :: seen(size(y), 2), s(2, 2), p(2, 2), g(2), a(2), v, unused, angle
+        real(dp), dimension(2, size(filter%epoch)) :: tone, whitened
+        real(dp) :: seen(size(y), 2), s(2, 2), p(2, 2), g(2), a(2), v, angle
         integer :: i, m, round
 
         m = size(y)
-        do i = 1, size(epoch)
-            angle = TWO_PI*frequency*epoch(i)*interval
+        do i = 1, size(filter%epoch)
+            angle = TWO_PI*frequency*filter%epoch(i)*interval
             tone(:, i) = [cos(angle), sin(angle)]
         end do
-        call whiten_by_process(process, epoch, kept, tone, whitened, unused)
+        call whiten_by_process(filter, tone, whitened)
         seen = matmul(remainder(:m, :), transpose(whitened))
         g = matmul(whitened, remainder(m + 1, :)) - matmul(y, seen)
         seen = matmul(transpose(root), seen)

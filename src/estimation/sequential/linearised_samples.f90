@@ -9,7 +9,7 @@
 !> what is left meets in the array of the constants (gracecg_estimation_square_root_information).
 module gracecg_estimation_linearised_samples
     use gracecg_base_kinds, only: dp
-    use gracecg_estimation_noise_whitening, only: nonzero_rows
+    use gracecg_estimation_noise_whitening, only: process_filter_t, prepare_filter, whiten_by_process, nonzero_rows
     use gracecg_base_coloured_noise, only: coloured_noise_t, N_POLES
     use gracecg_base_gauss_markov, only: gauss_markov_t, no_process, first_order_process, superposed
     use gracecg_estimation_square_root_information, only: constants_t, new_constants
@@ -18,7 +18,7 @@ module gracecg_estimation_linearised_samples
     implicit none
     private
     public :: filter_problem_t, SHARED, FREQUENCY
-    public :: flicker_process, gather, run_through_time, smooth_axis, smooth_star_camera
+    public :: flicker_process, whiten_axis, gather, run_through_time, smooth_axis, smooth_star_camera
 
     integer, parameter :: SHARED(2) = [1, 2]        !! Places of the shared parts among the constants
     integer, parameter :: FREQUENCY = 3     !! Place of the error of a tone's frequency, in units of one cycle an arc
@@ -37,6 +37,7 @@ module gracecg_estimation_linearised_samples
         real(dp), allocatable :: star(:, :, :)      !! [g, r] in units of the noise: (m + 1, 3, samples)
         logical, allocatable :: star_kept(:)        !! (samples)
         type(gauss_markov_t) :: process(3)          !! By axis, in units of the white noise
+        type(process_filter_t) :: filter(3)         !! Of the processes and the samples kept when last used
     end type filter_problem_t
 
     !> A pole whose correlation time is longer than so many arcs cannot be told from a bias
@@ -61,6 +62,16 @@ contains
             process = superposed(process, first_order_process(sqrt(variance(i)/white_variance), correlation(i)))
         end do
     end function flicker_process
+
+    !> The samples of an axis, whitened by its process.
+    pure subroutine whiten_axis(problem, axis, remainder)
+        type(filter_problem_t), intent(inout) :: problem
+        integer, intent(in) :: axis
+        real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
+
+        call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
+        call whiten_by_process(problem%filter(axis), problem%acceleration(:, :, axis), remainder)
+    end subroutine whiten_axis
 
     !> The constants that the samples of an axis depend on.
     pure function seen_constants(problem, axis) result(seen)
@@ -175,7 +186,7 @@ contains
     !> (gracecg_estimation_process_smoother), e = u_r - u_g y and V = u_g C u_g^T, y the constants and C their covariance,
     !> that is e^2/(D - V) of a sample in use and (e/D)^2/(1/D + V/D^2) of one that is left out.
     subroutine smooth_axis(problem, axis, constants, signals, disturbance, residual, chi_square)
-        type(filter_problem_t), intent(in) :: problem
+        type(filter_problem_t), intent(inout) :: problem
         integer, intent(in) :: axis    !! 1, 2, 3
         type(constants_t), intent(in) :: constants      !! After all observations
         real(dp), intent(in) :: signals(:, :)           !! Of the process' states those wanted: h, a part of it; by column
@@ -195,7 +206,8 @@ contains
         n = size(seen)
         rows = problem%acceleration([seen, problem%m + 1], :, axis)
         associate (process => problem%process(axis), kept => problem%kept(:, axis))
-            call smooth_errors(process, problem%epoch, kept, rows, information)
+            call prepare_filter(process, problem%epoch, kept, problem%filter(axis))
+            call smooth_errors(problem%filter(axis), rows, information)
             root = root(seen, :)
             errors = rows(n + 1, :) - matmul(y(seen), rows(:n, :))
             do i = 1, size(problem%epoch)

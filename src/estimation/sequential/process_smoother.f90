@@ -16,7 +16,7 @@ module gracecg_estimation_process_smoother
     use gracecg_base_kinds, only: dp
     use gracecg_base_gauss_markov, only: gauss_markov_t
     use gracecg_base_lanes, only: LANES
-    use gracecg_estimation_noise_whitening, only: find_gains, whiten_all, nonzero_rows
+    use gracecg_estimation_noise_whitening, only: process_filter_t, nonzero_rows
     implicit none
     private
     public :: smooth_errors, smooth_signals
@@ -24,28 +24,25 @@ module gracecg_estimation_process_smoother
 contains
 
     !> u in place of several series, and the samples' D.
-    pure subroutine smooth_errors(process, epoch, kept, series, information)
-        type(gauss_markov_t), intent(in) :: process
-        !! Its transition matrix of blocks of one and two on the diagonal
-        integer, intent(in) :: epoch(:)                 !! Of the samples, in intervals, increasing
-        logical, intent(in) :: kept(:)                  !! (samples)
+    pure subroutine smooth_errors(filter, series, information)
+        type(process_filter_t), intent(in) :: filter
         real(dp), intent(inout) :: series(:, :)         !! (series, samples), white noise = 1
         real(dp), intent(out) :: information(:)         !! D, (samples)
 
-        real(dp), dimension(process%n, size(epoch)) :: gain, below, on, above
-        real(dp) :: inverse_deviation(size(epoch)), unused
-        logical :: coupled(process%n)
         integer, allocatable :: places(:)
         integer :: first
 
-        call find_gains(process%n, process, epoch, kept, gain, inverse_deviation, below, on, above, coupled, unused)
-        call whiten_all(process%n, kept, .true., process%output, gain, inverse_deviation, below, on, above, coupled, series)
-        call go_back(process%n, size(epoch), kept, process%output, gain, inverse_deviation, below, on, above, information)
-        places = nonzero_rows(series)
-        do first = 1, size(places), LANES
-            call smooth_lanes(process%n, size(epoch), kept, process%output, gain, inverse_deviation, below, on, above, &
-                              information, places(first:min(first + LANES - 1, size(places))), series)
-        end do
+        call filter%whiten(series, predicts=.true.)
+        associate (n => filter%process%n, samples => size(filter%epoch), output => filter%process%output)
+            call go_back(n, samples, filter%kept, output, filter%gain, filter%inverse_deviation, filter%below, filter%on, &
+                         filter%above, information)
+            places = nonzero_rows(series)
+            do first = 1, size(places), LANES
+                call smooth_lanes(n, samples, filter%kept, output, filter%gain, filter%inverse_deviation, filter%below, &
+                                  filter%on, filter%above, information, &
+                                  places(first:min(first + LANES - 1, size(places))), series)
+            end do
+        end associate
     end subroutine smooth_errors
 
     !> D of every sample.

@@ -22,9 +22,8 @@ module gracecg_estimation_sequential
     use gracecg_estimation_parameters, only: PARAMETERS, OFFSET, RATE, FORCE_SHAPES, loose_sigmas, &
         a_priori_sigmas
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, integrate_trajectory, airflow_at
-    use gracecg_estimation_noise_whitening, only: whiten_by_process
     use gracecg_estimation_square_root_information, only: constants_t
-    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, gather, &
+    use gracecg_estimation_linearised_samples, only: filter_problem_t, flicker_process, whiten_axis, gather, &
         smooth_axis, smooth_star_camera
     use gracecg_estimation_linearisation, only: given_t, nominal_t, ESTIMATED, MODEL_FIRST, N_CONSTANTS, &
         new_problem, linearise_prior, linearise_stars, linearise_accelerations, move_nominal, note_iteration, FIRST_FIT
@@ -307,12 +306,10 @@ contains
     contains
 
         subroutine whiten
-            real(dp) :: unused
             integer :: axis
 
             do axis = 1, 3
-                call whiten_by_process(problem%process(axis), problem%epoch, problem%kept(:, axis), &
-                                       problem%acceleration(:, :, axis), remainder(:, :, axis), unused)
+                call whiten_axis(problem, axis, remainder(:, :, axis))
             end do
         end subroutine whiten
     end subroutine fit
