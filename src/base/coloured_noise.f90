@@ -120,23 +120,29 @@ contains
         type(random_stream_t), intent(inout) :: stream
         real(dp), intent(out) :: samples(:)     !! In the square root of (unit of level times Hz)
 
-        real(dp) :: draws(0:N_POLES)
-        integer :: k
+        integer, parameter :: AT_ONCE = 32      ! samples whose numbers are drawn together
+        real(dp), target :: draws((1 + N_POLES)*AT_ONCE)
+        real(dp), pointer, contiguous :: of_sample(:, :)
+        integer :: k, i, n
 
         if (.not. self%has_flicker) then
             call stream%normals(samples)
             samples = self%white_deviation*samples
             return
         end if
-        do k = 1, size(samples)
-            call stream%normals(draws)
-            if (self%started) then
-                self%state = self%phi*self%state + self%drive*draws(1:)
-            else
-                self%state = sqrt(self%variance)*draws(1:)
-                self%started = .true.
-            end if
-            samples(k) = self%white_deviation*draws(0) + sum(self%state)
+        of_sample(0:N_POLES, 1:AT_ONCE) => draws
+        do k = 0, size(samples) - 1, AT_ONCE
+            n = min(AT_ONCE, size(samples) - k)
+            call stream%normals(draws(:n*(1 + N_POLES)))
+            do i = 1, n
+                if (self%started) then
+                    self%state = self%phi*self%state + self%drive*of_sample(1:, i)
+                else
+                    self%state = sqrt(self%variance)*of_sample(1:, i)
+                    self%started = .true.
+                end if
+                samples(k + i) = self%white_deviation*of_sample(0, i) + sum(self%state)
+            end do
         end do
     end subroutine generate
 

@@ -1,11 +1,12 @@
-!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"): kernels in C (lanes.c), of which
+!> Inner loops over series, or parameters, that lie side by side in memory ("lanes"): kernels in C (lanes.c, elementary.c), of which
 !> the variant for the processor's widest vectors is taken when the program runs. The bits do not depend on the width.
 module gracecg_base_lanes
     use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
     implicit none
     private
     public :: LANES, MOST_LANES, MOST_ROWS, POLES, LEFT_OUT, PREDICTED, USED, WIDEST
-    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, lanes_carry, lanes_combine, lanes_reflect
+    public :: lanes_of, lanes_whiten, lanes_filter, lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, &
+        lanes_sines_cosines
 
     integer, parameter :: LANES = 8             !! Numbers of the widest vector: what lies side by side is a multiple of it
     integer, parameter :: MOST_LANES = 3*LANES  !! Series of one call
@@ -99,6 +100,15 @@ module gracecg_base_lanes
             integer(c_int32_t), intent(in), value :: n          !! Other rows, at most MOST_ROWS
             real(c_double), intent(inout) :: row(lanes), others(lanes, n)
         end subroutine lanes_reflect
+
+        !> Sines and cosines of angles, good to a unit of the last place of the angle less its nearest quarter of a turn.
+        pure subroutine lanes_sines_cosines(widest, n, turns, sines, cosines) bind(c, name='gracecg_lanes_sines_cosines')
+            import :: c_double, c_int32_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES
+            real(c_double), intent(in) :: turns(n)              !! Of 360 deg; less than 2^49
+            real(c_double), intent(out) :: sines(n), cosines(n)
+        end subroutine lanes_sines_cosines
     end interface
 
 contains

@@ -16,12 +16,15 @@
 !> a stream's numbers depend on its name alone: not on threads, order, or which other streams are
 !> drawn. A stream has 2**32 blocks, each good for two uniform or two normal numbers, and then
 !> starts again.
+!>
+!> Blocks and normal numbers are made in C (elementary.c), many side by side. The bits do not depend on how many.
 module gracecg_base_random
+    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_lanes, only: WIDEST
     implicit none
     private
-    public :: random_stream_t, new_stream, philox_4x32
+    public :: random_stream_t, new_stream, philox_4x32, box_muller
 
     !> The stream of a name, with a seed of 32 or 64 bits
     interface new_stream
@@ -29,15 +32,6 @@ module gracecg_base_random
     end interface new_stream
 
     integer(i8), parameter :: MASK = int(z'FFFFFFFF', i8)   !! The low 32 bits
-
-    ! Multipliers and key increments of the paper's table 2. A multiplier M stands as M - 2**32: its
-    ! product with a 32-bit word then fits a signed 64-bit integer, and 2**32 times the word is what
-    ! is missing, which adds the word to the product's high half.
-    integer(i8), parameter :: MULTIPLIER_0 = int(z'D2511F53', i8) - MASK - 1
-    integer(i8), parameter :: MULTIPLIER_1 = int(z'CD9E8D57', i8) - MASK - 1
-    integer(i8), parameter :: INCREMENT_0 = int(z'9E3779B9', i8)
-    integer(i8), parameter :: INCREMENT_1 = int(z'BB67AE85', i8)
-    integer, parameter :: ROUNDS = 10
 
     real(dp), parameter :: UNIFORM_STEP = 2.0_dp**(-53)
 
@@ -57,6 +51,26 @@ module gracecg_base_random
         procedure :: normals    !! Many normal numbers
         procedure :: skip_normals   !! Goes on behind so many of them
     end type random_stream_t
+
+    interface
+        !> One block of Philox 4x32-10.
+        pure subroutine random_block(widest, key, counter, words) bind(c, name='gracecg_random_block')
+            import :: c_int32_t, c_int64_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int64_t), intent(in) :: key(2), counter(4)    !! Words of 32 bits
+            integer(c_int64_t), intent(out) :: words(4)             !! Likewise
+        end subroutine random_block
+
+        !> Two normal numbers from each block, from that of the counter on: G. E. P. Box, M. E. Muller, Ann. Math.
+        !> Statist. 29 (1958) 610-611. No number is rejected, so a block is always two numbers.
+        pure subroutine box_muller(widest, pairs, key, counter, x) bind(c, name='gracecg_random_normals')
+            import :: c_double, c_int32_t, c_int64_t
+            integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
+            integer(c_int32_t), intent(in), value :: pairs      !! At least 0
+            integer(c_int64_t), intent(in) :: key(2), counter(4)    !! Words of 32 bits
+            real(c_double), intent(out) :: x(2*pairs)           !! Mean 0, variance 1
+        end subroutine box_muller
+    end interface
 
 contains
 
@@ -105,10 +119,15 @@ contains
     real(dp) function normal(self) result(x)
         class(random_stream_t), intent(inout) :: self
 
+        real(dp) :: pair(2)
+
         if (self%has_spare_normal) then
             x = self%spare_normal
         else
-            call next_normal_pair(self%key, self%counter, x, self%spare_normal)
+            call box_muller(WIDEST, 1, self%key, self%counter, pair)
+            self%counter(1) = iand(self%counter(1) + 1, MASK)
+            x = pair(1)
+            self%spare_normal = pair(2)
         end if
         self%has_spare_normal = .not. self%has_spare_normal
     end function normal
@@ -116,9 +135,9 @@ contains
     !> Fills an array with normally distributed numbers: the same as that many calls of `normal`.
     subroutine normals(self, x)
         class(random_stream_t), intent(inout) :: self
-        real(dp), intent(out) :: x(:)   !! Mean 0, variance 1
+        real(dp), contiguous, intent(out) :: x(:)   !! Mean 0, variance 1
 
-        integer :: first, i
+        integer :: first, pairs
 
         if (size(x) == 0) return
         first = 1
@@ -126,9 +145,9 @@ contains
             x(1) = self%normal()
             first = 2
         end if
-        do i = first, size(x) - 1, 2
-            call next_normal_pair(self%key, self%counter, x(i), x(i + 1))
-        end do
+        pairs = (size(x) - first + 1)/2
+        call box_muller(WIDEST, pairs, self%key, self%counter, x(first:))
+        self%counter(1) = iand(self%counter(1) + pairs, MASK)
         if (mod(size(x) - first, 2) == 0) x(size(x)) = self%normal()
     end subroutine normals
 
@@ -148,22 +167,6 @@ contains
         self%counter(1) = iand(self%counter(1) + left/2, MASK)
         if (mod(left, 2_i8) == 1) passed_over = self%normal()
     end subroutine skip_normals
-
-    !> Two normal numbers from one block: G. E. P. Box, M. E. Muller, Ann. Math. Statist. 29 (1958)
-    !> 610-611. No number is rejected, so a block is always two numbers.
-    pure subroutine next_normal_pair(key, counter, first, second)
-        integer(i8), intent(in) :: key(2)
-        integer(i8), intent(inout) :: counter(4)
-        real(dp), intent(out) :: first, second
-
-        real(dp) :: u, v, radius, angle
-
-        call next_uniform_pair(key, counter, u, v)
-        radius = sqrt(-2*log(u))
-        angle = TWO_PI*v
-        first = radius*cos(angle)
-        second = radius*sin(angle)
-    end subroutine next_normal_pair
 
     !> Two uniform numbers from the next block.
     pure subroutine next_uniform_pair(key, counter, first, second)
@@ -192,28 +195,7 @@ contains
         integer(i8), intent(in) :: key(2)       !! Words of 32 bits
         integer(i8) :: block(4)                 !! Words of 32 bits
 
-        integer(i8) :: c0, c1, c2, c3, k0, k1, product_0, product_1, high_0, high_1
-        integer :: i
-
-        c0 = counter(1)
-        c1 = counter(2)
-        c2 = counter(3)
-        c3 = counter(4)
-        k0 = key(1)
-        k1 = key(2)
-        do i = 1, ROUNDS
-            product_0 = MULTIPLIER_0*c0
-            product_1 = MULTIPLIER_1*c2
-            high_0 = shifta(product_0, 32) + c0
-            high_1 = shifta(product_1, 32) + c2
-            c0 = ieor(ieor(high_1, c1), k0)
-            c2 = ieor(ieor(high_0, c3), k1)
-            c1 = iand(product_1, MASK)
-            c3 = iand(product_0, MASK)
-            k0 = iand(k0 + INCREMENT_0, MASK)
-            k1 = iand(k1 + INCREMENT_1, MASK)
-        end do
-        block = [c0, c1, c2, c3]
+        call random_block(WIDEST, key, counter, block)
     end function philox_4x32
 
     !> The 32 bits of an integer as a word from 0 to 2**32 - 1.

@@ -12,7 +12,7 @@ module gracecg_base_text
     implicit none
     private
     public :: string_t, lower_case, split, split_words, append, padded, join
-    public :: parse_real, parse_integer, real_text, real_field, rounded_text, integer_text, logical_text, &
+    public :: parse_real, parse_integer, real_text, real_field, LONGEST_REAL, rounded_text, integer_text, logical_text, &
         parse_logical
 
     type :: string_t

@@ -4,6 +4,7 @@ module gracecg_environment_dtm
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: TWO_PI, PI
     use gracecg_base_error, only: error_t, fail, fail_unknown_name, number_text, require_range
+    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t, &
         EARTH_RADIUS, SURFACE_GRAVITY, GAS_CONSTANT, ATOMIC_MASS_UNIT, MASS_O
     use gracecg_environment_table_dtm77, only: DTM77_TEMPERATURE, DTM77_HELIUM, DTM77_OXYGEN, DTM77_NITROGEN
@@ -255,10 +256,14 @@ contains
         type(atmosphere_point_t), intent(in) :: point
         type(harmonics_t) :: h
 
+        real(dp), dimension(LANES) :: turns, sine, cosine
         real(dp) :: x, c, x2, x4
 
-        x = sin(point%latitude)
-        c = cos(point%latitude)
+        turns = 0
+        turns(:3) = [point%latitude/TWO_PI, point%day_of_year/YEAR, point%local_solar_time/24]
+        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
+        x = sine(1)
+        c = cosine(1)
         x2 = x**2
         x4 = x2**2
         h%p10 = x
@@ -273,9 +278,9 @@ contains
         h%p22 = 3*c**2
         h%p32 = 15*x*c**2
         h%p33 = 15*c**3
-        h%year = cosine_sine(TWO_PI*point%day_of_year/YEAR)
+        h%year = [cosine(2), sine(2)]
         h%half_year = sum_of_angles(h%year, h%year)
-        h%day = cosine_sine(TWO_PI*point%local_solar_time/24)
+        h%day = [cosine(3), sine(3)]
         h%half_day = sum_of_angles(h%day, h%day)
         h%third_day = sum_of_angles(h%half_day, h%day)
     end function harmonics_of

@@ -186,9 +186,9 @@ contains
         real(dp), intent(in) :: days_since_epoch    !! From EARTH_RADIATION_EPOCH_JD, days
         type(earth_irradiance_t), intent(out) :: radiation
 
-        real(dp) :: radius, sun_distance, projected_area, irradiance, distance
-        real(dp) :: up(3), north(3), east(3), to_sun(3), outward(3)
-        real(dp) :: season(3), albedo(0:2), emissivity(0:2), reflected, emitted
+        real(dp) :: radius, sun_distance, irradiance, distance
+        real(dp) :: up(3), north(3), east(3), from_centre(3), per_north(3), per_east(3)
+        real(dp) :: season(3), albedo(0:2), emissivity(0:2), sun_up, sun_north, sun_east, sine, cosine
         real(dp) :: inner_edge(2), outer_edge(2), centre(2)
         integer :: ring, segment, first
 
@@ -196,12 +196,14 @@ contains
         up = position/radius
         call horizontal_directions(up, north, east)
         sun_distance = sqrt(dot_product(sun_position, sun_position))
-        to_sun = sun_position/sun_distance
-        irradiance = self%solar_irradiance*(ASTRONOMICAL_UNIT/sun_distance)**2
+        sun_up = dot_product(sun_position, up)/sun_distance
+        sun_north = dot_product(sun_position, north)/sun_distance
+        sun_east = dot_product(sun_position, east)/sun_distance
         season = seasonal_terms(days_since_epoch)
         albedo = zonal_coefficients(self%albedo, season)
-        emissivity = zonal_coefficients(self%emissivity, season)
-        projected_area = 2*limb_depth(radius)/self%segment_count
+        emissivity = zonal_coefficients(self%emissivity, season)*ABSORBED_TO_EMITTED
+        ! projected area times solar irradiance
+        irradiance = 2*limb_depth(radius)/self%segment_count*self%solar_irradiance*(ASTRONOMICAL_UNIT/sun_distance)**2
 
         radiation%count = self%segment_count
         first = 1
@@ -216,14 +218,18 @@ contains
             end if
             distance = sqrt((radius - EARTH_RADIUS_EGM96*centre(1))**2 + &
                             (EARTH_RADIUS_EGM96*centre(2))**2)
+            ! A segment's centre lies outward = c up + s (cos A north + sin A east), in radii of the Earth
+            from_centre = (radius - EARTH_RADIUS_EGM96*centre(1))/distance*up
+            per_north = -EARTH_RADIUS_EGM96*centre(2)/distance*north
+            per_east = -EARTH_RADIUS_EGM96*centre(2)/distance*east
             do segment = first, self%last_segment(ring)
-                outward = centre(1)*up + centre(2)*(self%azimuth(1, segment)*north + &
-                                                    self%azimuth(2, segment)*east)
-                reflected = zonal_value(albedo, outward(3))* &
-                            max(0.0_dp, dot_product(outward, to_sun))
-                emitted = zonal_value(emissivity, outward(3))*ABSORBED_TO_EMITTED
-                radiation%irradiance(segment) = projected_area*irradiance*(reflected + emitted)
-                radiation%direction(:, segment) = (position - EARTH_RADIUS_EGM96*outward)/distance
+                associate (cos_azimuth => self%azimuth(1, segment), sin_azimuth => self%azimuth(2, segment))
+                    sine = centre(1)*up(3) + centre(2)*cos_azimuth*north(3)
+                    cosine = centre(1)*sun_up + centre(2)*(cos_azimuth*sun_north + sin_azimuth*sun_east)
+                    radiation%irradiance(segment) = irradiance*(zonal_value(albedo, sine)*max(0.0_dp, cosine) + &
+                                                                zonal_value(emissivity, sine))
+                    radiation%direction(:, segment) = from_centre + cos_azimuth*per_north + sin_azimuth*per_east
+                end associate
             end do
             first = self%last_segment(ring) + 1
             inner_edge = outer_edge

@@ -27,19 +27,28 @@ contains
         real(dp), intent(out) :: height         !! Above the ellipsoid, m
 
         real(dp) :: from_axis, z, parametric(2), normal(2)  ! directions as [cosine, sine]
-        integer :: i
 
         from_axis = sqrt(position(1)**2 + position(2)**2)
         z = position(3)
         parametric = direction(A*from_axis, B*z*(1 + EP2*B/sqrt(from_axis**2 + z**2)))
-        do i = 1, 2
-            normal = direction(from_axis - E2*A*parametric(1)**3, z + EP2*B*parametric(2)**3)
-            parametric = direction(normal(1), (1 - F)*normal(2))
-        end do
+        normal = along_normal(parametric)
+        parametric = direction(normal(1), (1 - F)*normal(2))
+        normal = along_normal(parametric)
+        normal = direction(normal(1), normal(2))
         latitude = atan2(normal(2), normal(1))
         longitude = 0
         if (from_axis > 0) longitude = atan2(position(2), position(1))
         height = from_axis*normal(1) + z*normal(2) - A*sqrt(1 - E2*normal(2)**2)
+
+    contains
+
+        !> Bowring's formula: from the parametric latitude of the foot towards the geodetic one, in m.
+        pure function along_normal(foot) result(u)
+            real(dp), intent(in) :: foot(2)
+            real(dp) :: u(2)
+
+            u = [from_axis - E2*A*foot(1)**3, z + EP2*B*foot(2)**3]
+        end function along_normal
     end subroutine earth_fixed_to_geodetic
 
     !> Earth-fixed coordinates in m of a geodetic place.

@@ -3,6 +3,7 @@ module gracecg_environment_sun
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI, DEGREE, ARCSECOND, ASTRONOMICAL_UNIT, SOLAR_RADIUS, &
         WGS84_SEMI_MAJOR_AXIS
+    use gracecg_base_lanes, only: LANES, WIDEST, lanes_sines_cosines
     use gracecg_base_vectors, only: cross
     implicit none
     private
@@ -10,6 +11,14 @@ module gracecg_environment_sun
 
     real(dp), parameter :: OBLIQUITY_J2000 = 23.43929111_dp*DEGREE
     !! Mean obliquity of the ecliptic at J2000 (IAU 1976), rad
+
+    !> Angles of the Sun's motion, by place: mean anomaly; perturbations by Venus (two terms), Jupiter (two terms), the
+    !> Moon, and one inequality of long period
+    integer, parameter :: ANOMALY = 1, VENUS_1 = 2, VENUS_2 = 3, JUPITER_1 = 4, JUPITER_2 = 5, MOON = 6, LONG_PERIOD = 7
+    real(dp), parameter :: PHASE(LANES) = [0.0_dp, 153.23_dp, 216.57_dp, 312.69_dp, 353.06_dp, 350.74_dp, 231.19_dp, 0.0_dp]
+    !! Of the perturbations, whose time counts from 1900, degrees
+    real(dp), parameter :: RATE(LANES) = [0.0_dp, 22518.7541_dp, 45037.5082_dp, 32964.3577_dp, 65928.7155_dp, 445267.1142_dp, &
+                                          20.20_dp, 0.0_dp]     !! Degrees a Julian century
 
 contains
 
@@ -25,64 +34,36 @@ contains
         real(dp) :: position(3)
         !! From the Earth's centre, mean equator and equinox of J2000, m
 
-        real(dp) :: t, mean_longitude, mean_anomaly, eccentricity, centre
-        real(dp) :: longitude_term, distance_term, longitude, latitude, distance
+        real(dp), parameter :: NODE = 174.876_dp*DEGREE, ARCSECONDS = 1296000
+        real(dp), dimension(LANES) :: turns, sine, cosine
+        real(dp) :: t, mean_longitude, eccentricity, centre, longitude_term, distance_term, latitude, distance, x, y, z
 
         t = julian_centuries_tt
+        turns = (PHASE + RATE*(t + 1))/360
+        turns(ANOMALY) = (357.52911_dp + t*(35999.05029_dp - t*0.0001537_dp))/360
+        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
         mean_longitude = 280.46646_dp + t*(36000.76983_dp + t*0.0003032_dp)
-        mean_anomaly = (357.52911_dp + t*(35999.05029_dp - t*0.0001537_dp))*DEGREE
         eccentricity = 0.016708634_dp - t*(0.000042037_dp + t*0.0000001267_dp)
-        centre = (1.914602_dp - t*(0.004817_dp + t*0.000014_dp))*sin(mean_anomaly) + &
-                 (0.019993_dp - t*0.000101_dp)*sin(2*mean_anomaly) + &
-                 0.000289_dp*sin(3*mean_anomaly)
-        call perturbations(t, longitude_term, distance_term)
+        centre = (1.914602_dp - t*(0.004817_dp + t*0.000014_dp))*sine(ANOMALY) + &
+                 (0.019993_dp - t*0.000101_dp)*(2*sine(ANOMALY)*cosine(ANOMALY)) + &
+                 0.000289_dp*(sine(ANOMALY)*(3 - 4*sine(ANOMALY)**2))
+        longitude_term = 0.00134_dp*cosine(VENUS_1) + 0.00154_dp*cosine(VENUS_2) + 0.00200_dp*cosine(JUPITER_1) + &
+                         0.00179_dp*sine(MOON) + 0.00178_dp*sine(LONG_PERIOD)
+        distance_term = 0.00000543_dp*sine(VENUS_1) + 0.00001575_dp*sine(VENUS_2) + 0.00001627_dp*sine(JUPITER_1) + &
+                        0.00003076_dp*cosine(MOON) + 0.00000927_dp*sine(JUPITER_2)
 
-        longitude = (mean_longitude + centre + longitude_term)*DEGREE - &
-                    t*(5029.0966_dp + t*1.11113_dp)*ARCSECOND
-        latitude = 47.0029_dp*ARCSECOND*t*sin(longitude - 174.876_dp*DEGREE)
-        distance = 1.000001018_dp*(1 - eccentricity**2)/ &
-                   (1 + eccentricity*cos(mean_anomaly + centre*DEGREE)) + distance_term
-        position = distance*ASTRONOMICAL_UNIT*equatorial_direction(longitude, latitude)
-    end function sun_position
-
-    !> Perturbations of the Sun's longitude and distance by Venus (two terms), Jupiter (two terms),
-    !> the Moon, and one inequality of long period; their time counts from 1900.
-    pure subroutine perturbations(t, longitude, distance)
-        real(dp), intent(in) :: t               !! Julian centuries TT since J2000
-        real(dp), intent(out) :: longitude      !! degrees
-        real(dp), intent(out) :: distance       !! au
-
-        real(dp) :: s, venus_1, venus_2, jupiter_1, jupiter_2, moon, long_period
-
-        s = t + 1
-        venus_1 = (153.23_dp + 22518.7541_dp*s)*DEGREE
-        venus_2 = (216.57_dp + 45037.5082_dp*s)*DEGREE
-        jupiter_1 = (312.69_dp + 32964.3577_dp*s)*DEGREE
-        jupiter_2 = (353.06_dp + 65928.7155_dp*s)*DEGREE
-        moon = (350.74_dp + 445267.1142_dp*s)*DEGREE
-        long_period = (231.19_dp + 20.20_dp*s)*DEGREE
-        longitude = 0.00134_dp*cos(venus_1) + 0.00154_dp*cos(venus_2) + &
-                    0.00200_dp*cos(jupiter_1) + 0.00179_dp*sin(moon) + &
-                    0.00178_dp*sin(long_period)
-        distance = 0.00000543_dp*sin(venus_1) + 0.00001575_dp*sin(venus_2) + &
-                   0.00001627_dp*sin(jupiter_1) + 0.00003076_dp*cos(moon) + &
-                   0.00000927_dp*sin(jupiter_2)
-    end subroutine perturbations
-
-    !> Unit vector in equatorial axes of J2000 from ecliptic longitude and latitude of J2000.
-    pure function equatorial_direction(longitude, latitude) result(direction)
-        real(dp), intent(in) :: longitude, latitude     !! rad
-        real(dp) :: direction(3)
-
-        real(dp) :: x, y, z
-
-        x = cos(latitude)*cos(longitude)
-        y = cos(latitude)*sin(longitude)
+        ! true anomaly and longitude
+        turns(1) = turns(ANOMALY) + centre/360
+        turns(2) = (mean_longitude + centre + longitude_term)/360 - t*(5029.0966_dp + t*1.11113_dp)/ARCSECONDS
+        call lanes_sines_cosines(WIDEST, LANES, turns, sine, cosine)
+        latitude = 47.0029_dp*ARCSECOND*t*(sine(2)*cos(NODE) - cosine(2)*sin(NODE))
+        distance = ASTRONOMICAL_UNIT*(1.000001018_dp*(1 - eccentricity**2)/(1 + eccentricity*cosine(1)) + distance_term)
+        x = cos(latitude)*cosine(2)
+        y = cos(latitude)*sine(2)
         z = sin(latitude)
-        direction(1) = x
-        direction(2) = y*cos(OBLIQUITY_J2000) - z*sin(OBLIQUITY_J2000)
-        direction(3) = y*sin(OBLIQUITY_J2000) + z*cos(OBLIQUITY_J2000)
-    end function equatorial_direction
+        position = distance*[x, y*cos(OBLIQUITY_J2000) - z*sin(OBLIQUITY_J2000), &
+                             y*sin(OBLIQUITY_J2000) + z*cos(OBLIQUITY_J2000)]
+    end function sun_position
 
     !> Eclipse factor of eq. (2-8): the part of the Sun's disc that a spherical Earth leaves free, seen from
     !> the satellite (O. Montenbruck, E. Gill, Satellite Orbits, 2000, section 3.4.2). It is 1 in
@@ -92,11 +73,21 @@ contains
         real(dp), intent(in) :: position(3)         !! Satellite, from the Earth's centre, m
         real(dp), intent(in) :: sun_position(3)     !! Sun, same axes, m
 
-        real(dp) :: to_sun(3), sun_disc, earth_disc, separation
+        real(dp) :: to_sun(3), radius, sun_distance, sun_disc, earth_disc, separation
 
         to_sun = sun_position - position
-        sun_disc = asin(SOLAR_RADIUS/norm2(to_sun))
-        earth_disc = asin(min(1.0_dp, WGS84_SEMI_MAJOR_AXIS/norm2(position)))
+        radius = sqrt(dot_product(position, position))
+        sun_distance = sqrt(dot_product(to_sun, to_sun))
+        ! The Sun above the horizon, as most of the time: no angles are needed
+        sun_disc = SOLAR_RADIUS/sun_distance
+        earth_disc = min(1.0_dp, WGS84_SEMI_MAJOR_AXIS/radius)
+        if (-dot_product(position, to_sun) < radius*sun_distance*(sqrt((1 - sun_disc**2)*(1 - earth_disc**2)) - &
+                                                                  sun_disc*earth_disc)) then
+            illumination = 1
+            return
+        end if
+        sun_disc = asin(sun_disc)
+        earth_disc = asin(earth_disc)
         separation = atan2(norm2(cross(position, to_sun)), -dot_product(position, to_sun))
 
         if (separation >= sun_disc + earth_disc) then

@@ -4,7 +4,7 @@ module gracecg_files_namelist_writer
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context, fail
     use gracecg_files_file, only: output_file_t
-    use gracecg_base_text, only: real_text, integer_text
+    use gracecg_base_text, only: real_field, LONGEST_REAL, integer_text
     implicit none
     private
     public :: namelist_writer_t
@@ -12,7 +12,8 @@ module gracecg_files_namelist_writer
     type :: namelist_writer_t
         !! Writes groups and keys to a text, which can be saved as a file or shown
         private
-        character(:), allocatable :: content
+        character(:), allocatable :: content    !! What was written, and room behind it
+        integer :: length = 0                   !! Characters of it that were written
         type(error_t), allocatable :: failure   !! The first thing that cannot be written
     contains
         procedure :: comment => write_comment       !! Writes a line of comment
@@ -72,17 +73,19 @@ contains
         real(dp), intent(in) :: values(:)               !! Finite
         character(*), intent(in), optional :: comment   !! Behind the values: unit and meaning
 
-        character(:), allocatable :: text
-        integer :: i
+        character((LONGEST_REAL + 2)*size(values)) :: text
+        character(LONGEST_REAL) :: number
+        integer :: i, n
 
         if (.not. all(ieee_is_finite(values)) .or. size(values) == 0) &
             call refuse(self, 'key "'//key//'": its value is not a finite number')
-        text = ''
+        n = 0
         do i = 1, size(values)
-            if (i > 1) text = text//', '
-            text = text//real_text(values(i))
+            number = real_field(values(i))
+            text(n + 1:) = trim(number)//', '
+            n = n + len_trim(number) + 2
         end do
-        call put_entry(self, key, text, comment)
+        call put_entry(self, key, text(:n - 2), comment)
     end subroutine write_reals
 
     subroutine write_integer(self, key, value, comment)
@@ -137,11 +140,20 @@ contains
         class(namelist_writer_t), intent(inout) :: self
         character(*), intent(in) :: line
 
-        if (allocated(self%content)) then
-            self%content = self%content//LF//line
-        else
-            self%content = line
+        character(:), allocatable :: roomier
+        integer :: from, to
+
+        from = self%length + merge(1, 0, self%length > 0)
+        to = from + len(line)
+        if (.not. allocated(self%content)) allocate (character(to) :: self%content)
+        if (to > len(self%content)) then        ! twice as much: each character is moved once or twice in all
+            allocate (character(2*to) :: roomier)
+            roomier(:self%length) = self%content(:self%length)
+            call move_alloc(roomier, self%content)
         end if
+        if (from > 0) self%content(from:from) = LF
+        self%content(from + 1:to) = line
+        self%length = to
     end subroutine put
 
     !> Notes the first thing that cannot be written.
@@ -161,7 +173,7 @@ contains
 
         if (allocated(self%failure)) error = self%failure
         text = ''
-        if (allocated(self%content)) text = self%content
+        if (allocated(self%content)) text = self%content(:self%length)
     end subroutine to_text
 
     !> Saves what was written; fails as `to_text` does, or when the file cannot be written.

@@ -227,7 +227,7 @@ contains
         integer :: i
 
         fit = new_attitude_fit(knowledge%inertia, knowledge%accelerometer_interval, torque)
-        call fit%fit_rotation(angular_velocity, rotation)
+        call fit%fit_rate(angular_velocity, rotation)
         data%steps = fit%steps
         data%interval = fit%interval
         data%accelerometer_epoch = [(i, i=1, fit%steps)]

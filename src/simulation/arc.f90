@@ -106,8 +106,9 @@ contains
             done = .false.
             if (arc%by_adams) call advance_by_adams(dynamics, k, arc, done)
             if (.not. done) then
+                ! The loads of an epoch by Adams are not quite those of its state
+                call advance(dynamics, k, .not. arc%adams%is_ready(), arc, error)
                 if (arc%adams%is_ready()) call arc%adams%restart()
-                call advance(dynamics, k, arc, error)
                 if (allocated(error)) return
             end if
             call finish_epoch(dynamics, k, done, arc, error)
@@ -135,13 +136,14 @@ contains
     end subroutine finish_epoch
 
     !> From epoch k - 1 to epoch k by Runge and Kutta: in one step, or in steps under control.
-    subroutine advance(dynamics, k, arc, error)
+    subroutine advance(dynamics, k, with_loads, arc, error)
         class(satellite_dynamics_t), intent(in) :: dynamics
         integer, intent(in) :: k
+        logical, intent(in) :: with_loads   !! Those of epoch k - 1 are those of its state
         type(truth_arc_t), intent(inout) :: arc
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: t
+        real(dp) :: t, slope(STATE_SIZE)
         integer :: taken
 
         t = (k - 1)*arc%interval
@@ -150,6 +152,9 @@ contains
             call rkf78_integrate(dynamics, t, arc%state(:, k), k*arc%interval, arc%tolerance, SCALES, taken, error, &
                                  largest_step(dynamics, t, k*arc%interval))
             if (allocated(error)) return
+        else if (with_loads) then
+            call dynamics%rate_under(arc%state(:, k - 1), arc%loads(k - 1), slope)
+            call rkf78_step(dynamics, t, arc%state(:, k - 1), arc%interval, arc%state(:, k), slope=slope)
         else
             call rkf78_step(dynamics, t, arc%state(:, k - 1), arc%interval, arc%state(:, k))
         end if

@@ -205,8 +205,8 @@ contains
         quaternion = y(ATTITUDE)
         earth_from_inertial = self%earth%from_inertial(t)
         fixed_position = transformed(earth_from_inertial, place)
-        radius = norm2(place)
-        acting%body_from_inertial = rotation_matrix(quaternion/norm2(quaternion))
+        radius = sqrt(dot_product(place, place))
+        acting%body_from_inertial = rotation_matrix(quaternion/sqrt(dot_product(quaternion, quaternion)))
         acting%vertical = transformed(acting%body_from_inertial, place/radius)
 
         if (allocated(self%gravity)) then

@@ -10,7 +10,7 @@ module gracecg_spacecraft_surface_loads
     use gracecg_base_constants, only: PI, SPEED_OF_LIGHT, ASTRONOMICAL_UNIT
     use gracecg_base_error, only: error_t, fail_out_of_range
     use gracecg_environment_earth_radiation, only: earth_irradiance_t
-    use gracecg_spacecraft_plates, only: satellite_surface_t, plate_t, projected_area
+    use gracecg_spacecraft_plates, only: satellite_surface_t, projected_area
     use gracecg_base_vectors, only: cross, transformed
     implicit none
     private
@@ -142,16 +142,20 @@ contains
         type(surface_load_t) :: load
 
         type(flow_t) :: flow
+        real(dp) :: force(3), torque(3), on_plate(3)
         integer :: i
 
-        load = surface_load_t(0, 0)
+        force = 0
+        torque = 0
         flow = flow_of(gas, wall, velocity)
         do i = 1, surface%count
             associate (plate => surface%plates(i))
-                call add_plate_force(load, plate, centre_of_mass, plate%area* &
-                                     traction_in(flow, velocity, plate%normal))
+                on_plate = plate%area*traction_in(flow, velocity, plate%normal)
+                force = force + on_plate
+                torque = torque + cross(plate%centre - centre_of_mass, on_plate)
             end associate
         end do
+        load = surface_load_t(force, torque)
     end function aerodynamic_load
 
     !> Force per area, N/m^2, on a surface element in free-molecular flow: L. H. Sentman, Lockheed
@@ -252,32 +256,26 @@ contains
         real(dp), intent(in) :: to_source(3)        !! u, unit vector, body axes
         real(dp), intent(in) :: irradiance          !! P c, W/m^2
 
-        real(dp) :: cosine, force(3)
+        real(dp) :: cosine, force(3), torque(3), on_plate(3)
         integer :: i
 
+        force = 0
+        torque = 0
         do i = 1, surface%count
             associate (plate => surface%plates(i))
                 cosine = dot_product(plate%normal, to_source)
                 if (cosine > 0) then
-                    force = -irradiance/SPEED_OF_LIGHT*plate%area*cosine* &
-                            ((1 - plate%specular)*to_source + &
-                             2*(plate%specular*cosine + plate%diffuse/3)*plate%normal)
-                    call add_plate_force(load, plate, centre_of_mass, force)
+                    on_plate = -irradiance/SPEED_OF_LIGHT*plate%area*cosine* &
+                               ((1 - plate%specular)*to_source + &
+                                2*(plate%specular*cosine + plate%diffuse/3)*plate%normal)
+                    force = force + on_plate
+                    torque = torque + cross(plate%centre - centre_of_mass, on_plate)
                 end if
             end associate
         end do
-    end subroutine add_light
-
-    !> A plate's part of the integral (2-24).
-    pure subroutine add_plate_force(load, plate, centre_of_mass, force)
-        type(surface_load_t), intent(inout) :: load
-        type(plate_t), intent(in) :: plate
-        real(dp), intent(in) :: centre_of_mass(3)   !! In the frame of the plates' centres, m
-        real(dp), intent(in) :: force(3)            !! On the plate, N
-
         load%force = load%force + force
-        load%torque = load%torque + cross(plate%centre - centre_of_mass, force)
-    end subroutine add_plate_force
+        load%torque = load%torque + torque
+    end subroutine add_light
 
     !> Direction and irradiance of sunlight at the satellite.
     pure subroutine sunlight(irradiance_1au, illumination, to_sun, direction, irradiance)

@@ -33,7 +33,9 @@ contains
             candidate%name = case%name
             if (.not. allocated(error)) call case_text(candidate, other, error)
             if (allocated(error)) return            ! a setting that is not finite is none of the report's
-            if (text == other) name = CASES(i)
+            if (text /= other) cycle
+            name = CASES(i)
+            return
         end do
     end subroutine built_in_case
 
@@ -54,7 +56,9 @@ contains
             candidate%case%name = calibration_name
             call settings_checksum(candidate, other, error)
             if (allocated(error)) return
-            if (other == checksum) name = CASES(i)
+            if (other /= checksum) cycle
+            name = CASES(i)
+            return
         end do
     end subroutine built_in_calibration
 

@@ -2,9 +2,11 @@
 !> width of the vectors. A vector that the processor does not have is not tested: the next narrower one is taken.
 module test_lanes
     use, intrinsic :: iso_c_binding, only: c_int32_t
+    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
     use gracecg_base_kinds, only: dp, i8
+    use gracecg_base_constants, only: TWO_PI
     use gracecg_base_lanes, only: LANES, POLES, LEFT_OUT, PREDICTED, USED, lanes_of, lanes_whiten, lanes_filter, &
-        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect
+        lanes_add_products, lanes_carry, lanes_combine, lanes_reflect, lanes_sines_cosines
     use gracecg_base_random, only: random_stream_t, new_stream
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -26,7 +28,8 @@ contains
                     new_unittest('sums-of-products', test_products), &
                     new_unittest('carried-columns', test_carry), &
                     new_unittest('combinations-of-columns', test_combine), &
-                    new_unittest('reflection-of-rows', test_reflect)]
+                    new_unittest('reflection-of-rows', test_reflect), &
+                    new_unittest('sines-and-cosines', test_sines)]
     end subroutine collect_lanes
 
     !> Normal random numbers, the same for the same place in a test.
@@ -301,4 +304,42 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_reflect
+
+    !> Against the intrinsic functions of the angle less its whole turns; exact at quarters of a turn; NaN stays NaN.
+    subroutine test_sines(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: MANY = 4096
+        real(dp), dimension(MANY, size(WIDTHS)) :: sines, cosines
+        real(dp) :: turns(MANY), angle(MANY)
+        integer :: i, width
+
+        turns = 100*numbers(MANY, 1)
+        turns(:9) = [(0.25_dp*i, i=-4, 4)]
+        turns(10:11) = [1e-9_dp, 0.125_dp]
+        turns(12) = ieee_value(turns(12), ieee_quiet_nan)
+        angle = TWO_PI*(turns - anint(turns))
+        do width = 1, size(WIDTHS)
+            call lanes_sines_cosines(WIDTHS(width), MANY, turns, sines(:, width), cosines(:, width))
+            call check(error, ieee_is_nan(sines(12, width)) .and. ieee_is_nan(cosines(12, width)))
+            if (allocated(error)) return
+            sines(12, width) = 0
+            cosines(12, width) = 0
+            call check(error, all(abs(sines(:, width) - sines(:, 1)) <= 0) .and. &
+                              all(abs(cosines(:, width) - cosines(:, 1)) <= 0), 'the bits depend on the width')
+            if (allocated(error)) return
+        end do
+        call check(error, all(nint(sines(:9, 1)) == [0, 1, 0, -1, 0, 1, 0, -1, 0]) .and. &
+                          all(abs(sines(:9, 1) - nint(sines(:9, 1))) <= 0))
+        if (allocated(error)) return
+        call check(error, all(nint(cosines(:9, 1)) == [1, 0, -1, 0, 1, 0, -1, 0, 1]) .and. &
+                          all(abs(cosines(:9, 1) - nint(cosines(:9, 1))) <= 0))
+        if (allocated(error)) return
+        angle(12) = 0
+        cosines(12, 1) = 1
+        call check(error, maxval(abs(sines(:, 1) - sin(angle))) < 6e-16_dp .and. &
+                          maxval(abs(cosines(:, 1) - cos(angle))) < 6e-16_dp)
+        if (allocated(error)) return
+        call check(error, sines(10, 1), TWO_PI*1e-9_dp, thr=1e-23_dp)
+    end subroutine test_sines
 end module test_lanes

@@ -1,7 +1,8 @@
 !> The random numbers: published vectors, independence of streams, distributions.
 module test_random
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32
+    use gracecg_base_constants, only: TWO_PI
+    use gracecg_base_random, only: random_stream_t, new_stream, philox_4x32, box_muller
     use statistics, only: Z_999, mean, variance, correlation, chi_square_limits, ljung_box
     use testdrive, only: new_unittest, unittest_type, error_type, check
     implicit none
@@ -22,6 +23,8 @@ contains
                     new_unittest('streams-are-uncorrelated', test_streams), &
                     new_unittest('array-equals-single-draws', test_array), &
                     new_unittest('numbers-passed-over', test_skip), &
+                    new_unittest('normal-numbers-of-uniform-ones', test_box_muller), &
+                    new_unittest('vectors-of-any-width-give-the-same-bits', test_widths), &
                     new_unittest('uniform-distribution', test_uniform), &
                     new_unittest('normal-moments', test_moments), &
                     new_unittest('normal-distribution', test_normal), &
@@ -49,6 +52,45 @@ contains
             end do
         end do
     end subroutine test_skip
+
+    !> A block's two normal numbers are those of its two uniform ones, by the intrinsic functions.
+    subroutine test_box_muller(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: PAIRS = 20000
+        type(random_stream_t) :: uniform, normal
+        real(dp) :: x(2*PAIRS), u, v, radius, worst
+        integer :: i
+
+        uniform = new_stream(6, 5, 1, 3, 2)
+        normal = uniform
+        call normal%normals(x)
+        worst = 0
+        do i = 1, PAIRS
+            u = uniform%uniform()
+            v = uniform%uniform()
+            radius = sqrt(-2*log(u))
+            worst = max(worst, abs(x(2*i - 1) - radius*cos(TWO_PI*v))/radius, abs(x(2*i) - radius*sin(TWO_PI*v))/radius)
+        end do
+        call check(error, worst < 2e-15_dp)
+    end subroutine test_box_muller
+
+    !> Many blocks at once are the same as one by one, with vectors of any width; also where their number starts again.
+    subroutine test_widths(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: WIDTHS(3) = [2, 4, 8], PAIRS = 13
+        integer(i8), parameter :: KEY(2) = [7_i8, 4294967295_i8], FIRST(4) = [4294967290_i8, 3_i8, 1_i8, 4294967295_i8]
+        real(dp) :: together(2*PAIRS), alone(2)
+        integer :: i, width
+
+        do width = 1, size(WIDTHS)
+            call box_muller(WIDTHS(width), PAIRS, KEY, FIRST, together)
+            do i = 1, PAIRS
+                call box_muller(WIDTHS(1), 1, KEY, [modulo(FIRST(1) + i - 1, 2_i8**32), FIRST(2:)], alone)
+                call check(error, all(abs(together(2*i - 1:2*i) - alone) <= 0))
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine test_widths
 
     !> Random123 1.x, file kat_vectors, lines `philox4x32 10`.
     subroutine test_known_answers(error)

@@ -157,12 +157,15 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(attitude_fit_t) :: fit
         type(fitted_attitude_t) :: attitude
-        type(fitted_rotation_t) :: alone, together
+        type(fitted_rotation_t) :: rate, alone, together
 
         fit = example_fit(600, 1e-3_dp)
+        call fit%fit_rate(OMEGA_0, rate)
         call fit%fit_rotation(OMEGA_0, alone)
         call fit%fit_attitude(Q_0, OMEGA_0, attitude, together)
         call check(error, maxval(abs(alone%omega - together%omega)), 0.0_dp)
+        if (allocated(error)) return
+        call check(error, maxval(abs(rate%omega - alone%omega)) + maxval(abs(rate%omega_dot - alone%omega_dot)), 0.0_dp)
         if (allocated(error)) return
         call check(error, maxval(abs(alone%omega_dot(:, 37) - fit%angular_acceleration(74, alone%omega(:, 37)))), &
                    0.0_dp, thr=1e-14_dp*maxval(abs(alone%omega_dot(:, 37))))

@@ -48,6 +48,7 @@ contains
         type(fitted_rotation_t) :: rotation
         type(batch_settings_t) :: settings
         type(batch_solution_t) :: attitude_batch, offset_batch
+        logical :: covariance_wanted
 
         solution%algorithm = merge('assest-rde', 'assest-fde', reduced)
         associate (knowledge => observations%knowledge)
@@ -59,7 +60,12 @@ contains
             attitude%attitude_weight = options%star_camera_weight
             call find_rotation(knowledge, options, attitude, attitude_batch, solution, error)
             if (allocated(error)) return
-            call attitude%fit%fit_rotation(attitude%angular_velocity, rotation)
+            covariance_wanted = options%covariance .or. present(record)
+            if (covariance_wanted) then
+                call attitude%fit%fit_rotation(attitude%angular_velocity, rotation)
+            else
+                call attitude%fit%fit_rate(attitude%angular_velocity, rotation)
+            end if
             call prepare_offset(knowledge, options, data, rotation, offset)
             if (options%history) settings%history = 'CG offset'
             call process_batch(offset, settings, offset_batch, error)
@@ -70,7 +76,7 @@ contains
             solution%condition = offset_batch%condition
             if (options%history) solution%history = [solution%history, offset_batch%history]
             call store_offset(offset%state, offset_batch%residuals, solution)
-            if (.not. (options%covariance .or. present(record))) return
+            if (.not. covariance_wanted) return
             call propagate_noise(knowledge, attitude, attitude_batch, offset, offset_batch, solution, error, record)
             if (allocated(error)) return
             if (present(record)) call record_rotation(data, rotation, offset_batch%residuals, record)

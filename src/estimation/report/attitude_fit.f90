@@ -29,6 +29,7 @@ module gracecg_estimation_attitude_fit
         real(dp), private :: lambda_by_rate(3, 3, 3) = 0    ! d Lambda/d omega_i, no unit
     contains
         procedure :: angular_acceleration   !! d omega/dt of (4-7) under the rods' torque
+        procedure :: fit_rate               !! Integrates the rate alone
         procedure :: fit_rotation           !! Integrates the rate with its partials
         procedure :: fit_attitude           !! The same and the attitude
     end type attitude_fit_t
@@ -37,7 +38,8 @@ module gracecg_estimation_attitude_fit
     type :: fitted_rotation_t
         real(dp), allocatable :: omega(:, :)        !! (3, 0:n), body axes, rad/s
         real(dp), allocatable :: omega_dot(:, :)    !! (3, 0:n), rad/s^2
-        real(dp), allocatable :: phi_22(:, :, :)    !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55)
+        real(dp), allocatable :: phi_22(:, :, :)
+        !! d omega(t)/d omega(t0), (3, 3, 0:n), eq. (4-55); not of `fit_rate`
     end type fitted_rotation_t
 
     !> Attitude along the arc with its partials.
@@ -117,7 +119,9 @@ contains
             do i = 1, 4
                 phi(i, i) = p(4)
             end do
-            phi(:, 5:) = matmul(kinematic_partials(q), self%angles(:, :, k))
+            do i = 1, 3         ! Gamma(q) zeta
+                phi(:, 4 + i) = quaternion_rate(q, self%angles(:, i, k))
+            end do
         end associate
     end function quaternion_transition
 
@@ -135,7 +139,46 @@ contains
         phi(:, 4:) = self%angles(:, :, k)
     end function angle_transition
 
-    !> Integrates the angular velocity, (4-80), and its state transition matrix.
+    !> Integrates the angular velocity, (4-80), where nobody asks for partials.
+    subroutine fit_rate(self, omega_0, rotation)
+        class(attitude_fit_t), intent(in) :: self
+        real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s
+        type(fitted_rotation_t), intent(out) :: rotation
+
+        real(dp), dimension(3) :: omega, slope_1, slope_2, slope_3, slope_4
+        real(dp) :: h
+        integer :: k
+
+        allocate (rotation%omega(3, 0:self%steps), rotation%omega_dot(3, 0:self%steps))
+        h = self%interval
+        omega = omega_0
+        do k = 0, self%steps
+            call slope(2*k, omega, slope_1)
+            rotation%omega(:, k) = omega
+            rotation%omega_dot(:, k) = slope_1
+            if (k == self%steps) exit
+            call slope(2*k + 1, omega + h/2*slope_1, slope_2)
+            call slope(2*k + 1, omega + h/2*slope_2, slope_3)
+            call slope(2*k + 2, omega + h*slope_3, slope_4)
+            omega = omega + h/6*slope_1 + h/3*slope_2 + h/3*slope_3 + h/6*slope_4
+        end do
+
+    contains
+
+        pure subroutine slope(half, rate, rate_dot)
+            integer, intent(in) :: half
+            real(dp), intent(in) :: rate(3)
+            real(dp), intent(out) :: rate_dot(3)
+
+            real(dp) :: lambda(3, 3)
+
+            lambda = self%lambda_by_rate(:, :, 1)*rate(1) + self%lambda_by_rate(:, :, 2)*rate(2) + &
+                     self%lambda_by_rate(:, :, 3)*rate(3)
+            rate_dot = (lambda(:, 1)*rate(1) + lambda(:, 2)*rate(2) + lambda(:, 3)*rate(3))/2 + self%driven(:, half)
+        end subroutine slope
+    end subroutine fit_rate
+
+    !> The same, (4-80), and its state transition matrix.
     subroutine fit_rotation(self, omega_0, rotation)
         class(attitude_fit_t), intent(in) :: self
         real(dp), intent(in) :: omega_0(3)          !! At t = 0, rad/s

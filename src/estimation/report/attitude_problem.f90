@@ -106,6 +106,7 @@ contains
         real(dp), intent(out) :: residuals(:)       !! Observed minus computed; quaternion components, or rad
 
         type(fitted_attitude_t) :: attitude
+        real(dp) :: full(4, 7), small(3, 6)
         integer :: i, k, first, n
 
         n = self%attitude_components()
@@ -115,11 +116,13 @@ contains
             first = n*(i - 1)
             associate (residual => residuals(first + 1:first + n), observed => self%data%quaternion(:, i))
                 if (self%reduced) then      ! H~ = [I 0], (4-57), (4-74)
-                    partials(:6, first + 1:first + 3) = transpose(attitude%angle_transition(k))
+                    small = attitude%angle_transition(k)
+                    partials(:6, first + 1:first + 3) = transpose(small)
                     residual = small_angles(matmul(rotation_matrix(observed), &
                                                    transpose(rotation_matrix(normalised(attitude%q(:, k))))))
                 else
-                    partials(:7, first + 1:first + 4) = transpose(attitude%quaternion_transition(k))
+                    full = attitude%quaternion_transition(k)
+                    partials(:7, first + 1:first + 4) = transpose(full)
                     residual = observed - attitude%q(:, k)
                 end if
             end associate

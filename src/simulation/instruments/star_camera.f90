@@ -226,13 +226,13 @@ contains
         type(random_stream_t), intent(inout) :: stream
         real(dp), intent(out) :: observed(:, :)     !! Unit vectors, camera frame; (3, stars)
 
-        real(dp) :: draws(2*size(self%reference, 2))
+        real(dp) :: draws(2*size(self%reference, 2)), line(3)
         integer :: i
 
         call stream%normals(draws)
         do i = 1, size(observed, 2)
-            observed(:, i) = unit(self%line_of_sight(:, i) + draws(2*i - 1)*self%across_1(:, i) &
-                                  + draws(2*i)*self%across_2(:, i))
+            line = self%line_of_sight(:, i) + draws(2*i - 1)*self%across_1(:, i) + draws(2*i)*self%across_2(:, i)
+            observed(:, i) = line/norm2(line)
         end do
     end subroutine measure
 
