@@ -54,6 +54,35 @@ IN_FORTRAN = """program in_fortran
     print '(3es25.16)', a
 end program in_fortran
 """
+# A tree as this project's, with a type of the library that the program uses.
+SMALL = {"src/base/library.f90": """module library
+    implicit none
+    type held_t
+        integer :: number = 1
+    end type held_t
+contains
+    subroutine show(held)
+        type(held_t), intent(in) :: held
+
+        print '(i0)', held%number
+    end subroutine show
+end module library
+""", "src/cli/command.f90": """module command
+    use library, only: held_t, show
+    implicit none
+contains
+    subroutine run()
+        type(held_t) :: held
+
+        call show(held)
+    end subroutine run
+end module command
+""", "app/main.f90": """program main
+    use command, only: run
+    implicit none
+    call run()
+end program main
+"""}
 IN_C = """#include <gracecg.h>
 #include <stdio.h>
 int main(void)
@@ -124,6 +153,28 @@ def check_pkg_config():
             raise RuntimeError(f"below {folder} the prefix is {way}")
 
 
+def check_changed_modules():
+    """With Ninja, what uses a module that has changed is compiled anew."""
+    with tempfile.TemporaryDirectory() as folder:
+        tree = pathlib.Path(folder)
+        for name in ("CMakeLists.txt", "fpm.toml", "include", "tools/cmake"):
+            (tree / name).parent.mkdir(exist_ok=True)
+            (tree / name).symlink_to(ROOT / name)
+        for name, text in SMALL.items():
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            (tree / name).write_text(text, encoding="utf-8")
+        run(VENV / "bin/cmake", "-S", tree, "-B", tree / "build", "-G", "Ninja", "-DBUILD_SHARED_LIBS=OFF",
+            f"-DCMAKE_MAKE_PROGRAM={VENV / 'bin/ninja'}")
+        run(VENV / "bin/cmake", "--build", tree / "build")
+        library = tree / "src/base/library.f90"
+        library.write_text(SMALL["src/base/library.f90"].replace("integer ::", "real :: before(3) = 5\n        integer ::"),
+                           encoding="utf-8")
+        run(VENV / "bin/cmake", "--build", tree / "build")
+        shown = run(tree / "build/gracecg").strip()
+        if shown != "1":
+            raise RuntimeError(f"the program shows {shown} for 1")
+
+
 def check_size():
     """CMakeLists.txt has less than a hundred lines."""
     lines = len((ROOT / "CMakeLists.txt").read_text(encoding="utf-8").splitlines())
@@ -142,7 +193,7 @@ def main():
     if "--build-only" in sys.argv:
         return 0
     passed = failed = 0
-    for check in (check_size, check_pkg_config, check_consumer):
+    for check in (check_size, check_pkg_config, check_consumer, check_changed_modules):
         try:
             check()
             passed += 1

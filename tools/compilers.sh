@@ -8,8 +8,8 @@
 #
 # The last lines are a table in Markdown: tests passed and failed, warnings, and the greatest relative difference of
 # verify's curves, of the six cases' estimates by all algorithms, and of the bound, from the first compiler's.
-# Results stay in build/compilers. Status 1 when a test fails or a difference is above 1e-9. --quick leaves out the
-# tests that take long. JOBS: of the build (1).
+# Results stay in build/compilers. Status 1 when a test fails or a difference is above its limit (that of
+# tools/compare_numbers.py). --quick leaves out the tests that take long. JOBS: of the build (1).
 set -euo pipefail
 CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
 readonly ALGORITHMS='assest-fde assest-rde ascfest ascrest optimal sequential'

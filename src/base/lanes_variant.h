@@ -10,7 +10,7 @@ TARGET INLINE void VARIANT(filter_lanes)(const struct filter *filter, const int 
 {
     const VECTOR zero = {0};
     const int lanes = count*WIDTH;
-    VECTOR state[states][count], innovation[count];
+    VECTOR state[states > 0 ? states : 1][count], innovation[count];      /* white noise has no state, C no array of none */
 
     for (int j = 0; j < states; j++)
         for (int v = 0; v < count; v++) state[j][v] = READ(&state_of_lanes[j*lanes + v*WIDTH]);

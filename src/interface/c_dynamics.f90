@@ -424,6 +424,7 @@ contains
         integer(c_int) :: status
 
         class(object_t), pointer :: object
+        real(dp), parameter :: ROUNDING = 1e-12_dp      ! of a product of parallel vectors: with fused multiply-add it is not 0
         type(nadir_pointing_t) :: held
         real(dp) :: state(STATE_SIZE)
 
@@ -433,7 +434,7 @@ contains
         call need(present(states), 'states', status, error)
         call check_propagation(interval, steps, tolerance, status, error)
         if (status /= STATUS_OK) return
-        if (.not. norm2(cross(position, velocity)) > 0) then
+        if (.not. norm2(cross(position, velocity)) > ROUNDING*norm2(position)*norm2(velocity)) then
             call raise(STATUS_BAD_VALUE, 'position and velocity span no plane of an orbit', status, error)
             return
         end if

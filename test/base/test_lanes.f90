@@ -25,6 +25,7 @@ contains
                     new_unittest('multiples-of-lanes', test_multiples), &
                     new_unittest('whitening-by-poles', test_whitening), &
                     new_unittest('filter-of-coupled-states', test_filter), &
+                    new_unittest('filter-without-states', test_no_states), &
                     new_unittest('sums-of-products', test_products), &
                     new_unittest('carried-columns', test_carry), &
                     new_unittest('combinations-of-columns', test_combine), &
@@ -177,6 +178,28 @@ contains
         call check(error, close_to(pack(series(:, :, 1), .true.), pack(plain, .true.)), 'plain')
         if (.not. allocated(error)) call check_widths(error, reshape(series, [size(plain), size(WIDTHS)]))
     end subroutine test_filter
+
+    !> White noise: samples by their deviations, but those left out.
+    subroutine test_no_states(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: SAMPLES = 5
+        real(dp), dimension(0, SAMPLES) :: gain, below, on, above
+        real(dp) :: output(0), state(LANES, 0), inverse_deviation(SAMPLES), series(LANES, SAMPLES), plain(LANES, SAMPLES)
+        integer(c_int32_t), parameter :: ROLE(SAMPLES) = [USED, PREDICTED, LEFT_OUT, USED, USED]
+        integer(c_int32_t) :: coupled(0)
+        integer :: width
+
+        inverse_deviation = abs(numbers(SAMPLES, 21))
+        do width = 1, size(WIDTHS)
+            series = reshape(numbers(size(series), 22), shape(series))
+            plain = series*spread(merge(0.0_dp, inverse_deviation, ROLE == LEFT_OUT), 1, LANES)
+            call lanes_filter(WIDTHS(width), 0, LANES, SAMPLES, SAMPLES - 1, ROLE, coupled, output, gain, &
+                              inverse_deviation, below, on, above, state, series)
+            call check(error, close_to(pack(series, .true.), pack(plain, .true.)))
+            if (allocated(error)) return
+        end do
+    end subroutine test_no_states
 
     subroutine test_products(error)
         type(error_type), allocatable, intent(out) :: error

@@ -647,6 +647,9 @@ contains
         status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3), 1_c_int32_t, 1.0_dp, ONE, 0.0_dp, &
                                                      states, failure)
         call check_refused(error, status, BAD_VALUE, failure, 'plane')
+        status = gracecg_force_model_propagate_nadir(model, state(1:3), -state(1:3)*[1.0_dp, 1 + epsilon(1.0_dp), 1.0_dp], &
+                                                     1_c_int32_t, 1.0_dp, ONE, 0.0_dp, states, failure)
+        call check_refused(error, status, BAD_VALUE, failure, 'plane')
         if (.not. allocated(error)) call compare_held(error, model, state)
         status = gracecg_force_model_free(model)
         status = gracecg_case_free(handle)

@@ -44,6 +44,7 @@ contains
                     new_unittest('what-is-applied-is-taken-back', test_applied), &
                     new_unittest('scores-are-standard-normal', test_scores), &
                     new_unittest('what-is-left-of-a-belief', test_information_left), &
+                    new_unittest('what-leaves-no-trace-is-not-counted', test_traces), &
                     new_unittest('scores-are-confirmed-by-fits', test_confirmation), &
                     new_unittest('long-arcs-are-sound', test_long_arcs), &
                     new_unittest('bent-forces-are-no-scale-factor', test_bent_forces), &
@@ -324,6 +325,41 @@ contains
             if (allocated(error)) return
         end do
     end subroutine test_information_left
+
+    !> Beliefs of a rod that does as good as nothing, or of partials that cancel but for their rounding, are none that the
+    !> data could speak of: they change nothing.
+    subroutine test_traces(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        type(simulator_t) :: simulator
+        type(estimation_options_t) :: options
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution, with_trace
+        type(error_t), allocatable :: failure
+        integer :: axis
+
+        call simulator_of('back-1', simulator, options, error)
+        if (allocated(error)) return
+        call observe(simulator, 77_i8, 1, observations, failure)
+        if (.not. allocated(failure)) call estimate_optimal(observations, options, solution, failure)
+        if (.not. allocated(failure)) then
+            associate (rods => observations%knowledge%rods)
+                axis = findloc([(any(rods%activations(:rods%count)%axis == axis), axis=1, 3)], .false., 1)
+                rods%count = rods%count + 1
+                rods%activations(rods%count) = rods%activations(1)
+                rods%activations(rods%count)%axis = axis
+                rods%activations(rods%count)%amplitude = 1e-18_dp
+            end associate
+            call estimate_optimal(observations, options, with_trace, failure)
+        end if
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call check(error, axis > 0 .and. all(solution%beliefs%values%belief > 0), 'a rod is free')
+        if (allocated(error)) return
+        call check(error, size(with_trace%beliefs%values), size(solution%beliefs%values))
+        if (.not. allocated(error)) &
+            call check(error, with_trace%beliefs%critical, solution%beliefs%critical, thr=1e-12_dp)
+    end subroutine test_traces
 
     !> A score that the fits do not bear out is none; one of a belief that is wrong stays, near to what it was.
     subroutine test_confirmation(error)

@@ -35,6 +35,10 @@ module gracecg_estimation_belief_tests
     !! Of a belief's information: the least part of it that is not taken by the other parameters, for it to count. A turn
     !! of the accelerometer has 1e-10 of it left; the rounding of the refined difference is some 1e-15.
 
+    real(dp), parameter :: SEEN = 1e-12_dp
+    !! Chi-square of the data under the largest conceivable wrong value, for a belief to have to do with them: with fused
+    !! multiply-add, partials that cancel leave 1e-28 of rounding.
+
 contains
 
     !> Tests all beliefs at a fit. Fails when the fit's normal matrix is singular.
@@ -103,7 +107,8 @@ contains
                 by_one = covariance(d, c)/stated**2
                 score = state(c)/covariance(c, c)       ! what the estimate owes to the data
             else
-                if (.not. information(c, c) > 0) cycle  ! it has nothing to do with these data
+                ! it has nothing to do with these data
+                if (.not. information(c, c)*(BELIEFS(i)%largest*BELIEFS(i)%size)**2 > SEEN) cycle
                 ! what is left may be 1e-10 of the whole (a turn of the accelerometer is nearly a bias): refined once, and
                 ! so that the error of on_fit enters by its square
                 associate (e => information(:n, :n), b => information(:n, c))

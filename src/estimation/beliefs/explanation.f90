@@ -213,12 +213,12 @@ contains
         real(dp), parameter :: FAR(7) = [-0.6_dp, -0.4_dp, -0.2_dp, 0.0_dp, 0.2_dp, 0.4_dp, 0.6_dp]    ! rad, or ratio
         integer, parameter :: FAR_OFF(*) = [ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS]
         real(dp), allocatable :: frequencies(:)
-        integer :: i
+        integer :: i, steps
 
         associate (rods => observations%knowledge%rods, step => 0.25_dp/observations%knowledge%duration)
             associate (acts => rods%activations(:rods%count))
-                i = ceiling(FREQUENCY_RANGE*maxval([0.0_dp, acts%frequency])/step)
-                frequencies = [(step*i, i=-i, i)]
+                steps = ceiling(FREQUENCY_RANGE*maxval([0.0_dp, acts%frequency])/step)
+                frequencies = [(step*i, i=-steps, steps)]
                 call try_best(ALL_RODS_FREQUENCY, frequencies)
                 do i = 1, 3
                     if (any(acts%axis == i) .and. any(acts%axis /= i)) call try_best(ROD_FREQUENCIES(i), frequencies)

@@ -323,7 +323,8 @@ contains
                 firing%sample_time = times(wanted)
                 allocate (firing%linear(3, size(wanted)))
                 do k = 1, size(wanted)
-                    firing%linear(:, k) = srf_of_accelerometer(acc%values(wanted(k), 1:3), setup%accelerometer_axes)
+                    sample(:3) = acc%values(wanted(k), 1:3)
+                    firing%linear(:, k) = srf_of_accelerometer(sample(:3), setup%accelerometer_axes)
                 end do
             end associate
         end do

@@ -1,0 +1,23 @@
+# What every target is compiled with: fpm's release profile, and files without a preprocessor; what the kernels in C ask for.
+# The rest of the arguments: the targets whose modules it uses. CMake follows modules through linked libraries only; so all is
+# compiled anew when a module file of theirs has changed, and not before they are compiled (TARGET-modules).
+function(compile_as_here target folder)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON
+        Fortran_MODULE_DIRECTORY ${folder} Fortran_PREPROCESS OFF)
+    target_compile_options(${target} PRIVATE
+        "$<$<AND:$<COMPILE_LANG_AND_ID:Fortran,GNU>,$<CONFIG:Release>>:-O3;-funroll-loops>"
+        "$<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-fimplicit-none>"
+        "$<$<COMPILE_LANGUAGE:C>:-O3;-ffp-contract=off>")
+    target_include_directories(${target} PRIVATE ${modules} ${PROJECT_BINARY_DIR}/program)
+    target_link_libraries(${target} PRIVATE LAPACK::LAPACK OpenMP::OpenMP_Fortran)
+    set(sums ${PROJECT_BINARY_DIR}/modules-of-)
+    add_custom_command(OUTPUT ${sums}${target} DEPENDS ${target} $<TARGET_OBJECTS:${target}> VERBATIM COMMAND ${CMAKE_COMMAND}
+        -D FOLDER=${folder} -D SUMS=${sums}${target} -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/modules.cmake)
+    add_custom_target(${target}-modules DEPENDS ${sums}${target})
+    get_target_property(files ${target} SOURCES)
+    list(FILTER files INCLUDE REGEX "\\.f90$")
+    foreach(used ${ARGN})
+        add_dependencies(${target} ${used}-modules)
+        set_property(SOURCE ${files} APPEND PROPERTY OBJECT_DEPENDS ${sums}${used})
+    endforeach()
+endfunction()
