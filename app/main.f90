@@ -14,11 +14,15 @@ program gracecg_main
             import :: c_int
             integer(c_int), value :: status
         end subroutine c_exit
+        !> Memory that the program has had is not given back to the system at once.
+        subroutine keep_memory() bind(c, name='gracecg_keep_memory')
+        end subroutine keep_memory
     end interface
 
     type(console_t) :: console
     integer :: status
 
+    call keep_memory()
     call run_command_line(process_words(1), console, status)
     call c_exit(int(status, c_int))
 end program gracecg_main

@@ -18,17 +18,17 @@ static const uint64_t LOW = 0xFFFFFFFF;
 #define KERNEL "elementary_variant.h"
 #include "every_width.h"
 
-void gracecg_random_block(int32_t widest, const uint64_t *key, const uint64_t *counter, uint64_t *words)
+INTERNAL void gracecg_random_block(int32_t widest, const uint64_t *key, const uint64_t *counter, uint64_t *words)
 {
     CALL(block, key, counter, words);
 }
 
-void gracecg_random_normals(int32_t widest, int32_t pairs, const uint64_t *key, const uint64_t *counter, double *x)
+INTERNAL void gracecg_random_normals(int32_t widest, int32_t pairs, const uint64_t *key, const uint64_t *counter, double *x)
 {
     CALL(normals, key, counter, pairs, x);
 }
 
-void gracecg_lanes_sines_cosines(int32_t widest, int32_t n, const double *turns, double *sines, double *cosines)
+INTERNAL void gracecg_lanes_sines_cosines(int32_t widest, int32_t n, const double *turns, double *sines, double *cosines)
 {
     CALL(sines_cosines, n, turns, sines, cosines);
 }

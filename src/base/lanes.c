@@ -15,44 +15,44 @@ struct filter {
 #define KERNEL "lanes_variant.h"
 #include "every_width.h"
 
-void gracecg_lanes_whiten(int32_t widest, int32_t lanes, int32_t samples, int32_t carried, const int32_t *role,
-                          const double *gain, const double *inverse_deviation, const double *decay, double *state,
-                          double *series)
+INTERNAL void gracecg_lanes_whiten(int32_t widest, int32_t lanes, int32_t samples, int32_t carried, const int32_t *role,
+                                   const double *gain, const double *inverse_deviation, const double *decay, double *state,
+                                   double *series)
 {
     const struct filter filter = { .gain = gain, .inverse_deviation = inverse_deviation, .on = decay };
 
     CALL(whiten, &filter, lanes, samples, carried, role, state, series);
 }
 
-void gracecg_lanes_filter(int32_t widest, int32_t states, int32_t lanes, int32_t samples, int32_t carried,
-                          const int32_t *role, const int32_t *coupled, const double *output, const double *gain,
-                          const double *inverse_deviation, const double *below, const double *on, const double *above,
-                          double *state, double *series)
+INTERNAL void gracecg_lanes_filter(int32_t widest, int32_t states, int32_t lanes, int32_t samples, int32_t carried,
+                                   const int32_t *role, const int32_t *coupled, const double *output, const double *gain,
+                                   const double *inverse_deviation, const double *below, const double *on, const double *above,
+                                   double *state, double *series)
 {
     const struct filter filter = { coupled, output, gain, inverse_deviation, below, on, above };
 
     CALL(filter, &filter, states, lanes, samples, carried, role, state, series);
 }
 
-void gracecg_lanes_add_products(int32_t widest, int32_t n, int32_t stride, int32_t m, const double *rows,
-                                const double *observed, double *normal, double *rhs)
+INTERNAL void gracecg_lanes_add_products(int32_t widest, int32_t n, int32_t stride, int32_t m, const double *rows,
+                                         const double *observed, double *normal, double *rhs)
 {
     CALL(add_products, n, stride, m, rows, observed, normal, rhs);
 }
 
-void gracecg_lanes_carry(int32_t widest, int32_t lanes, int32_t steps, double interval, const double *omega,
-                         const double *a, const double *b, const double *f, double *columns)
+INTERNAL void gracecg_lanes_carry(int32_t widest, int32_t lanes, int32_t steps, double interval, const double *omega,
+                                  const double *a, const double *b, const double *f, double *columns)
 {
     CALL(carry, lanes, steps, interval, omega, a, b, f, columns);
 }
 
-void gracecg_lanes_combine(int32_t widest, int32_t lanes, int32_t stride, int32_t n, int32_t m, const double *columns,
-                           const double *weights, double *combined)
+INTERNAL void gracecg_lanes_combine(int32_t widest, int32_t lanes, int32_t stride, int32_t n, int32_t m, const double *columns,
+                                    const double *weights, double *combined)
 {
     CALL(combine, lanes, stride, n, m, columns, weights, combined);
 }
 
-void gracecg_lanes_reflect(int32_t widest, int32_t lanes, int32_t column, int32_t n, double *row, double *others)
+INTERNAL void gracecg_lanes_reflect(int32_t widest, int32_t lanes, int32_t column, int32_t n, double *row, double *others)
 {
     CALL(reflect, lanes, column - 1, n, row, others);
 }

@@ -27,6 +27,9 @@
 
 #define INLINE static inline __attribute__((always_inline))
 
+/* A function that the library's Fortran calls; the shared library does not show it. */
+#define INTERNAL __attribute__((visibility("hidden")))
+
 /* The processor's answer is read from a table that was filled when the program started. */
 #ifdef __x86_64__
 #define CALL(name, ...) \

@@ -48,22 +48,22 @@ INLINE double total_of(const double *value)
 #include "../base/every_width.h"
 
 /* Sums PHI to DZ at the place q; vectors of at most `widest` numbers */
-void gracecg_harmonic_sums_first(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
-                                 const double *q, double *sums)
+INTERNAL void gracecg_harmonic_sums_first(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                                          const double *q, double *sums)
 {
     CALL(sum_first, blocks, orders, first, steps, q, sums);
 }
 
 /* All sums at the place q */
-void gracecg_harmonic_sums_second(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
-                                  const double *q, double *sums)
+INTERNAL void gracecg_harmonic_sums_second(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                                           const double *q, double *sums)
 {
     CALL(sum_second, blocks, orders, first, steps, q, sums);
 }
 
 /* Sums PHI to DZ at PLACES places */
-void gracecg_harmonic_sums_places(int32_t widest, int32_t orders, const int32_t *first, steps_t steps,
-                                  const double (*q)[PLACES], double (*sums)[PLACES])
+INTERNAL void gracecg_harmonic_sums_places(int32_t widest, int32_t orders, const int32_t *first, steps_t steps,
+                                           const double (*q)[PLACES], double (*sums)[PLACES])
 {
     CALL(sum_places, orders, first, steps, q, sums);
 }
