@@ -70,7 +70,7 @@ contains
     !> conceivable, and that the estimate does not refuse, are left out. Fails when the case cannot be simulated.
     subroutine find_detectable_values(calibration, threads, list, error, progress)
         type(calibration_t), intent(in) :: calibration
-        integer, intent(in) :: threads
+        integer, intent(in) :: threads      !! 1 and more
         type(wrong_belief_t), allocatable, intent(inout) :: list(:)     !! All OF_VALUE; their values are where it starts
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress          !! Counts the beliefs
@@ -106,7 +106,7 @@ contains
     subroutine find_value(self, i, error)
         class(search_t), intent(inout) :: self
         integer, intent(in) :: i
-        type(error_t), allocatable, intent(out) :: error    !! Never: an estimate that fails finds the belief
+        type(error_t), allocatable, intent(out) :: error    !! None; an estimate that fails finds the belief
 
         real(dp) :: lower, upper, reached, expected
         integer :: try

@@ -66,7 +66,7 @@ contains
     !> The samples of an axis, whitened by its process.
     pure subroutine whiten_axis(problem, axis, remainder)
         type(filter_problem_t), intent(inout) :: problem
-        integer, intent(in) :: axis
+        integer, intent(in) :: axis     !! 1, 2, 3
         real(dp), intent(out) :: remainder(:, :)        !! (m + 1, samples)
 
         call prepare_filter(problem%process(axis), problem%epoch, problem%kept(:, axis), problem%filter(axis))
