@@ -87,10 +87,10 @@ EOF
 }
 
 # The sources of the library: what its doors use, directly or not, with the submodules of these modules, and the
-# kernels in C. A module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
+# kernels in C but the program's. A module gracecg_FLOOR_ROOM stands in src/FLOOR, in ROOM.f90.
 library_sources() {
     local waiting=(src/gracecg.f90 src/interface/*.f90) seen=' ' source floor room submodule
-    find src -name '*.c'
+    find src -name '*.c' ! -path 'src/cli/*'
     while [ "${#waiting[@]}" -gt 0 ]; do
         source=${waiting[0]}
         waiting=("${waiting[@]:1}")

@@ -35,28 +35,33 @@ contains
     end subroutine gather_information
 
     !> Moves a problem to other values of what is joined, and all else to what then fits best: the point at which
-    !> several runs agree. Fails as gather_information does.
+    !> several runs agree. All else first follows as the information gathered before says. Fails as gather_information does.
     subroutine move_joined(knowledge, options, values, problem, information, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         real(dp), intent(in) :: values(JOINED_COUNT)    !! Of JOINED, SI units
         type(whitened_problem_t), intent(inout) :: problem
-        type(run_information_t), intent(out) :: information
+        type(run_information_t), intent(inout) :: information   !! At the problem's state; at that where it is moved to
         type(error_t), allocatable, intent(out) :: error
 
         type(whitened_problem_t) :: wider
         real(dp), allocatable :: own_step(:), correction(:)
         real(dp) :: in_sigmas
-        integer :: i, n
+        integer :: i
 
         call widen(knowledge, options, problem, wider, error)
         if (allocated(error)) return
+        if (allocated(information%own_by_joined)) then
+            associate (change => values - wider%state%value(JOINED))
+                correction = [spread(0.0_dp, 1, JOINED_COUNT), matmul(information%own_by_joined, change)]
+            end associate
+            call wider%correct(correction)
+        end if
         wider%state%value(JOINED) = values
         do i = 0, STEPS
             call reduce(knowledge, problem, wider, information, own_step, error, in_sigmas)
             if (allocated(error) .or. i == STEPS) exit
             if (in_sigmas <= SETTLED) exit
-            n = size(own_step)
             correction = [spread(0.0_dp, 1, JOINED_COUNT), own_step]
             call wider%correct(correction)
         end do
@@ -118,6 +123,7 @@ contains
             if (allocated(error)) return
             if (present(in_sigmas)) in_sigmas = maxval([(abs(own_step(i))/sqrt(inverse(i, i)), i=1, size(own_step))])
             gain = matmul(cross, inverse)
+            information%own_by_joined = -transpose(gain)
             information%matrix = normal(:JOINED_COUNT, :JOINED_COUNT) - matmul(gain, transpose(cross))
             information%matrix = (information%matrix + transpose(information%matrix))/2
             information%rhs = rhs(:JOINED_COUNT) - matmul(gain, own)

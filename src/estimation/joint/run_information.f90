@@ -41,6 +41,8 @@ module gracecg_estimation_run_information
         integer :: redundancy = 0           !! Observations less the parameters of the run alone
         logical :: estimated(JOINED_COUNT) = .false.        !! In the run's own estimate
         real(dp) :: prior_sigma(JOINED_COUNT) = 0           !! A-priori knowledge, SI units; 0: none
+        real(dp), allocatable :: own_by_joined(:, :)
+        !! How the parameters of the run alone follow JOINED in the best fit, by SI units; not saved
         real(dp) :: belief(BELIEFS_COUNT) = 0   !! What JOINED beside the offset are errors of
     end type run_information_t
 
