@@ -52,7 +52,8 @@ module gracecg_estimation_arc_chain
 
     integer, parameter :: MOST_ROUNDS = 4
     !! Of linearising anew, a choice
-    real(dp), parameter :: SETTLED = 0.1_dp    !! Change of the offset that ends them, in sigmas: a choice
+    real(dp), parameter :: SETTLED = 0.1_dp
+    !! Change of the offset, or that which the next round would make, that ends them, in sigmas: a choice
 
     character(*), parameter :: SINGULAR = 'the normal matrix is singular'
     !! In the message of who solves normal equations that determine nothing
@@ -178,7 +179,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
-        real(dp) :: before(3), offset(3, size(work%arcs)), sigma(3, size(work%arcs))
+        real(dp) :: before(3), offset(3, size(work%arcs)), sigma(3, size(work%arcs)), change, last_change
         integer :: round, i, k
 
         call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
@@ -187,11 +188,20 @@ contains
                      offset)
         call of_arcs(work%arcs%joined, reshape([(solution%runs(i)%sigma, i=1, size(solution%runs))], [3, size(solution%runs)]), &
                      sigma)
+        ! first about the mean of what the arcs say alone: the joint estimate of many is worse (theory.md, 19.1)
+        do i = 1, 3
+            before(i) = sum(offset(i, :)/sigma(i, :)**2, work%arcs%joined)/sum(1/sigma(i, :)**2, work%arcs%joined)
+        end do
         allocate (work%point(JOINED_COUNT, size(work%arcs)), source=0.0_dp)
+        do i = 1, size(work%arcs)
+            if (work%arcs(i)%joined) work%point(:, i) = [before, work%arcs(i)%information%point(size(before) + 1:)]
+        end do
         do round = 1, MOST_ROUNDS
-            before = solution%offset
-            call of_arcs(work%arcs%joined, reshape([(solution%runs(k)%point, k=1, size(solution%runs))], &
-                                                   [JOINED_COUNT, size(solution%runs)]), work%point)
+            if (round > 1) then
+                before = solution%offset
+                call of_arcs(work%arcs%joined, reshape([(solution%runs(k)%point, k=1, size(solution%runs))], &
+                                                       [JOINED_COUNT, size(solution%runs)]), work%point)
+            end if
             call expect_pieces(progress, size(work%arcs), 'arcs once more')
             call run_parallel(work, size(work%arcs), threads, error, progress)
             if (allocated(error)) return
@@ -202,7 +212,12 @@ contains
             call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
             if (.not. allocated(error)) call leave_out_apart(work, solution, error)
             if (allocated(error)) return
-            if (all(abs(solution%offset - before) <= SETTLED*[(sqrt(solution%covariance(i, i)), i=1, 3)])) exit
+            change = maxval(abs(solution%offset - before)/[(sqrt(solution%covariance(i, i)), i=1, 3)])
+            if (change <= SETTLED) exit
+            if (round > 1) then         ! the next change, as this one came after the last
+                if (change < last_change .and. change*change/last_change <= SETTLED) exit
+            end if
+            last_change = change
         end do
         k = 0
         do i = 1, size(work%arcs)
@@ -246,7 +261,7 @@ contains
 
         integer :: i, k
 
-        placed = 0
+        placed = 1
         k = 0
         do i = 1, size(joined)
             if (.not. joined(i)) cycle
