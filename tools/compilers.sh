@@ -44,7 +44,7 @@ in_chroot() {
     mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"    # a test needs a folder that nobody can write
     mkdir -p "$root/gracecg"
     find "$root/gracecg" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
-    git ls-files -co --exclude-standard | tar cf - -T - | tar xf - -C "$root/gracecg"
+    git ls-files -co --exclude-standard | tar cf - -T - | tar xmf - -C "$root/gracecg"
     exec chroot "$root" env JOBS="${JOBS:-1}" /gracecg/tools/compilers.sh "$@"
 }
 
