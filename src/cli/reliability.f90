@@ -59,7 +59,7 @@ contains
         type(string_t), allocatable :: algorithms(:)
         character(:), allocatable :: only, path
         integer(i8) :: seed
-        integer :: runs, threads, i
+        integer :: runs, threads, with_value, i
 
         call arguments%get('--algorithms', algorithms, misuse, default='optimal', choices=ESTIMATOR_NAMES)
         call arguments%get('--only', only, misuse, default='')
@@ -85,6 +85,7 @@ contains
                 call beliefs_with_value(calibrations(i), list, error)
                 if (allocated(error)) return
                 list = chosen(list)
+                with_value = size(list)
                 call find_detectable_values(calibrations(i), threads, list, error, console)
                 if (allocated(error)) return
             end if
@@ -94,8 +95,9 @@ contains
             call console%next_part()
             call add_rows(trim(calibrations(i)%case%name), tallies, table)
             all_tallies = [all_tallies, tallies]
+            if (arguments%has('--power')) &
+                call show_power(trim(calibrations(i)%case%name), with_value, size(list), tallies, console)
         end do
-        if (arguments%has('--power')) call show_power(all_tallies, console)
         do i = 1, size(algorithms)
             call show(algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == algorithms(i)%text), console)
         end do
@@ -146,20 +148,26 @@ contains
         end do
     end subroutine add_rows
 
-    !> How often each belief's own test found it.
-    subroutine show_power(tallies, console)
+    !> How often each belief's own test found it in a case.
+    subroutine show_power(name, with_value, looked_for, tallies, console)
+        character(*), intent(in) :: name        !! Of the case
+        integer, intent(in) :: with_value       !! Beliefs of which `bound` states a value
+        integer, intent(in) :: looked_for       !! Those of which fits find one
         type(tally_t), intent(in) :: tallies(:)
         type(console_t), intent(inout) :: console
 
         character(120) :: line
         integer :: i
 
-        write (line, '(t3, a, t40, a, t58, a, t74, a)') 'belief', 'wrong by', 'times bound''s', 'found by its own test'
+        call console%line(name//': '//integer_text(looked_for)//' of '//integer_text(with_value)// &
+                          ' beliefs have a value that fits without noise find in 80 of 100 runs')
+        write (line, '(t3, a, t40, a, t56, a, t70, a, t82, a)') 'belief', 'wrong by', 'times bound''s', 'algorithm', &
+            'found by its own test'
         call console%line(trim(line))
         do i = 1, size(tallies)
             associate (t => tallies(i))
-                write (line, '(t3, a, t40, a, t58, f6.2, t74, f6.1, a)') trim(subject_of(t%wrong)), trim(size_text(t%wrong)), &
-                    t%times, 100*t%found/real(t%runs, dp), ' %'
+                write (line, '(t3, a, t40, a, t56, f6.2, t70, a, t82, f6.1, a)') trim(subject_of(t%wrong)), &
+                    trim(size_text(t%wrong)), t%times, trim(t%algorithm), 100*t%found/real(t%runs, dp), ' %'
                 call console%line(trim(line))
             end associate
         end do

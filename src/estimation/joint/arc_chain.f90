@@ -180,6 +180,7 @@ contains
         class(progress_t), intent(inout), optional :: progress
 
         real(dp) :: before(3), offset(3, size(work%arcs)), sigma(3, size(work%arcs)), change, last_change
+        real(dp), allocatable :: weight(:)
         integer :: round, i, k
 
         call estimate_jointly(pack(work%arcs%information, work%arcs%joined), work%joint, solution, error)
@@ -190,7 +191,8 @@ contains
                      sigma)
         ! first about the mean of what the arcs say alone: the joint estimate of many is worse (theory.md, 19.1)
         do i = 1, 3
-            before(i) = sum(offset(i, :)/sigma(i, :)**2, work%arcs%joined)/sum(1/sigma(i, :)**2, work%arcs%joined)
+            weight = [(1/solution%runs(k)%sigma(i)**2, k=1, size(solution%runs))]
+            before(i) = sum(weight*[(solution%runs(k)%offset(i), k=1, size(solution%runs))])/sum(weight)
         end do
         allocate (work%point(JOINED_COUNT, size(work%arcs)), source=0.0_dp)
         do i = 1, size(work%arcs)
@@ -261,7 +263,7 @@ contains
 
         integer :: i, k
 
-        placed = 1
+        placed = 0
         k = 0
         do i = 1, size(joined)
             if (.not. joined(i)) cycle
