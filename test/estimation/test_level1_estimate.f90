@@ -92,6 +92,7 @@ contains
                     new_unittest('lag-of-firings', test_firings), &
                     new_unittest('heads-together', test_heads), &
                     new_unittest('noise-of-angles', test_angle_noise), &
+                    new_unittest('noise-that-rises', test_rising_noise), &
                     new_unittest('axes-of-gyros', test_gyro_axes), &
                     new_unittest('steps-between-samples', test_joined), &
                     new_unittest('over-midnight', test_midnight), &
@@ -698,6 +699,52 @@ contains
         ! 3 but for chance, 0.7 with 12 draws, and the tails that angles' noise in the columns of d makes
         call check(error, squares > 1.2_dp .and. squares < 6, real_text(squares))
     end subroutine test_angle_noise
+
+    !> Noise whose density in the band rises sixfold: sigma is that at the frequencies of the rods, not the mean of the band's.
+    subroutine test_rising_noise(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        integer, parameter :: DRAWS = 100
+        real(dp), parameter :: WHITE = 2.5e-10_dp, DIFFERENCES = 2.6e-9_dp      ! m/s^2
+        type(level1_calibration_t) :: calibration, noisy
+        type(level1_estimate_t) :: estimate
+        type(consider_t) :: nothing(0)
+        type(level1_solution_t) :: solution
+        type(error_t), allocatable :: failure
+        type(random_stream_t) :: stream
+        real(dp) :: squares, left(3), x(3), covariance(3, 3), condition, now, before
+        integer :: draw, i, k, axis
+
+        call estimate_day('l1_rising', flaws_t(spans=2), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        stream = new_stream(72_i8, 1, 1, 1, 1)
+        squares = 0
+        do draw = 1, DRAWS
+            noisy = calibration
+            solution = level1_solution_t(source='torque+cal')
+            do i = 1, size(noisy%spans)
+                do axis = 1, 3
+                    before = stream%normal()
+                    do k = 1, size(noisy%spans(i)%time)
+                        now = stream%normal()
+                        noisy%spans(i)%linear(axis, k) = noisy%spans(i)%linear(axis, k) + WHITE*stream%normal() + &
+                            DIFFERENCES*(now - before)
+                        before = now
+                    end do
+                end do
+            end do
+            call solve_offset(noisy, estimate%motion, estimate%solutions(1)%series, nothing, [.true., .true., .true.], 'none', &
+                              [1e-30_dp, 1e-30_dp], 0.0_dp, solution, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            left = solution%offset - OFFSET
+            call solve_normal_equations(solution%covariance, left, x, covariance, condition, failure)
+            squares = squares + dot_product(left, x)/DRAWS
+        end do
+        ! 3 but for chance, 0.25, and a slope that is not an exponential; 1.25 by the mean of the band
+        call check(error, squares > 2 .and. squares < 3.5_dp, real_text(squares))
+    end subroutine test_rising_noise
 
     !> Axes of gyros by star cameras with ten times their noise about x and z: none too small.
     subroutine test_gyro_axes(error)

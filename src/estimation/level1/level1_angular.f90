@@ -32,7 +32,7 @@ module gracecg_estimation_level1_angular
         real(dp), allocatable :: rate(:, :)         !! rad/s
         real(dp), allocatable :: up(:, :)    !! Unit vector from the Earth's centre, SRF
         real(dp), allocatable :: gradient(:)        !! 1/s^2
-        real(dp), allocatable :: band(:, :)         !! Orthonormal basis of the band without the polynomial: sample, column
+        real(dp), allocatable :: band(:, :)         !! Orthonormal basis of the band without polynomial and ends: sample, column
     end type level1_motion_t
 
     type :: angular_calibration_t
@@ -50,20 +50,24 @@ module gracecg_estimation_level1_angular
 
 contains
 
-    !> An orthonormal basis of the band at a span's samples, without its polynomial.
+    !> An orthonormal basis of the band at a span's samples, without its polynomial and its ends.
     subroutine band_columns(times, band, columns)
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: band(2)             !! Hz
         real(dp), allocatable, intent(out) :: columns(:, :)    !! Sample, column
 
-        real(dp) :: polynomial(size(times), NUISANCE_DEGREE + 1)
+        real(dp) :: unwanted(size(times), NUISANCE_DEGREE + 2)
         real(dp), allocatable :: basis(:, :), nuisance(:, :)
         integer :: k
 
         call band_basis(times, band(1), band(2), basis)
-        call polynomial_columns(times, NUISANCE_DEGREE, polynomial)
-        ! The polynomial as the band sees it is estimated with the rest: what remains of the band is used.
-        nuisance = matmul(transpose(basis), polynomial)
+        call polynomial_columns(times, NUISANCE_DEGREE, unwanted(:, :NUISANCE_DEGREE + 1))
+        ! Noise above the band, cut off at both ends, comes into it: int y cos(2 pi k t/T) dt has the difference of int y dt at
+        ! the ends, alike for all k, as a sample there would have it.
+        unwanted(:, NUISANCE_DEGREE + 2) = 0
+        unwanted([1, size(times)], NUISANCE_DEGREE + 2) = 1
+        ! The polynomial and the ends as the band sees them are estimated with the rest: what remains of the band is used.
+        nuisance = matmul(transpose(basis), unwanted)
         call orthonormalise(nuisance)
         allocate (columns(size(times), size(basis, 2)))
         columns = basis

@@ -3,7 +3,7 @@
 !>     y_a = [wd x d + w x (w x d) + mu/r^3 (d - 3 c (c.d))]_a + polynomial + sum_k (L_ak I_k + K_ak dI_k/dt)
 !>
 !> with one L and one K for all spans and a polynomial by span; observations and columns are projected on a band of
-!> frequencies, axes weighted by their residuals.
+!> frequencies and weighted by the density of their residuals, which has for each axis a level and a tilt in the band.
 module gracecg_estimation_level1_offset
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, NANOTESLA
@@ -68,9 +68,10 @@ module gracecg_estimation_level1_offset
         character(200) :: reason = ''                   !! Why not 0
     end type level1_solution_t
 
-    !> One span and axis in the band
+    !> One span and axis in the band, each column divided by its amplitude
     type :: block_t
         integer :: axis = 0, span = 0
+        real(dp), allocatable :: amplitude(:)   !! Of the noise, relative to the middle of the band
         real(dp), allocatable :: rows(:, :)     !! Parameter, band column
         real(dp), allocatable :: observed(:)
         real(dp), allocatable :: others(:, :)   !! Considered accelerations: band column, each
@@ -144,7 +145,7 @@ contains
 
         type(block_t), allocatable :: blocks(:)
         real(dp), allocatable :: normal(:, :), rhs(:), x(:), covariance(:, :), priors(:)
-        real(dp) :: weight(3), condition, d3(3), c3(3, 3)
+        real(dp) :: weight(3), condition, d3(3), c3(3, 3), tilt(3)
         integer, allocatable :: rods(:)
         integer :: parameters, round, r, i, k, a
         character(12) :: used
@@ -175,6 +176,7 @@ contains
         end do
         weight = solution%spans/max(weight, tiny(1.0_dp))
         used = ''
+        tilt = 0
         do round = 1, WEIGHT_ROUNDS
             call accumulate(blocks, weight, normal, rhs)
             call solve_normal_equations(normal(:3, :3), rhs(:3), d3, c3, condition, error)
@@ -196,7 +198,7 @@ contains
                 call solve_normal_equations(normal, rhs, x, covariance, condition, error)
                 if (allocated(error)) return
             end if
-            call residual_weights(blocks, x, parameters, weight, solution%rms)
+            call residual_weights(blocks, x, merge(3, parameters, used == 'none'), tilt, weight, solution%rms)
         end do
         solution%offset = x(:3)
         solution%formal = covariance(:3, :3)
@@ -242,6 +244,7 @@ contains
                 b = b + 1
                 blocks(b)%axis = a
                 blocks(b)%span = i
+                allocate (blocks(b)%amplitude(m), source=1.0_dp)
                 blocks(b)%observed = matmul(calibration%spans(i)%linear(a, :), motion(i)%band)
                 allocate (blocks(b)%rows(3 + 6*r, m), source=0.0_dp)
                 blocks(b)%rows(1:3, :) = matmul(rows(a, :, :), motion(i)%band)
@@ -383,29 +386,79 @@ contains
         text = adjustl(text)
     end function direction_text
 
-    !> Weights of the axes from their residuals.
-    subroutine residual_weights(blocks, x, parameters, weight, rms)
-        type(block_t), intent(in) :: blocks(:)
+    !> Where the columns of a band lie in it, from -1 to 1: they rise in frequency.
+    pure function positions(columns) result(u)
+        integer, intent(in) :: columns
+        real(dp) :: u(columns)
+
+        integer :: k
+
+        u = [((2*k - 1 - columns)/real(columns, dp), k=1, columns)]
+    end function positions
+
+    !> Weights from the residuals: their density in the band is level*exp(tilt*u), u from -1 to 1, for each axis.
+    !> The tilt makes the likelihood of their squares, exponential numbers with that mean (P. Whittle 1953), greatest:
+    !> sum u (s/level - 1) = 0, s the squares by exp(tilt*u), which falls with the tilt.
+    subroutine residual_weights(blocks, x, parameters, tilt, weight, rms)
+        type(block_t), intent(inout) :: blocks(:)   !! The columns are divided by their amplitudes
         real(dp), intent(in) :: x(:)
-        integer, intent(in) :: parameters
-        real(dp), intent(out) :: weight(3), rms(3)
+        integer, intent(in) :: parameters           !! That were estimated
+        real(dp), intent(inout) :: tilt(3)          !! By axis
+        real(dp), intent(out) :: weight(3), rms(3)  !! RMS as observed, m/s^2
 
-        real(dp) :: squares(3)
-        integer :: i, number(3), free
+        integer, parameter :: STEPS = 20            ! Newton's
+        real(dp), parameter :: LARGEST_STEP = 1, LARGEST_TILT = 8, SETTLED = 1e-6_dp
+        real(dp), allocatable :: left(:), u(:)
+        real(dp) :: moments(0:2), step, level
+        integer :: axis, i, k, number, free
 
-        squares = 0
-        number = 0
-        do i = 1, size(blocks)
-            associate (a => blocks(i)%axis)
-                squares(a) = squares(a) + sum((blocks(i)%observed - matmul(x, blocks(i)%rows))**2)
-                number(a) = number(a) + size(blocks(i)%observed)
-            end associate
-        end do
         free = nint(parameters/3.0_dp)
-        rms = sqrt(squares/max(1, number - free))
-        weight = 1/max(rms, tiny(1.0_dp))**2
-        where (.not. rms > 0) weight = 0
+        do axis = 1, 3
+            do k = 1, STEPS
+                moments = 0
+                level = 0
+                number = 0
+                do i = 1, size(blocks)
+                    if (blocks(i)%axis /= axis) cycle
+                    u = positions(size(blocks(i)%observed))
+                    left = (blocks(i)%observed - matmul(x, blocks(i)%rows))**2
+                    level = level + sum(left*blocks(i)%amplitude**2)
+                    left = left*blocks(i)%amplitude**2*exp(-tilt(axis)*u)
+                    moments = moments + [sum(left), sum(u*left), sum(u**2*left)]
+                    number = number + size(u)
+                end do
+                if (.not. moments(2) > 0) exit
+                step = moments(1)/moments(2)
+                tilt(axis) = min(LARGEST_TILT, max(-LARGEST_TILT, tilt(axis) + min(LARGEST_STEP, max(-LARGEST_STEP, step))))
+                if (abs(step) < SETTLED) exit
+            end do
+            rms(axis) = sqrt(level/max(1, number - free))
+            weight(axis) = 0
+            if (moments(0) > 0) weight(axis) = max(1, number - free)/moments(0)
+        end do
+        do i = 1, size(blocks)
+            call divide_by_amplitude(blocks(i), exp(tilt(blocks(i)%axis)*positions(size(blocks(i)%observed))/2))
+        end do
     end subroutine residual_weights
+
+    !> Gives the columns of a block other amplitudes.
+    pure subroutine divide_by_amplitude(block, amplitude)
+        type(block_t), intent(inout) :: block
+        real(dp), intent(in) :: amplitude(:)
+
+        real(dp) :: factor(size(amplitude))
+        integer :: k
+
+        factor = block%amplitude/amplitude
+        block%amplitude = amplitude
+        block%observed = block%observed*factor
+        do k = 1, size(factor)
+            block%rows(:, k) = block%rows(:, k)*factor(k)
+            block%others(k, :) = block%others(k, :)*factor(k)
+            block%products(k, :) = block%products(k, :)*factor(k)
+            if (allocated(block%patterns)) block%patterns(k, :) = block%patterns(k, :)*factor(k)
+        end do
+    end subroutine divide_by_amplitude
 
     !> Adds to the covariance of d what is considered: its effect on d by least squares, times its sigma.
     subroutine consider(blocks, weight, x, covariance, considered, scale_sigma, prior, r, solution, error, proportional)
@@ -491,20 +544,22 @@ contains
 
         real(dp), parameter :: LARGEST_SHARE = 0.2_dp   ! Of d, that is lost
         real(dp), allocatable :: change(:, :)
-        real(dp) :: squares, lost(3), d(3), shares(3), vectors(3, 3), power(3), among
+        real(dp) :: squares(3), lost(3), d(3), shares(3), vectors(3, 3), power(3), among
         integer :: i, k, axis, next, last
 
         lost = 0        ! the diagonal of M
         among = 0
         do i = 1, size(blocks), 3
             if (.not. allocated(blocks(i)%patterns)) return
-            squares = sum(blocks(i)%patterns**2)
             among = among + size(blocks(i)%observed)
-            do axis = 1, 3
-                next = modulo(axis, 3) + 1
-                last = modulo(axis + 1, 3) + 1
-                lost(axis) = lost(axis) + squares*(blocks(i)%noise(last)**2*weight(next) + blocks(i)%noise(next)**2*weight(last))
-            end do
+            associate (span => blocks(i:i + 2), noise => blocks(i)%noise)
+                squares = [(sum(span(axis)%patterns**2), axis=1, 3)]
+                do axis = 1, 3
+                    next = modulo(axis, 3) + 1
+                    last = modulo(axis + 1, 3) + 1
+                    lost(axis) = lost(axis) + squares(next)*noise(last)**2*weight(next) + squares(last)*noise(next)**2*weight(last)
+                end do
+            end associate
         end do
         call symmetric_eigen(covariance(:3, :3)*sqrt(spread(lost, 1, 3)*spread(lost, 2, 3)), shares, vectors, error)
         if (allocated(error)) return
@@ -518,15 +573,16 @@ contains
         power = 0
         do i = 1, size(blocks), 3
             associate (span => blocks(i:i + 2), noise => blocks(i)%noise)
-                squares = sum(span(1)%patterns**2)
+                squares = [(sum(span(axis)%patterns**2), axis=1, 3)]
                 do axis = 1, 3      ! of the noise
                     next = modulo(axis, 3) + 1
                     last = modulo(axis + 1, 3) + 1
                     change = noise(axis)*matmul(covariance(:3, :), &
-                        matmul(weight(last)*d(next)*span(last)%rows - weight(next)*d(last)*span(next)%rows, span(1)%patterns))
+                        weight(last)*d(next)*matmul(span(last)%rows, span(last)%patterns) - &
+                        weight(next)*d(last)*matmul(span(next)%rows, span(next)%patterns))
                     solution%covariance = solution%covariance + matmul(change, transpose(change))
-                    power(last) = power(last) + squares*(noise(axis)*d(next))**2/among
-                    power(next) = power(next) + squares*(noise(axis)*d(last))**2/among
+                    power(last) = power(last) + squares(last)*(noise(axis)*d(next))**2/among
+                    power(next) = power(next) + squares(next)*(noise(axis)*d(last))**2/among
                 end do
             end associate
         end do
@@ -567,7 +623,7 @@ contains
                 call normal_equations(partials, left, part, part_rhs)
                 normal = normal + weight(blocks(k)%axis)*part
                 rhs = rhs + weight(blocks(k)%axis)*part_rhs
-                left = left - matmul(x(:3), partials)
+                left = (left - matmul(x(:3), partials))*blocks(k)%amplitude
                 solution%span_rms(blocks(k)%axis, i) = sqrt(sum(left**2)/size(left))
                 half = size(left)/2     ! columns of the band rise in frequency
                 halves(1, blocks(k)%axis) = halves(1, blocks(k)%axis) + sum(left(:half)**2)/half
