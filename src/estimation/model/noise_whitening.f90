@@ -241,11 +241,18 @@ contains
     end subroutine step_row
 
     !> Whitens several series in place.
-    pure subroutine whiten(self, series)
+    pure subroutine whiten(self, series, from)
         class(whitener_t), intent(in) :: self
         real(dp), intent(inout) :: series(:, :)         !! (series, samples)
+        integer, intent(in), optional :: from
+        !! Number of the first of these samples; the series are zero before it. Absent: 1
 
-        call filter_all(N_POLES, role_of(self%used, .false.), self%gain, self%inverse_deviation, self%decay, series)
+        integer :: first
+
+        first = 1
+        if (present(from)) first = from
+        call filter_all(N_POLES, role_of(self%used(first:), .false.), self%gain(:, first:), self%inverse_deviation(first:), &
+                        self%decay(:, first:), series)
     end subroutine whiten
 
     !> Whitens one series in place.

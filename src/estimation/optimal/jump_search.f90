@@ -7,7 +7,7 @@
 !> work grows with the arc's length, not with its square.
 module gracecg_estimation_jump_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_lanes, only: lanes_combine, WIDEST
+    use gracecg_base_lanes, only: lanes_combine, MOST_LANES, WIDEST
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_processor, only: batch_solution_t
     implicit none
@@ -71,28 +71,33 @@ contains
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         integer, intent(in) :: axis
-        integer, intent(in) :: places(:)        !! The first sample of each step
+        integer, intent(in) :: places(:)        !! The first sample of each step, rising
         real(dp) :: gains(size(places))
 
-        real(dp) :: steps(size(places), size(problem%data%accelerometer_epoch))
-        real(dp) :: with_others(size(batch%inverse, 1), size(places)), score, whole, information
-        integer :: i, first
+        real(dp) :: score, whole, information
+        real(dp), dimension(min(MOST_LANES, size(places)), size(problem%data%accelerometer_epoch)) :: steps
+        real(dp) :: with_others(size(batch%inverse, 1), size(steps, 1))
+        integer :: done, count, from, first, i, n, samples
 
-        steps = 0
-        do i = 1, size(places)
-            steps(i, max(1, places(i)):) = 1
-        end do
-        call problem%whiteners(axis)%whiten(steps)
-        first = problem%star_rows + axis
-        associate (n => size(with_others, 1), samples => size(steps, 2))
-            call lanes_combine(WIDEST, n, 3*n, samples, size(places), batch%gain(:, first:), steps, with_others)
-        end associate
         gains = 0
-        do i = 1, size(places)
-            score = dot_product(steps(i, :), batch%residuals(first:problem%star_rows + problem%acceleration_rows:3))
-            whole = dot_product(steps(i, :), steps(i, :))
-            information = whole - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
-            if (information > LEAST_SEPARATE*whole) gains(i) = score**2/information
+        do done = 0, size(places) - 1, size(steps, 1)
+            count = min(size(steps, 1), size(places) - done)
+            from = max(1, places(done + 1))     ! before it all of them are 0
+            samples = size(steps, 2) - from + 1
+            first = problem%star_rows + 3*(from - 1) + axis
+            n = size(with_others, 1)
+            steps = 0
+            do i = 1, count
+                steps(i, max(1, places(done + i)) - from + 1:samples) = 1
+            end do
+            call problem%whiteners(axis)%whiten(steps(:, :samples), from)
+            call lanes_combine(WIDEST, n, 3*n, samples, size(steps, 1), batch%gain(:, first:), steps, with_others)
+            do i = 1, count
+                score = dot_product(steps(i, :samples), batch%residuals(first:problem%star_rows + problem%acceleration_rows:3))
+                whole = dot_product(steps(i, :samples), steps(i, :samples))
+                information = whole - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
+                if (information > LEAST_SEPARATE*whole) gains(done + i) = score**2/information
+            end do
         end do
     end function gains_at
 

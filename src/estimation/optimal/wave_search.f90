@@ -8,8 +8,7 @@
 !> chi-square with two degrees of freedom at each frequency.
 module gracecg_estimation_wave_search
     use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_lanes, only: lanes_combine, WIDEST
+    use gracecg_base_lanes, only: lanes_combine, lanes_sines_cosines, lanes_of, WIDEST
     use gracecg_base_spectrum, only: strongest_line
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     use gracecg_estimation_batch_processor, only: batch_solution_t
@@ -23,8 +22,10 @@ module gracecg_estimation_wave_search
     real(dp), parameter :: LEAST_CYCLES = 1.5_dp        !! In the arc: a slower wave looks like drift
     real(dp), parameter :: HIGHEST_FREQUENCY = 1.0_dp   !! Hz
     real(dp), parameter :: NEAR_LINE = 0.25_dp          !! Where the frequency is looked for, in units of 1/arc
-    integer, parameter :: REFINEMENTS = 8               !! Of the golden section: to 0.005/arc, from where the fit finds it
-    real(dp), parameter :: GOLDEN = (sqrt(5.0_dp) - 1)/2
+    integer, parameter :: FREQUENCIES = 8
+    !! Looked at there, side by side: a parabola through the best three has its top within 0.001/arc of the line's, from
+    !! where the fit finds it
+    real(dp), parameter :: LEAST_SEPARATE = 1e-12_dp    !! Determinant of S, its diagonal 1
 
     !> A wave in the residuals.
     type :: density_wave_found_t
@@ -41,79 +42,90 @@ contains
         type(batch_solution_t), intent(in) :: batch     !! Of this problem
         type(density_wave_found_t) :: wave
 
-        real(dp) :: line, frequency, low, high, inner(2), value(2), arc
+        real(dp) :: line, middle, arc, spacing, gain(FREQUENCIES), one(1), amplitude(2, 1), curvature
         real(dp) :: along(3, size(problem%data%accelerometer_epoch))    ! the airflow, body axes
         integer :: i
 
         arc = problem%model%steps*problem%model%interval
-        call line_along_airflow(problem, batch, arc, line, frequency)
+        call line_along_airflow(problem, batch, arc, line, middle)
         if (line < LEAST_GAIN) return
         do i = 1, size(along, 2)
             along(:, i) = airflow_at(problem%model, problem%state%quaternion, problem%data%accelerometer_epoch(i))
         end do
-        low = frequency - NEAR_LINE/arc
-        high = frequency + NEAR_LINE/arc
-        inner = [high - GOLDEN*(high - low), low + GOLDEN*(high - low)]
-        value = [gain_at(inner(1)), gain_at(inner(2))]
-        do i = 1, REFINEMENTS
-            if (value(1) > value(2)) then
-                high = inner(2)
-                inner = [high - GOLDEN*(high - low), inner(1)]
-                value = [gain_at(inner(1)), value(1)]
-            else
-                low = inner(1)
-                inner = [inner(2), low + GOLDEN*(high - low)]
-                value = [value(2), gain_at(inner(2))]
-            end if
-        end do
-        wave%frequency = (low + high)/2
-        wave%found = gain_at(wave%frequency, wave%amplitude) >= LEAST_GAIN
-
-    contains
-
-        !> g^T S^-1 g at a frequency, and S^-1 g.
-        real(dp) function gain_at(at, amplitude) result(gain)
-            real(dp), intent(in) :: at                          !! Hz
-            real(dp), intent(out), optional :: amplitude(2)
-
-            real(dp) :: columns(2, problem%acceleration_rows), with_others(size(batch%inverse, 1), 2)
-            real(dp) :: information(2, 2), score(2), solution(2), wave(2), angle, determinant
-            integer :: k, axis, first
-
-            do k = 1, size(problem%data%accelerometer_epoch)
-                angle = TWO_PI*at*problem%data%accelerometer_epoch(k)*problem%model%interval
-                wave = [sin(angle), cos(angle)]
-                do axis = 1, 3
-                    columns(:, 3*k - 3 + axis) = along(axis, k)*wave
-                end do
-            end do
-            do axis = 1, 3
-                call problem%whiteners(axis)%whiten(columns(:, axis::3))
-            end do
-            first = problem%star_rows
-            score = 0
-            information = 0
-            do k = 1, problem%acceleration_rows
-                score = score + columns(:, k)*batch%residuals(first + k)
-                do axis = 1, 2
-                    information(:, axis) = information(:, axis) + columns(:, k)*columns(axis, k)
-                end do
-            end do
-            associate (n => size(with_others, 1), rows => problem%acceleration_rows)
-                call lanes_combine(WIDEST, n, n, rows, 2, batch%gain(:, first + 1:first + rows), columns, with_others)
-            end associate
-            information = information - matmul(transpose(with_others), matmul(batch%inverse, with_others))
-            gain = 0
-            solution = 0
-            determinant = information(1, 1)*information(2, 2) - information(1, 2)**2
-            if (determinant > 1e-12_dp*information(1, 1)*information(2, 2)) then
-                solution = [information(2, 2)*score(1) - information(1, 2)*score(2), &
-                            information(1, 1)*score(2) - information(1, 2)*score(1)]/determinant
-                gain = dot_product(score, solution)
-            end if
-            if (present(amplitude)) amplitude = solution
-        end function gain_at
+        spacing = 2*NEAR_LINE/arc/(FREQUENCIES - 1)
+        call find_gains(problem, batch, along, [(middle - NEAR_LINE/arc + i*spacing, i=0, FREQUENCIES - 1)], gain)
+        i = min(FREQUENCIES - 1, max(2, maxloc(gain, 1)))
+        curvature = gain(i - 1) - 2*gain(i) + gain(i + 1)
+        wave%frequency = middle - NEAR_LINE/arc + (i - 1)*spacing
+        if (curvature < 0) wave%frequency = wave%frequency + &
+            spacing*min(1.0_dp, max(-1.0_dp, (gain(i - 1) - gain(i + 1))/(2*curvature)))
+        call find_gains(problem, batch, along, [wave%frequency], one, amplitude)
+        wave%found = one(1) >= LEAST_GAIN
+        wave%amplitude = amplitude(:, 1)
     end function search_wave
+
+    !> g^T S^-1 g at some frequencies, and S^-1 g. Their sines and cosines lie side by side.
+    subroutine find_gains(problem, batch, along, at, gain, amplitude)
+        type(whitened_problem_t), intent(in) :: problem
+        type(batch_solution_t), intent(in) :: batch     !! Of this problem
+        real(dp), intent(in) :: along(:, :)             !! The airflow, axis and sample
+        real(dp), intent(in) :: at(:)                   !! Hz
+        real(dp), intent(out) :: gain(:)                !! By frequency; 0: not told from other parameters
+        real(dp), intent(out), optional :: amplitude(:, :)  !! Of sine and cosine, frequency; m/s^2
+
+        real(dp), dimension(lanes_of(size(at)*size(along, 2))) :: turns, sines, cosines
+        real(dp) :: columns(2*size(at), 3*size(along, 2)), with_others(size(batch%inverse, 1), 2*size(at))
+        real(dp), dimension(size(at)) :: sine_sine, sine_cosine, cosine_cosine
+        real(dp) :: score(2*size(at)), determinant, solution(2)
+        integer :: i, k, axis, n, parameters, rows
+
+        n = size(at)
+        turns = 0
+        do k = 1, size(along, 2)
+            turns((k - 1)*n + 1:k*n) = at*(problem%data%accelerometer_epoch(k)*problem%model%interval)
+        end do
+        call lanes_sines_cosines(WIDEST, size(turns), turns, sines, cosines)
+        do k = 1, size(along, 2)
+            do axis = 1, 3
+                columns(:n, 3*k - 3 + axis) = along(axis, k)*sines((k - 1)*n + 1:k*n)
+                columns(n + 1:, 3*k - 3 + axis) = along(axis, k)*cosines((k - 1)*n + 1:k*n)
+            end do
+        end do
+        do axis = 1, 3
+            call problem%whiteners(axis)%whiten(columns(:, axis::3))
+        end do
+        parameters = size(with_others, 1)
+        rows = problem%acceleration_rows
+        associate (first => problem%star_rows)
+            call lanes_combine(WIDEST, parameters, parameters, rows, 2*n, batch%gain(:, first + 1:first + rows), columns, &
+                               with_others)
+            score = 0
+            sine_sine = 0
+            sine_cosine = 0
+            cosine_cosine = 0
+            do k = 1, rows
+                score = score + columns(:, k)*batch%residuals(first + k)
+                sine_sine = sine_sine + columns(:n, k)**2
+                sine_cosine = sine_cosine + columns(:n, k)*columns(n + 1:, k)
+                cosine_cosine = cosine_cosine + columns(n + 1:, k)**2
+            end do
+        end associate
+        gain = 0
+        if (present(amplitude)) amplitude = 0
+        do i = 1, n
+            associate (sine => with_others(:, i), cosine => with_others(:, n + i), s => score(i), c => score(n + i))
+                associate (ss => sine_sine(i) - dot_product(sine, matmul(batch%inverse, sine)), &
+                           sc => sine_cosine(i) - dot_product(sine, matmul(batch%inverse, cosine)), &
+                           cc => cosine_cosine(i) - dot_product(cosine, matmul(batch%inverse, cosine)))
+                    determinant = ss*cc - sc**2
+                    if (.not. determinant > LEAST_SEPARATE*ss*cc) cycle
+                    solution = [cc*s - sc*c, ss*c - sc*s]/determinant
+                    gain(i) = s*solution(1) + c*solution(2)
+                end associate
+            end associate
+            if (present(amplitude)) amplitude(:, i) = solution
+        end do
+    end subroutine find_gains
 
     !> The strongest line in the periodogram of the whitened residuals, the axes weighted as a wave
     !> along the airflow would show in them.
