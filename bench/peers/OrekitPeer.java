@@ -1,5 +1,5 @@
 // Orekit's gravity field and orbit with the coefficients of data/egm96_deg70.gfc: for bench/peers.py.
-//     OrekitPeer FOLDER gravity DEGREE | forces [dark] | orbit
+//     OrekitPeer FOLDER gravity DEGREE | forces | forces-dark | orbit
 import java.io.File;
 import java.util.ArrayList;
 import java.util.Collections;
@@ -76,8 +76,8 @@ public class OrekitPeer {
         final HolmesFeatherstoneAttractionModel model = new HolmesFeatherstoneAttractionModel(frame, provider);
         if (args[1].equals("gravity")) {
             gravity(model, provider.getMu(), degree);
-        } else if (args[1].equals("forces")) {
-            forces(provider, args.length < 3);
+        } else if (args[1].startsWith("forces")) {
+            forces(provider, args[1].equals("forces"));
         } else {
             orbit(model, provider.getMu(), frame);
         }

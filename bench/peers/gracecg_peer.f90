@@ -42,10 +42,10 @@ end module gracecg_peer_orbit
 
 !> What bench/peers.py compares with other programs: seconds a call, and numbers by which their answers are compared.
 !>
-!>     gracecg_peer gravity 20 | field | density | forces [dark] | derivative | equations | orbit
+!>     gracecg_peer gravity 20 | field | density | forces | forces-dark | derivative | equations | orbit
 !>
-!> Prints `seconds S` (the best of several repeats), `value X Y Z` for the first places, for `forces` (`dark`: the Earth
-!> neither reflects nor emits) the mean size of each, and for `orbit` a line `run TOLERANCE SECONDS X Y Z` each tolerance.
+!> Prints `seconds S` (the best of several repeats), `value X Y Z` for the first places, for the forces (dark: without the
+!> Earth's light) a line `size NAME S` each, and for `orbit` a line `run TOLERANCE SECONDS X Y Z` each tolerance.
 program gracecg_peer
     use, intrinsic :: iso_fortran_env, only: int64
     use gracecg_base_kinds, only: dp
@@ -102,8 +102,8 @@ program gracecg_peer
         call time_it(one_field, 100000)
     case ('density')
         call time_it(one_density, 100000)
-    case ('forces')
-        dynamics%with_earth_radiation = argument /= 'dark'
+    case ('forces', 'forces-dark')
+        dynamics%with_earth_radiation = task == 'forces'
         call time_it(one_force, 50000)
         call show_sizes()
     case ('derivative')
