@@ -142,7 +142,7 @@ class Orekit:
     name = "Orekit"
     unlike = {"gravity": "Java, warmed up",
               "forces": "Java, warmed up; DTM-2000 against DTM-77, a sphere against plates; Knocke's model by 205 elements, 35 of "
-                        "them in view, 1.6 % off its integral, against 19 segments, 0.6 % off; answers: gravity",
+                        "them in view, 1.6 % off its integral, against 19 segments, 0.5 % off; answers: gravity",
               "forces-dark": "Java, warmed up; DTM-2000 against DTM-77, a sphere against plates; answers: gravity",
               "orbit": "Java, warmed up; DOP853 against RKF7(8)"}
 

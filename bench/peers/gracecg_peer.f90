@@ -89,7 +89,7 @@ program gracecg_peer
     if (.not. allocated(error)) call new_geomagnetic_model('igrf14', 2020.0_dp, '', field, error)
     if (.not. allocated(error)) call report_case('front-1', case, error)
     case%earth_radiation_constants = 'knocke'
-    case%earth_radiation_centres = 'half-solid-angle'       ! 0.6 % off the integral with 19 segments
+    case%earth_radiation_centres = 'half-solid-angle'       ! 0.5 % off the integral with 19 segments
     if (.not. allocated(error)) call build_dynamics(case, dynamics, error)
     if (allocated(error)) error stop error%message
     do i = 1, PLACES
