@@ -403,7 +403,7 @@ def main():
         agreed = "" if row["difference"] is None else f"{row['difference']:.0e}"
         fields = [row["work"], row["program"], f"{row['time']:.3g} {row['unit']}", f"{row['ratio']:.2f}", agreed, row["note"]]
         print("| " + " | ".join(fields) + " |" if arguments.markdown else
-              f"{fields[0]:42}{fields[1]:24}{fields[2]:>12}{fields[3]:>8}  {fields[4]:7}{fields[5]}")
+              f"{fields[0]:44}{fields[1]:24}{fields[2]:>12}{fields[3]:>8}  {fields[4]:7}{fields[5]}")
     print(f"\n{datetime.date.today()}, {arguments.rounds} rounds, {run(['gfortran', '--version']).splitlines()[0]}")
     for line in absent:
         print(f"could not be had: {line}")
