@@ -150,7 +150,8 @@ contains
         if (options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once) &
             jump = search_jump(fit%problem, fit%batch)
         if (jump%found) then
-            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem, &
+                                 fit%batch%gain)
             wider%problem%model%jump = jump%epoch
             call settle_wider(jump%found)
             if (jump%found) call report_jump(fit%problem, solution%warnings)
@@ -272,7 +273,7 @@ contains
         wanted = [fit%problem%model%estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY]
         if (.not. any(wanted == DRAG_CURVATURE)) wanted = [wanted, DRAG_CURVATURE]
         if (any(wanted == FORCE_BENDS(1))) wanted = [wanted, AIRFLOW_TURN]
-        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem)
+        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem, fit%batch%gain)
         wider%problem%model%wave_frequency = wave%frequency
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen
