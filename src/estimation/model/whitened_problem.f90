@@ -5,7 +5,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_coloured_noise, only: noise_spectrum_t
-    use gracecg_base_lapack, only: normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_options, only: estimation_options_t
@@ -132,6 +132,10 @@ contains
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
+        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
+            problem%groups = reshape([1, stars, 1, stars + 1, last, 3, stars + 2, last, 3, stars + 3, last, 3, &
+                                      last + 1, problem%observations, 1], [3, 5])
+        end associate
         problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
         problem%linear = .false.
@@ -400,7 +404,7 @@ contains
         m = problem%observations
         allocate (partials(n, m), weights(m), residuals(m), information(n, n), rhs(n))
         call problem%linearise(partials, residuals, weights, error)
-        call normal_equations(partials, residuals, information, rhs)
+        call grouped_normal_equations(problem%groups, partials, residuals, information, rhs)
     end subroutine information_matrix
 
     !> RMS of the residuals: angles of the star camera (camera axes), and accelerometer, of the samples kept.

@@ -8,7 +8,7 @@ module gracecg_estimation_batch_processor
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text, add_context
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: normal_equations, grouped_normal_equations, solve_normal_equations
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
     implicit none
     private
@@ -19,6 +19,8 @@ module gracecg_estimation_batch_processor
         character(12), allocatable :: names(:)  !! Of the parameters, for messages
         real(dp), allocatable :: scales(:)      !! A typical size of each parameter, for convergence
         integer :: observations = 0             !! Number of scalar observations
+        integer, allocatable :: groups(:, :)
+        !! Observations that depend on the same parameters: first, last, step; see `grouped_normal_equations`. Not allocated: all
         logical :: linear = .false.             !! The observations are linear in the parameters
     contains
         procedure(linearise_interface), deferred :: linearise
@@ -179,7 +181,11 @@ contains
     contains
 
         subroutine solve()
-            call normal_equations(partials, residuals, normal, rhs, weights)
+            if (allocated(problem%groups)) then
+                call grouped_normal_equations(problem%groups, partials, residuals, normal, rhs, weights)
+            else
+                call normal_equations(partials, residuals, normal, rhs, weights)
+            end if
             call solve_normal_equations(normal, rhs, correction, solution%inverse, solution%condition, error, problem%names)
         end subroutine solve
 
