@@ -130,6 +130,8 @@ contains
             if (iteration == 1 .and. settings%keep_partials) call problem%inherit(partials, residuals, weights, inherited)
             if (inherited) then
                 call solve()
+                inherited = .not. allocated(error)
+                if (allocated(error)) deallocate (error)    ! those of this state may do
             else if (.not. fresh) then
                 call problem%compare(residuals)
                 correction = matmul(solution%inverse, matmul(partials, weights*residuals))
