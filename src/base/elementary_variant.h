@@ -1,7 +1,6 @@
 /* The loops of elementary.c for vectors of WIDTH numbers (every_width.h). */
 
-#define BITS VARIANT(bits)
-typedef uint64_t BITS __attribute__((vector_size(8*WIDTH), may_alias));
+#include "exponential_variant.h"
 
 /* Philox 4x32-10: WIDTH blocks, a word of 32 bits in each 64, from `counter` on, by words. A round is two products, two
    shifts, two masks and four exclusive ors; a product of 64 bits is eight instructions where the processor has none. */
@@ -77,6 +76,12 @@ TARGET static void VARIANT(sines_cosines)(int n, const double *turns, double *si
     }
 }
 
+/* 19 products, sums and comparisons a vector, and a quotient */
+TARGET static void VARIANT(exponentials)(int n, const double *x, double *y)
+{
+    for (int i = 0; i < n; i += WIDTH) AT(&y[i]) = VARIANT(exponential)(READ(&x[i]));
+}
+
 /* The first block alone */
 TARGET static void VARIANT(block)(const uint64_t *key, const uint64_t *counter, uint64_t *words)
 {
@@ -109,5 +114,3 @@ TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, 
         }
     }
 }
-
-#undef BITS

@@ -21,7 +21,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_radiation_acceleration, aerodynamic_load, solar_radiation_load, earth_radiation_load, gas_t, wall_t, &
+        earth_radiation_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_simulation_attitude_control, only: attitude_control_t
@@ -254,16 +254,14 @@ contains
         place = y(POSITION)
         velocity_in_air = y(VELOCITY) - air_velocity(self, place, point)
         velocity_in_air = transformed(acting%body_from_inertial, velocity_in_air)
-        if (.not. self%forces_by_plates) then
-            acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, &
-                                            air%density, velocity_in_air)
-            if (.not. with_torques) return
+        if (.not. (with_torques .or. self%forces_by_plates)) then
+            acting%drag = drag_acceleration(self%surface, self%mass, self%drag_coefficient, air%density, velocity_in_air)
+            return
         end if
         ! molecular oxygen, below 1 % of the mass above 300 km, is left out of the mean molar mass
-        load = aerodynamic_load(self%surface, self%centre_of_mass, &
-                                gas_t(air%density, air%temperature, &
-                                      mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
-                                self%wall, velocity_in_air)
+        call air_on_surface(self%surface, self%centre_of_mass, &
+                            gas_t(air%density, air%temperature, mean_molar_mass([air%n_he, air%n_o, air%n_n2])), &
+                            self%wall, velocity_in_air, self%mass, self%drag_coefficient, load, acting%drag)
         if (self%forces_by_plates) acting%drag = load%force/self%mass
         if (with_torques) acting%torque_aero = load%torque
     end subroutine air_loads
@@ -311,12 +309,10 @@ contains
             illumination = conical_shadow(place, sun)
             to_sun = transformed(acting%body_from_inertial, sun - place)
             if (with_torques .or. self%forces_by_plates) then
-                load = solar_radiation_load(self%surface, self%centre_of_mass, self%solar_irradiance, &
-                                            illumination, to_sun)
-            end if
-            if (with_torques) acting%torque_solar = load%torque
-            if (self%forces_by_plates) then
-                acting%srp = load%force/self%mass
+                call sunlight_on_surface(self%surface, self%centre_of_mass, self%solar_irradiance, illumination, to_sun, &
+                                         self%mass, self%reflectivity_sun, load, acting%srp)
+                if (self%forces_by_plates) acting%srp = load%force/self%mass
+                if (with_torques) acting%torque_solar = load%torque
             else
                 acting%srp = solar_radiation_acceleration(self%surface, self%mass, self%reflectivity_sun, &
                                                           self%solar_irradiance, illumination, to_sun)
