@@ -1,6 +1,6 @@
 /* The loops of elementary.c for vectors of WIDTH numbers (every_width.h). */
 
-#include "exponential_variant.h"
+#include "functions_variant.h"
 
 /* Philox 4x32-10: WIDTH blocks, a word of 32 bits in each 64, from `counter` on, by words. A round is two products, two
    shifts, two masks and four exclusive ors; a product of 64 bits is eight instructions where the processor has none. */

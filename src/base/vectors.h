@@ -21,11 +21,21 @@
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #else
-/* fpm calls the compiler without flags: there would be no optimisation. */
-#pragma GCC optimize("O3", "fp-contract=off")
+/* fpm calls the compiler without flags: there would be no optimisation. Nor is a root asked for its errno. */
+#pragma GCC optimize("O3", "fp-contract=off", "no-math-errno")
 #endif
 
 #define INLINE static inline __attribute__((always_inline))
+
+/* The sum of 8 numbers, as many as the widest vector has, in pairs: vectors of two numbers, which every processor has, in
+   memory that was written as wider ones */
+INLINE double total_of(const double *value)
+{
+    typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+    const pair *pairs = (const pair *)value, sum = (pairs[0] + pairs[2]) + (pairs[1] + pairs[3]);
+
+    return sum[0] + sum[1];
+}
 
 /* A function that the library's Fortran calls; the shared library does not show it. */
 #define INTERNAL __attribute__((visibility("hidden")))

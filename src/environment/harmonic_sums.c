@@ -38,12 +38,6 @@ INLINE void powers_of(double x, double y, int blocks, int orders, double *re, do
     for (int m = orders; m <= LANES*blocks; m++) re[m] = im[m] = 0;
 }
 
-/* The sum of LANES numbers, in pairs */
-INLINE double total_of(const double *value)
-{
-    return ((value[0] + value[4]) + (value[2] + value[6])) + ((value[1] + value[5]) + (value[3] + value[7]));
-}
-
 #define KERNEL "../environment/harmonic_sums_variant.h"
 #include "../base/every_width.h"
 

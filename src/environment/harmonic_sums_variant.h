@@ -16,20 +16,21 @@ TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, c
     double total[SECOND_DERIVATIVES][LANES], order[LANES];
 
     powers_of(q[0], q[1], blocks, orders, power_re, power_im);
-    for (int s = 0; s < count; s++)
-        for (int l = 0; l < LANES; l++) total[s][l] = 0;
     for (int l = 0; l < LANES; l++) order[l] = l;
 
-    for (int block = 0; block < blocks; block++)
-        for (int l = 0; l < LANES; l += WIDTH) {
-            /* k = 0: h is 1 */
+    for (int l = 0; l < LANES; l += WIDTH) {
+        VECTOR sum[SECOND_DERIVATIVES];
+        for (int s = 0; s < count; s++) sum[s] = zero;
+        for (int block = 0; block < blocks && LANES*block + l < orders; block++) {
+            /* k = 0: h is 1. The last step of a block is of its first order, the one before it of the second, ... */
             int i = first[block];
+            const int end = first[block + 1] - l;
             VECTOR h = zero + 1, next = q_z, k = zero + 1;
             VECTOR re = READ(&steps[i][F][l]), im = READ(&steps[i][F + 1][l]);
             VECTOR d_re = READ(&steps[i][DF][l]), d_im = READ(&steps[i][DF + 1][l]);
             VECTOR dd_re = READ(&steps[i][DDF][l]), dd_im = READ(&steps[i][DDF + 1][l]);
             VECTOR k_re = zero, k_im = zero, kk_re = zero, kk_im = zero, kd_re = zero, kd_im = zero;
-            for (i++; i < first[block + 1]; i++) {
+            for (i++; i < end; i++) {
                 const VECTOR after = q_z*next + minus_q_squared*READ(&steps[i][BETA][l])*h;
                 h = next;
                 next = after;
@@ -57,24 +58,26 @@ TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, c
             const VECTOR p_re = READ(&power_re[2 + m_first]), p_im = READ(&power_im[2 + m_first]);
             const VECTOR b_re = READ(&power_re[1 + m_first]), b_im = READ(&power_im[1 + m_first]);
             const VECTOR n_re = m*re + k_re, n_im = m*im + k_im;
-            AT(&total[PHI][l]) += p_re*re + p_im*im;
-            AT(&total[N_PHI][l]) += p_re*n_re + p_im*n_im;
-            AT(&total[DX][l]) += m*(b_re*re + b_im*im);
-            AT(&total[DY][l]) += m*(b_re*im - b_im*re);
-            AT(&total[DZ][l]) += b_re*d_re + b_im*d_im;
+            sum[PHI] += p_re*re + p_im*im;
+            sum[N_PHI] += p_re*n_re + p_im*n_im;
+            sum[DX] += m*(b_re*re + b_im*im);
+            sum[DY] += m*(b_re*im - b_im*re);
+            sum[DZ] += b_re*d_re + b_im*d_im;
             if (count == SECOND_DERIVATIVES) {
                 const VECTOR c_re = READ(&power_re[m_first]), c_im = READ(&power_im[m_first]);
-                AT(&total[NN_PHI][l]) += p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im);
-                AT(&total[N_DX][l]) += m*(b_re*n_re + b_im*n_im);
-                AT(&total[N_DY][l]) += m*(b_re*n_im - b_im*n_re);
-                AT(&total[N_DZ][l]) += b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im);
-                AT(&total[DXX][l]) += m*(m - 1)*(c_re*re + c_im*im);
-                AT(&total[DXY][l]) += m*(m - 1)*(c_re*im - c_im*re);
-                AT(&total[DXZ][l]) += (m - 1)*(c_re*d_re + c_im*d_im);
-                AT(&total[DYZ][l]) += (m - 1)*(c_re*d_im - c_im*d_re);
-                AT(&total[DZZ][l]) += c_re*dd_re + c_im*dd_im;
+                sum[NN_PHI] += p_re*(m*(n_re + k_re) + kk_re) + p_im*(m*(n_im + k_im) + kk_im);
+                sum[N_DX] += m*(b_re*n_re + b_im*n_im);
+                sum[N_DY] += m*(b_re*n_im - b_im*n_re);
+                sum[N_DZ] += b_re*(m*d_re + kd_re) + b_im*(m*d_im + kd_im);
+                sum[DXX] += m*(m - 1)*(c_re*re + c_im*im);
+                sum[DXY] += m*(m - 1)*(c_re*im - c_im*re);
+                sum[DXZ] += (m - 1)*(c_re*d_re + c_im*d_im);
+                sum[DYZ] += (m - 1)*(c_re*d_im - c_im*d_re);
+                sum[DZZ] += c_re*dd_re + c_im*dd_im;
             }
         }
+        for (int s = 0; s < count; s++) AT(&total[s][l]) = sum[s];
+    }
     for (int s = 0; s < count; s++) sums[s] = total_of(total[s]);
 }
 

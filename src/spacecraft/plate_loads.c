@@ -25,12 +25,6 @@ struct plate_sums {
 /* The sums over the plates, by place in plate_sums */
 enum { FORCE, TORQUE = 3, PROJECTED_AREA = 6, SUMS };
 
-/* The sum of LANES numbers, in pairs */
-INLINE double total_of(const double *value)
-{
-    return ((value[0] + value[4]) + (value[2] + value[6])) + ((value[1] + value[5]) + (value[3] + value[7]));
-}
-
 #define KERNEL "../spacecraft/plate_loads_variant.h"
 #include "../base/every_width.h"
 

@@ -3,7 +3,7 @@
    What the machine does. GRACE has six plates: one vector of 8 numbers, two of 4. A vector is put together from numbers of
    WIDTH plates, 72 bytes apart, at little more than an instruction a number. Air then takes some 110 products, sums and
    comparisons a vector, most of them in the two polynomials of erfc and the one of exp, and 3 quotients; light some 50. */
-#include "../base/exponential_variant.h"
+#include "../base/functions_variant.h"
 
 /* One number of each of WIDTH plates */
 TARGET INLINE VECTOR VARIANT(of_plates)(const double *number)
@@ -17,17 +17,16 @@ TARGET INLINE VECTOR VARIANT(of_plates)(const double *number)
 /* The areas of WIDTH plates, 0 for those that do not exist */
 TARGET INLINE VECTOR VARIANT(areas_of)(const struct plate *plate, int existing)
 {
-    VECTOR area = VARIANT(of_plates)(&plate->area);
+    static const double number[LANES] = {0, 1, 2, 3, 4, 5, 6, 7};
+    const VECTOR zero = {0};
 
-    for (int l = 0; l < WIDTH; l++) area[l] = l < existing ? area[l] : 0;
-    return area;
+    return VARIANT(choice)((BITS)(READ(number) < zero + existing), VARIANT(of_plates)(&plate->area), zero);
 }
 
 /* 0 in place of a negative number, or of NaN */
 TARGET INLINE VECTOR VARIANT(positive)(VECTOR x)
 {
-    for (int l = 0; l < WIDTH; l++) x[l] = x[l] > 0 ? x[l] : 0;
-    return x;
+    return (VECTOR)((BITS)(x > 0) & (BITS)x);
 }
 
 /* Adds forces on plates, and their torques about the centre of mass. */
@@ -48,19 +47,17 @@ TARGET INLINE void VARIANT(add_forces)(const struct plate *plate, const double *
    nothing, R is that of 27. */
 TARGET INLINE VECTOR VARIANT(one_plus_erf)(VECTOR w, VECTOR e)
 {
-    VECTOR x;
-
-    for (int l = 0; l < WIDTH; l++) x[l] = w[l] < 0 ? -w[l] : w[l];
-    for (int l = 0; l < WIDTH; l++) x[l] = x[l] < 27 ? x[l] : 27;
+    const VECTOR zero = {0}, most = zero + 27, size = VARIANT(choice)((BITS)(w < 0), -w, w);
+    const VECTOR x = VARIANT(choice)((BITS)(size < most), size, most);
     const VECTOR p = 1 + x*(2.4088724141114564 + x*(2.867965959266897 + x*(2.1859049465747327 + x*(
                      1.1712747649980797 + x*(0.4592273728934928 + x*(0.13331415236542968 + x*(0.028345893811779006 + x*(
                      0.004243873805181623 + x*(0.00040728887609039804 + x*1.9300996693953924e-05)))))))));
     const VECTOR q = 1 + x*(3.5372515812069696 + x*(5.8593269522764775 + x*(6.012448609582029 + x*(4.25717689567263 + x*(
                      2.190458781132582 + x*(0.8387192696619542 + x*(0.2400371129076327 + x*(0.05060273901253051 + x*(
                      0.007539175531709088 + x*(0.0007219007368574066 + x*3.4210125916513266e-05))))))))));
-    VECTOR tail = e*p/q;
-    for (int l = 0; l < WIDTH; l++) tail[l] = w[l] > 0 ? 2 - tail[l] : tail[l];
-    return tail;
+    const VECTOR tail = e*p/q;
+
+    return VARIANT(choice)((BITS)(w > 0), 2 - tail, tail);
 }
 
 TARGET static void VARIANT(plates_in_air)(int count, const struct plate *plates, const double *centre_of_mass,
