@@ -91,8 +91,8 @@ TARGET static void VARIANT(block)(const uint64_t *key, const uint64_t *counter, 
     for (int i = 0; i < 4; i++) words[i] = word[i][0];
 }
 
-/* Two normal numbers from each block, by Box and Muller: some 80 products and sums of vectors, a quotient, and a root for
-   each pair. */
+/* Two normal numbers from each block, by Box and Muller: some 80 products and sums of vectors, a quotient and a
+   root. */
 TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, int pairs, double *x)
 {
     uint64_t counter[4] = { first[0], first[1], first[2], first[3] };
@@ -103,8 +103,7 @@ TARGET static void VARIANT(normals)(const uint64_t *key, const uint64_t *first, 
         VECTOR radius, along, across;
 
         VARIANT(blocks)(key, counter, word);
-        radius = -2*VARIANT(natural_logarithm)(VARIANT(open_unit_interval)(word[0], word[1]));
-        for (int l = 0; l < WIDTH; l++) radius[l] = sqrt(radius[l]);
+        radius = VARIANT(root)(-2*VARIANT(natural_logarithm)(VARIANT(open_unit_interval)(word[0], word[1])));
         VARIANT(sine_and_cosine)(VARIANT(open_unit_interval)(word[2], word[3]), &across, &along);
         along *= radius;
         across *= radius;

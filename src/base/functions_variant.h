@@ -6,6 +6,21 @@ TARGET INLINE VECTOR VARIANT(choice)(BITS holds, VECTOR first, VECTOR second)
     return (VECTOR)((holds & (BITS)first) | (~holds & (BITS)second));
 }
 
+/* Square roots: the compilers' vectors have none, and sqrt of their numbers one by one is asked for its errno */
+TARGET INLINE VECTOR VARIANT(root)(VECTOR x)
+{
+#if !defined(__x86_64__)
+    for (int l = 0; l < WIDTH; l++) x[l] = sqrt(x[l]);
+    return x;
+#elif WIDTH == 2
+    return (VECTOR)_mm_sqrt_pd((__m128d)x);
+#elif WIDTH == 4
+    return (VECTOR)_mm256_sqrt_pd((__m256d)x);
+#else
+    return (VECTOR)_mm512_sqrt_pd((__m512d)x);
+#endif
+}
+
 /* The exponential function. The polynomial is that of fdlibm (e_exp.c; notice in elementary.c), with an error below one unit
    of the last place. Numbers beyond -708 and 709 are taken for these, so that 2^k is a normal number; NaN stays. */
 TARGET INLINE VECTOR VARIANT(exponential)(VECTOR x)

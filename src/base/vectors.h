@@ -21,8 +21,12 @@
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #else
-/* fpm calls the compiler without flags: there would be no optimisation. Nor is a root asked for its errno. */
-#pragma GCC optimize("O3", "fp-contract=off", "no-math-errno")
+/* fpm calls the compiler without flags: there would be no optimisation. */
+#pragma GCC optimize("O3", "fp-contract=off")
+#endif
+
+#ifdef __x86_64__
+#include <immintrin.h>
 #endif
 
 #define INLINE static inline __attribute__((always_inline))

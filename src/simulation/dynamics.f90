@@ -21,7 +21,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t
     use gracecg_spacecraft_plates, only: satellite_surface_t
     use gracecg_spacecraft_surface_loads, only: drag_acceleration, solar_radiation_acceleration, &
-        earth_radiation_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
+        earth_flux_acceleration, air_on_surface, sunlight_on_surface, earth_radiation_load, gas_t, wall_t, &
         surface_load_t, mean_molar_mass
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment
     use gracecg_simulation_attitude_control, only: attitude_control_t
@@ -301,7 +301,7 @@ contains
 
         type(earth_irradiance_t) :: earthlight
         type(surface_load_t) :: load
-        real(dp) :: place(3), sun(3), to_sun(3), illumination
+        real(dp) :: place(3), sun(3), to_sun(3), illumination, day, flux(3)
 
         place = y(POSITION)
         sun = sun_position(self%julian_centuries_tt + t/(SECONDS_PER_DAY*DAYS_PER_CENTURY))
@@ -319,14 +319,15 @@ contains
             end if
         end if
         if (self%with_earth_radiation) then
-            call self%earth_radiation%irradiance_at(place, sun, &
-                                                    self%earth_radiation_day + t/SECONDS_PER_DAY, earthlight)
+            day = self%earth_radiation_day + t/SECONDS_PER_DAY
             if (self%forces_by_plates) then
+                call self%earth_radiation%irradiance_at(place, sun, day, earthlight)
                 load = earth_radiation_load(self%surface, self%centre_of_mass, acting%body_from_inertial, earthlight)
                 acting%erp = load%force/self%mass
             else
-                acting%erp = earth_radiation_acceleration(self%surface, self%mass, self%reflectivity_earth, &
-                                                          acting%body_from_inertial, acting%vertical, earthlight)
+                call self%earth_radiation%flux_at(place, sun, day, flux)
+                acting%erp = earth_flux_acceleration(self%surface, self%mass, self%reflectivity_earth, &
+                                                     acting%body_from_inertial, acting%vertical, flux)
             end if
         end if
     end subroutine radiation_loads

@@ -2,6 +2,7 @@
    is from. The loops themselves stand in plate_loads_variant.h, which is compiled for each width of vectors: plates lie
    side by side. */
 #include "../base/vectors.h"
+#include <math.h>
 
 /* As in the Fortran modules */
 enum { LANES = 8, MAX_PLATES = 32 };

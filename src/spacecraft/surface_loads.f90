@@ -20,7 +20,7 @@ module gracecg_spacecraft_surface_loads
     public :: gas_t, wall_t, surface_load_t, validate_wall, mean_molar_mass
     public :: free_molecular_traction
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
-    public :: air_on_surface, sunlight_on_surface
+    public :: air_on_surface, sunlight_on_surface, earth_flux_acceleration
     public :: flow_t, light_t, plate_sums_t, plates_in_air, plates_in_light
 
     real(dp), parameter :: GAS_CONSTANT = 8.31446261815324_dp
@@ -168,9 +168,22 @@ contains
         do j = 1, radiation%count
             flux = flux + radiation%irradiance(j)*radiation%direction(:, j)
         end do
+        acceleration = earth_flux_acceleration(surface, mass, reflectivity, body_from_inertial, vertical, flux)
+    end function earth_radiation_acceleration
+
+    !> The same, given the sum over the segments: `flux_at` of the Earth's radiation.
+    pure function earth_flux_acceleration(surface, mass, reflectivity, body_from_inertial, vertical, flux) result(acceleration)
+        type(satellite_surface_t), intent(in) :: surface
+        real(dp), intent(in) :: mass                        !! m_S, kg
+        real(dp), intent(in) :: reflectivity                !! eta_e
+        real(dp), intent(in) :: body_from_inertial(3, 3)    !! Rotation matrix, eq. (2-29)
+        real(dp), intent(in) :: vertical(3)                 !! Unit vector upwards, body axes
+        real(dp), intent(in) :: flux(3)                     !! Away from the Earth, inertial axes, W/m^2
+        real(dp) :: acceleration(3)
+
         acceleration = (1 + reflectivity)/(mass*SPEED_OF_LIGHT)*projected_area(surface, -vertical)* &
                        transformed(body_from_inertial, flux)
-    end function earth_radiation_acceleration
+    end function earth_flux_acceleration
 
     !> Mean molar mass of a mixture of helium, atomic oxygen and molecular nitrogen, kg/mol.
     pure real(dp) function mean_molar_mass(number_density)
