@@ -15,8 +15,9 @@ enum { BETA, F, DF = 3, DDF = 5 };
 
 typedef const double (*steps_t)[COLUMNS][LANES];
 
-/* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < orders, 0 before and behind them. */
-INLINE void powers_of(double x, double y, int blocks, int orders, double *re, double *im)
+/* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < LANES*blocks and m <= LANES, 0 before them. Behind the first LANES + 1
+   they are vectors: each is read as it was written, from m = 1 on, for the processor need not wait until it is in memory then. */
+INLINE void powers_of(double x, double y, int blocks, double *re, double *im)
 {
     re[0] = re[1] = im[0] = im[1] = 0;
     re += 2;
@@ -30,12 +31,12 @@ INLINE void powers_of(double x, double y, int blocks, int orders, double *re, do
         re[m] = re[i]*re[k] - im[i]*im[k];
         im[m] = re[i]*im[k] + im[i]*re[k];
     }
-    double step_re = re[LANES], step_im = im[LANES];
-    for (int m = LANES; m < LANES*blocks; m++) {
-        re[m] = re[m - LANES]*step_re - im[m - LANES]*step_im;
-        im[m] = re[m - LANES]*step_im + im[m - LANES]*step_re;
-    }
-    for (int m = orders; m <= LANES*blocks; m++) re[m] = im[m] = 0;
+    const double step_re = re[LANES], step_im = im[LANES];
+    for (int block = 1; block < blocks; block++)
+        for (int m = LANES*block + 1; m <= LANES*(block + 1); m++) {
+            re[m] = re[m - LANES]*step_re - im[m - LANES]*step_im;
+            im[m] = re[m - LANES]*step_im + im[m - LANES]*step_re;
+        }
 }
 
 #define KERNEL "../environment/harmonic_sums_variant.h"

@@ -15,7 +15,7 @@ TARGET INLINE void VARIANT(sum_place)(const int count, int blocks, int orders, c
     double power_re[LANES*MOST_BLOCKS + 3], power_im[LANES*MOST_BLOCKS + 3];
     double total[SECOND_DERIVATIVES][LANES], order[LANES];
 
-    powers_of(q[0], q[1], blocks, orders, power_re, power_im);
+    powers_of(q[0], q[1], blocks, power_re, power_im);
     for (int l = 0; l < LANES; l++) order[l] = l;
 
     for (int l = 0; l < LANES; l += WIDTH) {
@@ -109,7 +109,7 @@ TARGET static void VARIANT(sum_places)(int orders, const int32_t *first, steps_t
             for (int l = 0; l < LANES; l++) total[s][l] = zero;
         for (int p = 0; p < WIDTH; p++) {
             double re[LANES + 3], im[LANES + 3];
-            powers_of(q_x[p], q_y[p], 1, LANES + 1, re, im);
+            powers_of(q_x[p], q_y[p], 1, re, im);
             for (int l = 0; l <= LANES; l++) {
                 power_re[l][p] = re[1 + l];
                 power_im[l][p] = im[1 + l];
