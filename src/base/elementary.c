@@ -28,12 +28,20 @@ INTERNAL void gracecg_random_normals(int32_t widest, int32_t pairs, const uint64
     CALL(normals, key, counter, pairs, x);
 }
 
+/* Four numbers are no vector of eight. */
+INLINE int32_t no_wider_than(int32_t n, int32_t widest)
+{
+    return n % 8 == 0 || widest < 4 ? widest : 4;
+}
+
 INTERNAL void gracecg_lanes_sines_cosines(int32_t widest, int32_t n, const double *turns, double *sines, double *cosines)
 {
+    widest = no_wider_than(n, widest);
     CALL(sines_cosines, n, turns, sines, cosines);
 }
 
 INTERNAL void gracecg_lanes_exponentials(int32_t widest, int32_t n, const double *x, double *y)
 {
+    widest = no_wider_than(n, widest);
     CALL(exponentials, n, x, y);
 }

@@ -105,7 +105,7 @@ module gracecg_base_lanes
         pure subroutine lanes_sines_cosines(widest, n, turns, sines, cosines) bind(c, name='gracecg_lanes_sines_cosines')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES
+            integer(c_int32_t), intent(in), value :: n          !! Angles, a multiple of LANES or half as many
             real(c_double), intent(in) :: turns(n)              !! Of 360 deg; less than 2^49
             real(c_double), intent(out) :: sines(n), cosines(n)
         end subroutine lanes_sines_cosines
@@ -115,7 +115,7 @@ module gracecg_base_lanes
         pure subroutine lanes_exponentials(widest, n, x, y) bind(c, name='gracecg_lanes_exponentials')
             import :: c_double, c_int32_t
             integer(c_int32_t), intent(in), value :: widest     !! Most numbers of a vector: 2, 4 or 8
-            integer(c_int32_t), intent(in), value :: n          !! Numbers, a multiple of LANES
+            integer(c_int32_t), intent(in), value :: n          !! Numbers, a multiple of LANES or half as many
             real(c_double), intent(in) :: x(n)
             real(c_double), intent(out) :: y(n)
         end subroutine lanes_exponentials

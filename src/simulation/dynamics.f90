@@ -123,7 +123,7 @@ contains
 
         type(loads_t) :: acting
 
-        call self%loads(t, y, acting)
+        call add_loads(self, t, y, .true., acting)
         call self%rate_under(y, acting, dydt)
     end subroutine rate
 
