@@ -15,6 +15,12 @@ enum { BETA, F, DF = 3, DDF = 5 };
 
 typedef const double (*steps_t)[COLUMNS][LANES];
 
+struct function {
+    int32_t blocks, orders;
+    const int32_t *first;
+    steps_t steps;
+};
+
 /* re[2 + m] + i im[2 + m] = (x + i y)^m for 0 <= m < LANES*blocks and m <= LANES, 0 before them. Behind the first LANES + 1
    they are vectors: each is read as it was written, from m = 1 on, for the processor need not wait until it is in memory then. */
 INLINE void powers_of(double x, double y, int blocks, double *re, double *im)
@@ -47,6 +53,17 @@ INTERNAL void gracecg_harmonic_sums_first(int32_t widest, int32_t blocks, int32_
                                           const double *q, double *sums)
 {
     CALL(sum_first, blocks, orders, first, steps, q, sums);
+}
+
+/* Sums PHI to DZ of two functions at the place q, the other with no more degrees and orders than the first */
+INTERNAL void gracecg_harmonic_sums_two(int32_t widest, int32_t blocks, int32_t orders, const int32_t *first, steps_t steps,
+                                        int32_t other_blocks, int32_t other_orders, const int32_t *other_first,
+                                        steps_t other_steps, const double *q, double (*sums)[FIRST_DERIVATIVES])
+{
+    const struct function one = { blocks, orders, first, steps };
+    const struct function other = { other_blocks, other_orders, other_first, other_steps };
+
+    CALL(sum_two, &one, &other, q, sums);
 }
 
 /* All sums at the place q */

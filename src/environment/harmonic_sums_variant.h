@@ -93,6 +93,92 @@ TARGET static void VARIANT(sum_second)(int blocks, int orders, const int32_t *fi
     VARIANT(sum_place)(SECOND_DERIVATIVES, blocks, orders, first, steps, q, sums);
 }
 
+struct VARIANT(order_sums) {
+    VECTOR re, im, k_re, k_im, d_re, d_im;
+};
+
+/* Adds to the sums of orders, of f, k f and the derivative by q_z for cos and sin, the products of a step with h. */
+TARGET INLINE void VARIANT(add_step)(const double (*step)[LANES], int l, VECTOR h, VECTOR k, struct VARIANT(order_sums) *s)
+{
+    const VECTOR f_re = h*READ(&step[F][l]), f_im = h*READ(&step[F + 1][l]);
+
+    s->re += f_re;
+    s->im += f_im;
+    s->k_re += k*f_re;
+    s->k_im += k*f_im;
+    s->d_re += h*READ(&step[DF][l]);
+    s->d_im += h*READ(&step[DF + 1][l]);
+}
+
+/* Adds orders m to the sums of a function; p are their powers of q_x + i q_y, b those of m - 1. */
+TARGET INLINE void VARIANT(add_orders)(const struct VARIANT(order_sums) *s, VECTOR m, const VECTOR p[2], const VECTOR b[2],
+                                       VECTOR *sum)
+{
+    sum[PHI] += p[0]*s->re + p[1]*s->im;
+    sum[N_PHI] += p[0]*(m*s->re + s->k_re) + p[1]*(m*s->im + s->k_im);
+    sum[DX] += m*(b[0]*s->re + b[1]*s->im);
+    sum[DY] += m*(b[0]*s->im - b[1]*s->re);
+    sum[DZ] += b[0]*s->d_re + b[1]*s->d_im;
+}
+
+/* Two functions at one place, the other with no more degrees and orders: recursion and powers serve both. Each has the
+   operations that sum_place has for it. */
+TARGET static void VARIANT(sum_two)(const struct function *one, const struct function *other, const double *q,
+                                    double (*sums)[FIRST_DERIVATIVES])
+{
+    const VECTOR zero = {0}, q_z = zero + q[2], minus_q_squared = zero - (q[0]*q[0] + q[1]*q[1] + q[2]*q[2]);
+    double power_re[LANES*MOST_BLOCKS + 3], power_im[LANES*MOST_BLOCKS + 3];
+    double total[2][FIRST_DERIVATIVES][LANES], order[LANES];
+
+    powers_of(q[0], q[1], one->blocks, power_re, power_im);
+    for (int l = 0; l < LANES; l++) order[l] = l;
+
+    for (int l = 0; l < LANES; l += WIDTH) {
+        VECTOR sum[2][FIRST_DERIVATIVES];
+        for (int s = 0; s < FIRST_DERIVATIVES; s++) sum[0][s] = sum[1][s] = zero;
+        for (int block = 0; block < one->blocks && LANES*block + l < one->orders; block++) {
+            const int m_first = LANES*block + l, both = m_first < other->orders;
+            const int count = one->first[block + 1] - one->first[block] - l;
+            const int other_count = both ? other->first[block + 1] - other->first[block] - l : 0;
+            steps_t step = &one->steps[one->first[block]], other_step = &other->steps[both ? other->first[block] : 0];
+            struct VARIANT(order_sums) s = {{0}}, o = {{0}};
+            VECTOR h = zero + 1, next = q_z, k = zero;
+            int i = 1;
+
+            VARIANT(add_step)(step[0], l, h, k, &s);
+            if (both) VARIANT(add_step)(other_step[0], l, h, k, &o);
+            for (; i < other_count; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*READ(&step[i][BETA][l])*h;
+                h = next;
+                next = after;
+                k += 1;
+                VARIANT(add_step)(step[i], l, h, k, &s);
+                VARIANT(add_step)(other_step[i], l, h, k, &o);
+            }
+            for (; i < count; i++) {
+                const VECTOR after = q_z*next + minus_q_squared*READ(&step[i][BETA][l])*h;
+                h = next;
+                next = after;
+                k += 1;
+                VARIANT(add_step)(step[i], l, h, k, &s);
+            }
+            const VECTOR m = READ(&order[l]) + (double)(block*LANES);
+            const VECTOR p[2] = { READ(&power_re[2 + m_first]), READ(&power_im[2 + m_first]) };
+            const VECTOR b[2] = { READ(&power_re[1 + m_first]), READ(&power_im[1 + m_first]) };
+            VARIANT(add_orders)(&s, m, p, b, sum[0]);
+            if (both) VARIANT(add_orders)(&o, m, p, b, sum[1]);
+        }
+        for (int s = 0; s < FIRST_DERIVATIVES; s++) {
+            AT(&total[0][s][l]) = sum[0][s];
+            AT(&total[1][s][l]) = sum[1][s];
+        }
+    }
+    for (int s = 0; s < FIRST_DERIVATIVES; s++) {
+        sums[0][s] = total_of(total[0][s]);
+        sums[1][s] = total_of(total[1][s]);
+    }
+}
+
 /* At PLACES places, WIDTH of them side by side, order by order: each with the operations that sum_place has for it */
 TARGET static void VARIANT(sum_places)(int orders, const int32_t *first, steps_t steps, const double (*q)[PLACES],
                                        double (*sums)[PLACES])

@@ -14,6 +14,7 @@ module gracecg_simulation_dynamics
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_environment_geopotential, only: gravity_model_t
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
+    use gracecg_environment_gravity_and_field, only: evaluate_gravity_and_field
     use gracecg_environment_thermosphere, only: density_model_t, density_wave_t, atmosphere_point_t, &
         atmosphere_state_t
     use gracecg_environment_wind, only: wind_model_t
@@ -199,7 +200,7 @@ contains
         logical, intent(in) :: with_torques
         type(loads_t), intent(inout) :: acting  !! As by default
 
-        real(dp) :: earth_from_inertial(3, 3), place(3), quaternion(4), fixed_position(3), radius, vector(3)
+        real(dp) :: earth_from_inertial(3, 3), place(3), quaternion(4), fixed_position(3), radius, gravity(3), field(3)
 
         place = y(POSITION)
         quaternion = y(ATTITUDE)
@@ -209,13 +210,18 @@ contains
         acting%body_from_inertial = rotation_matrix(quaternion/sqrt(dot_product(quaternion, quaternion)))
         acting%vertical = transformed(acting%body_from_inertial, place/radius)
 
-        if (allocated(self%gravity)) then
-            call self%gravity%acceleration(fixed_position, vector)
-            acting%gravity = transformed_back(earth_from_inertial, vector)
+        gravity = 0
+        field = 0
+        if (allocated(self%gravity) .and. with_torques .and. allocated(self%field)) then
+            call evaluate_gravity_and_field(self%gravity, self%field, fixed_position, gravity, field)
+        else if (allocated(self%gravity)) then
+            call self%gravity%acceleration(fixed_position, gravity)
+        else if (with_torques .and. allocated(self%field)) then
+            call self%field%evaluate(fixed_position, field)
         end if
+        acting%gravity = transformed_back(earth_from_inertial, gravity)
         if (with_torques .and. allocated(self%field)) then
-            call self%field%evaluate(fixed_position, vector)
-            acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, vector))
+            acting%field = transformed(acting%body_from_inertial, transformed_back(earth_from_inertial, field))
             if (self%with_rods .and. self%control%acts) &
                 call self%control%act(y, self%inertia, acting%field, acting%control_moment, acting%torque_thrusters)
             if (self%with_rods) &
