@@ -43,7 +43,7 @@ COLUMNS = {
                         "sigma_x_mm,sigma_y_mm,sigma_z_mm",
 }
 COLUMNS["bound.csv"] = "case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error"
-COLUMNS["design.csv"] = "case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm"
+COLUMNS["design.csv"] = "case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm"
 for satellite in ("front", "back"):
     COLUMNS[f"manoeuvre_map_{satellite}.csv"] = (
         "time_s,latitude_deg,longitude_deg,report_x_mm,report_y_mm,report_z_mm,report_worst_mm,"

@@ -11,7 +11,7 @@ module gracecg_base_lapack
     use gracecg_base_lanes, only: lanes_of, lanes_add_products, WIDEST
     implicit none
     private
-    public :: symmetric_eigen, solve_normal_equations, normal_equations
+    public :: symmetric_eigen, solve_normal_equations, grouped_normal_equations, normal_equations
 
     interface
         subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -119,6 +119,49 @@ contains
         end do
         rhs = side(:n)
     end subroutine normal_equations
+
+    !> The same of observations in groups, each of which depends on the same few parameters: the products of the others, all
+    !> of them zero, are left out.
+    pure subroutine grouped_normal_equations(groups, rows, observed, normal, rhs, weights)
+        integer, intent(in) :: groups(:, :)
+        !! First observation, last, and step of each group: (3, groups). Together every observation once
+        real(dp), intent(in) :: rows(:, :)              !! n parameters x m observations
+        real(dp), intent(in) :: observed(:)             !! m
+        real(dp), contiguous, intent(out) :: normal(:, :)   !! n x n, both triangles
+        real(dp), intent(out) :: rhs(:)                 !! n
+        real(dp), intent(in), optional :: weights(:)    !! m; absent: rows and observed have been multiplied by their roots
+
+        real(dp), allocatable :: part_rows(:, :), part(:, :), part_rhs(:)
+        integer, allocatable :: used(:)
+        real(dp) :: sums(size(rows, 1))
+        integer :: g, i, k
+
+        normal = 0
+        rhs = 0
+        do g = 1, size(groups, 2)
+            associate (first => groups(1, g), last => groups(2, g), step => groups(3, g))
+                sums = 0
+                do i = first, last, step
+                    sums = sums + abs(rows(:, i))
+                end do
+                used = pack([(k, k=1, size(sums))], .not. sums <= 0)    ! NaN, too
+                allocate (part_rows(size(used), (last - first + step)/step), part(size(used), size(used)), part_rhs(size(used)))
+                do i = first, last, step
+                    part_rows(:, 1 + (i - first)/step) = rows(used, i)
+                end do
+                if (present(weights)) then
+                    call normal_equations(part_rows, observed(first:last:step), part, part_rhs, weights(first:last:step))
+                else
+                    call normal_equations(part_rows, observed(first:last:step), part, part_rhs)
+                end if
+                do k = 1, size(used)
+                    normal(used, used(k)) = normal(used, used(k)) + part(:, k)
+                end do
+                rhs(used) = rhs(used) + part_rhs
+                deallocate (part_rows, part, part_rhs)
+            end associate
+        end do
+    end subroutine grouped_normal_equations
 
     !> Solves the normal equations N x = b by Cholesky's factorisation, after scaling N to a unit
     !> diagonal so that the units of the parameters do not matter.

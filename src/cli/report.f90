@@ -206,8 +206,7 @@ contains
             if (allocated(error)) return
             call calibrate_with_design(REPORT_CASE_NAMES(i), &
                                        designs(merge(1, 2, index(REPORT_CASE_NAMES(i), 'front') == 1))%design, &
-                                       book%seed, book%runs, book%runs, threads, reached(i), error, &
-                                       console)
+                                       book%seed, book%runs, threads, reached(i), error, console)
             call console%next_part()
         end do
         if (.not. allocated(error)) call add_design_chapter(book, designs, reached, error)

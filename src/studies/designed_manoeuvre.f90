@@ -9,14 +9,12 @@ module gracecg_studies_designed_manoeuvre
     use gracecg_base_version, only: file_comments
     use gracecg_files_csv, only: csv_writer_t
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, SQUARE
-    use gracecg_simulation_simulator, only: simulator_t, new_simulator
     use gracecg_planning_calibration, only: calibration_t, find_calibration
     use gracecg_planning_map, only: map_point_t, map_manoeuvre
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_request_t, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
         times_along, take_design
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
     use gracecg_studies_trim, only: trim_settings_t, trim_statistics_t, repeat_trim
     implicit none
     private
@@ -42,10 +40,9 @@ module gracecg_studies_designed_manoeuvre
     type :: designed_calibration_t
         character(64) :: case_name = ''         !! Of the case of the report
         real(dp) :: bound(3) = 0                !! Cramer-Rao
-        integer :: runs = 0, trim_runs = 0      !! Of the Monte Carlos without and with a trim
+        integer :: runs = 0                     !! Each calibrates, trims and calibrates again
         real(dp) :: rms(3) = 0                  !! Of the errors, all errors on
         real(dp) :: trimmed(3) = 0              !! Likewise, when one trim has made the offset small
-        integer :: not_converged = 0            !! Runs
     end type designed_calibration_t
 
 contains
@@ -102,51 +99,39 @@ contains
         sigma = maxval([(maxval(map(i)%quality%sigma), i=1, size(map))])
     end function worst_at_worst_place
 
-    !> Bound and Monte Carlo of a case with the designed manoeuvre, and calibrations after one trim.
-    subroutine calibrate_with_design(case_name, design, seed, runs, trim_runs, threads, reached, error, &
-                                     progress)
+    !> Bound and Monte Carlo of a case with the designed manoeuvre: calibrations, and others after one trim by them. Fails
+    !> as `repeat_trim` does, so when a run does not converge.
+    subroutine calibrate_with_design(case_name, design, seed, runs, threads, reached, error, progress)
         character(*), intent(in) :: case_name               !! Of the report
         type(manoeuvre_design_t), intent(in) :: design      !! For the satellite of the case
         integer(i8), intent(in) :: seed        !! Of the random numbers
-        integer, intent(in) :: runs, trim_runs        !! Runs without and with a trim
-        integer, intent(in) :: threads                      !! How many to use
+        integer, intent(in) :: runs, threads                !! How many, and how many in parallel
         type(designed_calibration_t), intent(out) :: reached
         type(error_t), allocatable, intent(out) :: error
-        class(progress_t), intent(inout), optional :: progress  !! Counts the runs and trims
+        class(progress_t), intent(inout), optional :: progress  !! Counts the runs
 
         type(calibration_t) :: calibration
         type(case_bound_t) :: bound
-        type(simulator_t) :: simulator
-        type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
         type(trim_settings_t) :: settings
         type(trim_statistics_t) :: rounds(TRIM_ROUNDS)
-        integer :: k
 
         call find_calibration(case_name, calibration, error)
         if (allocated(error)) return
-        call expect_pieces(progress, runs + trim_runs, 'runs')
+        call expect_pieces(progress, runs, 'runs')
         call tell(progress, 'designed manoeuvre, '//case_name)
         call take_manoeuvre(design%rods, calibration%case%satellite%rods)
         call bound_of_case(calibration%case, calibration%options, bound, error)
-        call take_design(design, calibration)
-        if (.not. allocated(error)) call new_simulator(calibration%case, simulator, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, DESIGN_ALGORITHM, calibration%options, seed, &
-                                                         [(k, k=1, runs)], threads, results, error, &
-                                                         progress=progress)
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+        call take_design(design, calibration)
         settings%rounds = TRIM_ROUNDS
         settings%seed = seed
-        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, trim_runs, threads, rounds, error, &
+        call repeat_trim(calibration%case, DESIGN_ALGORITHM, calibration%options, settings, runs, threads, rounds, error, &
                          progress)
         if (allocated(error)) return
         reached%case_name = case_name
         reached%bound = bound%sigma
         reached%runs = runs
-        reached%trim_runs = trim_runs
-        reached%rms = statistics%rms*MILLIMETRE
-        reached%not_converged = count(.not. results%converged)
+        reached%rms = rounds(1)%estimate_error
         reached%trimmed = rounds(TRIM_ROUNDS)%estimate_error
     end subroutine calibrate_with_design
 
@@ -187,7 +172,7 @@ contains
         character(64) :: labels(2)
         integer :: i, axis
 
-        call file%open(path, 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
+        call file%open(path, 'case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm', &
                        file_comments(command, 'the designed manoeuvre, '//DESIGN_ALGORITHM//', all errors on, seed '// &
                                      integer_text(seed)), error)
         if (allocated(error)) return
@@ -196,8 +181,7 @@ contains
             do axis = 1, 3
                 labels(2) = AXES(axis)
                 call file%row([reached(i)%bound(axis)/MILLIMETRE, real(reached(i)%runs, dp), &
-                               reached(i)%rms(axis)/MILLIMETRE, real(reached(i)%trim_runs, dp), &
-                               reached(i)%trimmed(axis)/MILLIMETRE], labels)
+                               reached(i)%rms(axis)/MILLIMETRE, reached(i)%trimmed(axis)/MILLIMETRE], labels)
             end do
         end do
         call file%commit(error)

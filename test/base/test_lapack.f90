@@ -3,7 +3,7 @@ module test_lapack
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, message_of
-    use gracecg_base_lapack, only: symmetric_eigen, normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: symmetric_eigen, normal_equations, grouped_normal_equations, solve_normal_equations
     use gracecg_base_vectors, only: identity
     use fixture, only: check_fails, check_passes
     use testdrive, only: new_unittest, unittest_type, error_type, check
@@ -24,6 +24,7 @@ contains
         testsuite = [ &
                     new_unittest('eigenproblem', test_eigen), &
                     new_unittest('normal-equations-of-known-answer', test_solve), &
+                    new_unittest('groups-of-observations', test_groups), &
                     new_unittest('singular-direction-is-named', test_singular), &
                     new_unittest('nan-is-refused', test_nan)]
     end subroutine collect_lapack
@@ -64,6 +65,27 @@ contains
         if (allocated(error)) return
         call check(error, condition < 10, 'units must not spoil the condition')
     end subroutine test_solve
+
+    !> The sums over groups, some of which do not depend on a parameter, are those over all; with weights, and a NaN shows.
+    subroutine test_groups(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: GROUPS(3, 3) = reshape([1, 5, 2, 2, 4, 2, 6, 6, 1], [3, 3])
+        real(dp) :: rows_of(3, 6), weights(6), normal(3, 3), rhs(3), expected(3, 3), expected_rhs(3)
+        integer :: i
+
+        rows_of = ROWS
+        rows_of(2, 1:5:2) = 0
+        rows_of([1, 3], 6) = 0
+        weights = [(0.5_dp*i, i=1, 6)]
+        call normal_equations(rows_of, ROWS(1, :), expected, expected_rhs, weights)
+        call grouped_normal_equations(GROUPS, rows_of, ROWS(1, :), normal, rhs, weights)
+        call check(error, all(abs(normal - expected) <= 1e-14_dp*abs(expected)) .and. &
+                   all(abs(rhs - expected_rhs) <= 1e-14_dp*abs(expected_rhs)))
+        if (allocated(error)) return
+        rows_of(2, 3) = ieee_value(1.0_dp, ieee_quiet_nan)
+        call grouped_normal_equations(GROUPS, rows_of, ROWS(1, :), normal, rhs)
+        call check(error, .not. all(abs(normal) <= huge(1.0_dp)), 'NaN')
+    end subroutine test_groups
 
     subroutine test_singular(error)
         type(error_type), allocatable, intent(out) :: error

@@ -128,7 +128,7 @@ contains
             'timing_back.csv', 'time_s,utc,latitude_deg,longitude_deg,bx_nt,by_nt,bz_nt,alpha_x_rad_s2', &
             'statements.csv', 'statement,case,setting,runs,rms_x_mm,rms_y_mm,rms_z_mm,predicted_x_mm', &
             'bound.csv', 'case,algorithm,axis,runs,rms_mm,bound_mm,ratio,sampling_error', &
-            'design.csv', 'case,axis,bound_mm,runs,rms_mm,trim_runs,rms_after_trim_mm', &
+            'design.csv', 'case,axis,bound_mm,runs,rms_mm,rms_after_trim_mm', &
             'manoeuvre_map_back.csv', 'time_s,latitude_deg,longitude_deg,report_x_mm'], [2, 13])
         character(:), allocatable :: output, messages, path
         character(4096) :: old_path

@@ -22,6 +22,7 @@ module test_level1_estimate
     use gracecg_estimation_level1_angular, only: calibrate_angular_channels, gains_by_channels, differentiate_attitude
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, level1_firing_t
     use gracecg_estimation_level1_drive, only: level1_drive_t, new_drive, join_at_steps
+    use gracecg_estimation_level1_drive_fit, only: heed_steps
     use gracecg_estimation_level1_firings, only: accelerometer_lag, gyro_lag
     use gracecg_estimation_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_estimation_level1_heads, only: combine_heads, rotation_vector
@@ -87,6 +88,7 @@ contains
                     new_unittest('offset-gains-leakage', test_offset), &
                     new_unittest('ratios-of-gains', test_ratios), &
                     new_unittest('held-currents-and-lag', test_held), &
+                    new_unittest('steps-where-samples-lie', test_steps_at_samples), &
                     new_unittest('jumps-of-currents', test_jumps), &
                     new_unittest('orbits', test_orbits), &
                     new_unittest('lag-of-firings', test_firings), &
@@ -822,6 +824,13 @@ contains
                        all(abs(span%angular + span%linear) < 1e-12_dp), 'means')
             if (allocated(error)) return
             call check(error, all(abs(span%linear(1, [4, 7, 15, 16]) - [16, 49, 225, 256]) < 1e-12_dp), 'the others')
+            ! Without the sample at 0.6 s that at 0.5 s may have the step or not
+            span%time = [((0.1_dp*i + LATE), i=1, 5), (0.1_dp*i + LATE, i=7, N)]
+            span%linear = span%linear(:, :N - 1)
+            span%angular = -span%linear
+            call join_at_steps(drive, LATE, 1e-3_dp, calibration)
+            call check(error, size(span%time) == N - 2 .and. all(abs(span%time([4, 5]) - [0.4_dp, 0.7_dp] - LATE) < 1e-9_dp) .and. &
+                       span%without_current == 1, 'without its neighbour')
         end associate
     end subroutine test_joined
 
@@ -1042,6 +1051,38 @@ contains
         if (allocated(error)) return
         call check(error, maxval(abs(estimate%solutions(1)%offset - OFFSET)) < 3*MICROMETRE, 'offset')
     end subroutine test_held
+
+    !> Samples drift through the steps of held currents within the spans: a delay that is 4 ms off, by firings say, puts
+    !> samples on the wrong side of them, which the angular channels tell.
+    subroutine test_steps_at_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+
+        real(dp), parameter :: LAG = 0.0083_dp, SIGMA = 3e-3_dp     ! s
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(level1_drive_t) :: drive
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        call estimate_day('l1_side', flaws_t(spans=2, stairs=.true., lag=LAG), setup_said(), calibration, estimate, failure)
+        call check_passes(error, message_of(failure))
+        if (allocated(error)) return
+        call new_drive(calibration, .true., drive)
+        drive%sharp = .true.
+        do i = -1, 1, 2
+            estimate%accelerometer_delay = LAG - estimate%rods%delay + 0.004_dp*i
+            estimate%accelerometer_delay_sigma = SIGMA
+            call heed_steps(calibration, setup_said(), drive, estimate, failure)
+            call check_passes(error, message_of(failure))
+            if (allocated(error)) return
+            ! The torque here is some milliseconds early, by the steps of its integration.
+            call check(error, abs(estimate%accelerometer_delay + estimate%rods%delay - LAG) < 0.001_dp, &
+                       real_text(estimate%accelerometer_delay))
+            if (allocated(error)) return
+            call check(error, abs(estimate%accelerometer_delay_sigma - SIGMA) <= 0, 'sigma')
+            if (allocated(error)) return
+        end do
+    end subroutine test_steps_at_samples
 
     !> One place with rods in phase: no confident number.
     subroutine test_one_place(error)

@@ -2,7 +2,7 @@
 module gracecg_estimation_gather_information
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations, solve_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: PARAMETER_NAMES, a_priori_sigmas
@@ -115,7 +115,7 @@ contains
                 priors = priors + 1
             end if
         end do
-        call normal_equations(partials, residuals, normal, rhs)
+        call grouped_normal_equations(wider%groups, partials, residuals, normal, rhs)
         associate (own => rhs(JOINED_COUNT + 1:), cross => normal(:JOINED_COUNT, JOINED_COUNT + 1:))
             call solve_normal_equations(normal(JOINED_COUNT + 1:, JOINED_COUNT + 1:), own, own_step, inverse, condition, &
                                         error, PARAMETER_NAMES(wider%model%estimated(JOINED_COUNT + 1:)))

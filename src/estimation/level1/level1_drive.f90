@@ -6,6 +6,7 @@ module gracecg_estimation_level1_drive
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: median_of
     use gracecg_estimation_level1_calibration, only: level1_calibration_t, keep_samples
+    use gracecg_estimation_level1_firings, only: SAMPLE
     use gracecg_estimation_level1_series, only: interpolate, hold, node_before
     implicit none
     private
@@ -262,7 +263,8 @@ contains
     end subroutine drop_jumps
 
     !> Takes samples of the accelerometer two by two where a step of held currents lies between them, so near that the delay
-    !> does not tell which of them shows it: both get their mean, as what they are compared with does.
+    !> does not tell which of them shows it: both get their mean, as what they are compared with does. Where one of the two is
+    !> not there, the other is left out.
     subroutine join_at_steps(drive, delay, delay_sigma, calibration)
         type(level1_drive_t), intent(in) :: drive
         real(dp), intent(in) :: delay               !! Of torque and accelerometer, s
@@ -273,27 +275,48 @@ contains
         real(dp), parameter :: LONGEST_STEP = 0.15_dp           ! s, of samples that follow one another
         real(dp), parameter :: LEAST = 1                        ! mA: a step that is one
         real(dp) :: around
-        integer :: i, k, step
+        logical, allocatable :: alone(:), stays(:)      ! alone: no sample follows at once
+        integer :: i, k, n
 
         around = min(SIGMAS*delay_sigma, LARGEST)
         do i = 1, size(calibration%spans)
             associate (span => calibration%spans(i))
                 if (.not. span%used) cycle
-                span%joined = [(.false., k=1, size(span%time))]
-                do k = 1, size(span%time) - 1
-                    if (span%time(k + 1) - span%time(k) > LONGEST_STEP) cycle
-                    associate (between => (span%time(k) + span%time(k + 1))/2 - delay)
-                        step = node_before(drive%time, between + around)
-                        if (step <= 1) cycle
-                        if (drive%time(step) < between - around) cycle
-                    end associate
-                    if (all(abs(drive%current(:, step) - drive%current(:, step - 1)) < LEAST)) cycle
-                    span%joined(k) = .true.
-                    call join(span%linear(:, k:k + 1))
-                    call join(span%angular(:, k:k + 1))
+                n = size(span%time)
+                alone = [span%time(2:) - span%time(:n - 1) > LONGEST_STEP, .true.]
+                stays = [(.true., k=1, n)]
+                span%joined = [(.false., k=1, n)]
+                do k = 1, n
+                    if (alone(k)) then
+                        if (is_step(span%time(k) + SAMPLE/2)) stays(k) = .false.
+                        if (k == n) exit
+                        if (is_step(span%time(k + 1) - SAMPLE/2)) stays(k + 1) = .false.
+                    else if (is_step((span%time(k) + span%time(k + 1))/2)) then
+                        span%joined(k) = .true.
+                        call join(span%linear(:, k:k + 1))
+                        call join(span%angular(:, k:k + 1))
+                    end if
                 end do
+                if (is_step(span%time(1) - SAMPLE/2)) stays(1) = .false.
+                span%without_current = span%without_current + count(.not. stays)
+                if (.not. all(stays)) call keep_samples(span, stays)
             end associate
         end do
+
+    contains
+
+        !> Is there a step as near as the delay tells to what a sample at some time shows?
+        pure logical function is_step(time)
+            real(dp), intent(in) :: time
+
+            integer :: step
+
+            is_step = .false.
+            step = node_before(drive%time, time - delay + around)
+            if (step <= 1) return
+            if (drive%time(step) < time - delay - around) return
+            is_step = any(abs(drive%current(:, step) - drive%current(:, step - 1)) >= LEAST)
+        end function is_step
     end subroutine join_at_steps
 
     !> Gives two columns their mean.

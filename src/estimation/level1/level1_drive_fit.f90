@@ -15,7 +15,7 @@ module gracecg_estimation_level1_drive_fit
     use gracecg_estimation_level1_outcome, only: level1_estimate_t, milliseconds
     implicit none
     private
-    public :: choose_drive, make_motion, tie_gains
+    public :: choose_drive, make_motion, tie_gains, heed_steps
 
     real(dp), parameter :: STEP = 0.005_dp, FINE = 0.001_dp !! Of the searches for the delay of held currents, s
     real(dp), parameter :: REACH = 0.05_dp                  !! Of these searches, s: half a sample
@@ -42,7 +42,7 @@ contains
         if (estimate%steps) then
             call join_at_steps(drive, estimate%rods%delay + estimate%accelerometer_delay, estimate%accelerometer_delay_sigma, &
                                calibration)
-            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
+            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .true.)
         else
             call calibrate(error)
         end if
@@ -183,7 +183,9 @@ contains
         if (sigma > 0 .and. sigma < estimate%accelerometer_delay_sigma) then
             estimate%accelerometer_delay = best
             estimate%accelerometer_delay_sigma = sigma
-            call make_motion(calibration, setup, drive, estimate, best, .false.)
+            if (drive%sharp) call heed_steps(calibration, setup, drive, estimate, error)
+            if (allocated(error)) return
+            call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay, .false.)
         else
             call refine_by_leakage(calibration, setup, drive, estimate, error)
         end if
@@ -199,6 +201,35 @@ contains
             squares = estimate%angular%squares
         end subroutine squares_at
     end subroutine find_accelerometer_delay
+
+    !> The delay by the firings, and by the angular channels as well: on which side of a step a sample lies they see at once,
+    !> and tags drift so slowly through the steps that all of a span may lie within a millisecond. The mean over the
+    !> likelihood of both within three sigma; sigma is left as it is.
+    subroutine heed_steps(calibration, setup, drive, estimate, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_setup_t), intent(in) :: setup
+        type(level1_drive_t), intent(in) :: drive               !! With sharp steps
+        type(level1_estimate_t), intent(inout) :: estimate      !! Its delay, that by the firings with its sigma, changes
+        type(error_t), allocatable, intent(out) :: error
+
+        real(dp), parameter :: SIGMAS = 3
+        real(dp), allocatable :: change(:), squares(:), weight(:)
+        integer :: i, most
+
+        associate (sigma => estimate%accelerometer_delay_sigma)
+            most = max(1, nint(min(SIGMAS*sigma, REACH)/FINE))
+            change = [(i*FINE, i=-most, most)]
+            squares = (change/sigma)**2
+            do i = 1, size(change)
+                call make_motion(calibration, setup, drive, estimate, estimate%accelerometer_delay + change(i), .false.)
+                call calibrate_angular_channels(calibration, estimate%motion, estimate%rods%driven, estimate%angular, error)
+                if (allocated(error)) return
+                squares(i) = squares(i) + estimate%angular%squares
+            end do
+        end associate
+        weight = exp(-(squares - minval(squares))/2)
+        estimate%accelerometer_delay = estimate%accelerometer_delay + sum(weight*change)/sum(weight)
+    end subroutine heed_steps
 
     !> Whether the angular channels follow sharp steps of held currents better than averaged ones, and their delay then:
     !> sharp steps are seen between two samples, wherever they are there.

@@ -158,7 +158,7 @@ contains
 
         type(coloured_noise_t) :: noise
         logical :: counted(size(epoch))
-        integer :: axis
+        integer :: axis, other
 
         do axis = 1, 3
             counted = .true.
@@ -167,6 +167,13 @@ contains
                 call fail(error, 'the noise level, noise_level = '//number_text(spectra(axis)%level)// &
                           ' m^2 s^-4/Hz, has to be positive')
             else
+                other = findloc([(is_alike(spectra(axis), spectra(other)) .and. all(counted .eqv. whiteners(other)%used), &
+                                  other=1, axis - 1)], .true., 1)
+                if (other > 0) then
+                    whiteners(axis) = whiteners(other)
+                    call change_level(spectra(axis)%level/spectra(other)%level, whiteners(axis))
+                    cycle
+                end if
                 noise = coloured_noise(spectra(axis), interval, error)
                 if (.not. allocated(error)) call new_whitener(noise, epoch, whiteners(axis), error, counted)
             end if
@@ -174,6 +181,22 @@ contains
             if (allocated(error)) return
         end do
     end subroutine accelerometer_whiteners
+
+    !> Whether two spectra are alike but for their levels.
+    pure logical function is_alike(one, other)
+        type(noise_spectrum_t), intent(in) :: one, other
+
+        is_alike = abs(one%corner - other%corner) <= 0 .and. one%sides == other%sides
+    end function is_alike
+
+    !> The whitener of noise of another level: the gains are the same.
+    pure subroutine change_level(factor, whitener)
+        real(dp), intent(in) :: factor                  !! Of the spectrum
+        type(whitener_t), intent(inout) :: whitener
+
+        whitener%inverse_deviation = whitener%inverse_deviation/sqrt(factor)
+        whitener%log_determinant = whitener%log_determinant + whitener%kept*log(factor)
+    end subroutine change_level
 
     !> Whitened bias and drift, made orthonormal (Gram-Schmidt, twice for the rounding).
     subroutine orthonormal_line(epoch, whitener)

@@ -626,10 +626,10 @@ contains
         type(model_state_t), intent(in) :: state
         type(model_trajectory_t), intent(in) :: trajectory    !! Of this state
         integer, intent(in) :: epoch(:)                 !! k of each sample
-        real(dp), intent(out) :: predicted(:, :)        !! (3, samples), m/s^2
+        real(dp), intent(out), optional :: predicted(:, :)      !! (3, samples), m/s^2
         real(dp), intent(out), optional :: partials(:, :, :)    !! (estimated, 3, samples)
 
-        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), t
+        real(dp) :: factor(3), unscaled(3), matrix(3, 3), changes(3, 4), drag(3), along(3), bends(size(FORCE_BENDS)), shown(3), t
         logical :: drag_changes, side_forces, bent
         integer :: i, k, n
 
@@ -654,15 +654,15 @@ contains
             end if
             unscaled = times(matrix, state%value(OFFSET)) + state%value(DRIFT)*t + state%value(BIAS) + drag
             if (k >= model%jump) unscaled = unscaled + state%value(FORCE_JUMP)
-            predicted(:, i) = factor*unscaled
-            if (side_forces) predicted(1, i) = predicted(1, i) + along(2)*state%value(SIDE_FORCE(1)) + &
-                                               along(3)*state%value(SIDE_FORCE(2))
+            shown = factor*unscaled
+            if (side_forces) shown(1) = shown(1) + along(2)*state%value(SIDE_FORCE(1)) + along(3)*state%value(SIDE_FORCE(2))
             if (bent) then
                 bends = bends_at(model, k)
                 do n = 1, size(FORCE_BENDS)
-                    predicted(BEND_AXIS(n), i) = predicted(BEND_AXIS(n), i) + bends(n)*state%value(FORCE_BENDS(n))
+                    shown(BEND_AXIS(n)) = shown(BEND_AXIS(n)) + bends(n)*state%value(FORCE_BENDS(n))
                 end do
             end if
+            if (present(predicted)) predicted(:, i) = shown
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
                                            drag, changes, along, bends, partials(:, :, i))

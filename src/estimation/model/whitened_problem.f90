@@ -5,7 +5,7 @@ module gracecg_estimation_whitened_problem
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
     use gracecg_base_coloured_noise, only: noise_spectrum_t
-    use gracecg_base_lapack, only: normal_equations
+    use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_estimation_optimal_options, only: optimal_options_t, WAVE_GIVEN
     use gracecg_estimation_options, only: estimation_options_t
@@ -60,11 +60,14 @@ module gracecg_estimation_whitened_problem
         type(model_trajectory_t) :: trajectory    !! The rotation at the last linearisation
         type(model_trajectory_t), private :: rotation   !! At a later state, without partials
         real(dp), allocatable, private :: star_partials(:, :)
+        real(dp), allocatable, private :: partials_before(:, :)
+        !! Whitened, of the first parameters at another state: (parameters, star and accelerometer rows)
         integer, allocatable, private :: known(:)       !! Places of parameters with a-priori knowledge
         real(dp), allocatable, private :: known_sigma(:)
     contains
         procedure :: linearise => linearise_calibration
         procedure :: compare => compare_calibration
+        procedure :: inherit => inherit_partials
         procedure :: correct => correct_calibration
         procedure :: describe_residuals => residuals_of_calibration
         procedure :: describe_state => state_of_calibration
@@ -129,18 +132,25 @@ contains
             allocate (problem%acceleration_partials(n, 3, samples), problem%star_partials(n, 3))
         end associate
         problem%observations = problem%star_rows + problem%acceleration_rows + size(problem%known)
+        associate (stars => problem%star_rows, last => problem%star_rows + problem%acceleration_rows)
+            problem%groups = reshape([1, stars, 1, stars + 1, last, 3, stars + 2, last, 3, stars + 3, last, 3, &
+                                      last + 1, problem%observations, 1], [3, 5])
+        end associate
         problem%noise%accelerometer = knowledge%accelerometer_noise
         problem%noise%star_camera_sigma = knowledge%star_camera_sigma
         problem%linear = .false.
     end subroutine prepare_calibration
 
     !> The same problem, at the same state, with other parameters. Call set_noise next.
-    subroutine with_parameters(knowledge, options, problem, estimated, other)
+    subroutine with_parameters(knowledge, options, problem, estimated, other, partials)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
         type(whitened_problem_t), intent(in) :: problem
         integer, intent(in) :: estimated(:)    !! Parameters, see gracecg_estimation_parameters
         type(whitened_problem_t), intent(out) :: other
+        real(dp), intent(in), optional :: partials(:, :)
+        !! Whitened, of `problem` at a state not far from this, for a first step. The parameters that are added stand behind
+        !! its own, and act on no rotation
 
         type(fitting_data_t) :: data
 
@@ -156,6 +166,7 @@ contains
         other%whiteners = problem%whiteners
         other%whitened_noise = problem%whitened_noise
         if (allocated(problem%whitened_samples)) other%whitened_samples = problem%whitened_samples
+        if (present(partials)) other%partials_before = partials(:, :problem%star_rows + problem%acceleration_rows)
     end subroutine with_parameters
 
     !> Where a problem is.
@@ -245,7 +256,7 @@ contains
         real(dp), intent(out) :: residuals(:), weights(:)
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: i, axis, first
+        integer :: axis, first
 
         weights = 1
         partials = 0
@@ -260,12 +271,56 @@ contains
                 call self%whiteners(axis)%whiten(rows)
             end associate
         end do
-        first = first + self%acceleration_rows
-        do i = 1, size(self%known)
-            partials(self%known(i), first + i) = 1/self%known_sigma(i)
-        end do
+        call know_beforehand(self, partials)
         call whiten_residuals(self, self%trajectory, residuals)
     end subroutine linearise_calibration
+
+    !> The partials from before, once, with those of the added parameters at the problem's state.
+    subroutine inherit_partials(self, partials, residuals, weights, inherited)
+        class(whitened_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(inout) :: partials(:, :)
+        real(dp), intent(inout) :: residuals(:), weights(:)
+        logical, intent(out) :: inherited
+
+        type(physical_model_t) :: model
+        real(dp), allocatable :: added(:, :, :)
+        integer :: i, n, last
+
+        inherited = allocated(self%partials_before)
+        if (.not. inherited) return
+        call self%compare(residuals)
+        weights = 1
+        n = size(self%partials_before, 1)
+        last = self%star_rows + self%acceleration_rows
+        model = self%model
+        model%estimated = self%model%estimated(n + 1:)
+        model%place = self%model%place(n + 1:)
+        allocate (added(size(model%estimated), 3, size(self%data%accelerometer_epoch)))
+        call predict_accelerations(model, self%state, self%rotation, self%data%accelerometer_epoch, partials=added)
+        do i = 1, 3
+            call self%whiteners(i)%whiten(added(:, i, :))
+        end do
+        partials(:n, :last) = self%partials_before
+        partials(n + 1:, :self%star_rows) = 0
+        partials(n + 1:, self%star_rows + 1:last) = reshape(added, [size(added, 1), self%acceleration_rows])
+        call know_beforehand(self, partials)
+        deallocate (self%partials_before)
+    end subroutine inherit_partials
+
+    !> The rows of what is known beforehand.
+    pure subroutine know_beforehand(self, partials)
+        class(whitened_problem_t), intent(in) :: self
+        real(dp), intent(inout) :: partials(:, :)
+
+        integer :: i
+
+        associate (first => self%star_rows + self%acceleration_rows)
+            partials(:, first + 1:) = 0
+            do i = 1, size(self%known)
+                partials(self%known(i), first + i) = 1/self%known_sigma(i)
+            end do
+        end associate
+    end subroutine know_beforehand
 
     !> Residuals at the problem's state, whose rotation is integrated without partials.
     subroutine compare_calibration(self, residuals)
@@ -349,7 +404,7 @@ contains
         m = problem%observations
         allocate (partials(n, m), weights(m), residuals(m), information(n, n), rhs(n))
         call problem%linearise(partials, residuals, weights, error)
-        call normal_equations(partials, residuals, information, rhs)
+        call grouped_normal_equations(problem%groups, partials, residuals, information, rhs)
     end subroutine information_matrix
 
     !> RMS of the residuals: angles of the star camera (camera axes), and accelerometer, of the samples kept.

@@ -74,9 +74,9 @@ contains
         integer, intent(in) :: places(:)        !! The first sample of each step, rising
         real(dp) :: gains(size(places))
 
-        real(dp) :: score, whole, information
+        real(dp) :: information
         real(dp), dimension(min(MOST_LANES, size(places)), size(problem%data%accelerometer_epoch)) :: steps
-        real(dp) :: with_others(size(batch%inverse, 1), size(steps, 1))
+        real(dp) :: with_others(size(batch%inverse, 1), size(steps, 1)), score(size(steps, 1)), whole(size(steps, 1))
         integer :: done, count, from, first, i, n, samples
 
         gains = 0
@@ -86,17 +86,21 @@ contains
             samples = size(steps, 2) - from + 1
             first = problem%star_rows + 3*(from - 1) + axis
             n = size(with_others, 1)
-            steps = 0
+            steps(:, :samples) = 0
             do i = 1, count
                 steps(i, max(1, places(done + i)) - from + 1:samples) = 1
             end do
             call problem%whiteners(axis)%whiten(steps(:, :samples), from)
             call lanes_combine(WIDEST, n, 3*n, samples, size(steps, 1), batch%gain(:, first:), steps, with_others)
+            score = 0
+            whole = 0
+            do i = 1, samples
+                score = score + steps(:, i)*batch%residuals(first + 3*(i - 1))
+                whole = whole + steps(:, i)**2
+            end do
             do i = 1, count
-                score = dot_product(steps(i, :samples), batch%residuals(first:problem%star_rows + problem%acceleration_rows:3))
-                whole = dot_product(steps(i, :samples), steps(i, :samples))
-                information = whole - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
-                if (information > LEAST_SEPARATE*whole) gains(done + i) = score**2/information
+                information = whole(i) - dot_product(with_others(:, i), matmul(batch%inverse, with_others(:, i)))
+                if (information > LEAST_SEPARATE*whole(i)) gains(done + i) = score(i)**2/information
             end do
         end do
     end function gains_at

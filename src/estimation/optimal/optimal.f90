@@ -78,7 +78,7 @@ contains
 
         type(whitened_problem_t) :: start
         type(fitting_data_t) :: data
-        type(fit_t) :: fit
+        type(fit_t), allocatable :: fit
         logical :: coarse
 
         coarse = .false.
@@ -123,23 +123,25 @@ contains
         type(estimation_options_t), intent(in) :: options
         logical, intent(in) :: once     !! A few steps, and nothing changes
         type(whitened_problem_t), intent(in) :: start
-        type(fit_t), intent(out) :: fit
+        type(fit_t), allocatable, intent(out) :: fit
         type(solution_t), intent(inout) :: solution
         type(error_t), allocatable, intent(out) :: error
 
-        type(fit_t) :: wider
+        type(fit_t), allocatable :: wider
         type(density_wave_found_t) :: wave
         type(force_jump_found_t) :: jump
         type(error_t), allocatable :: not_determined
         logical :: only_to_search       ! That there is a wave is seen long before the fit without it has settled
 
         only_to_search = options%optimal%density_wave == WAVE_SEARCHED .and. .not. once
+        allocate (fit)
         fit%problem = start
         call settle_counted(only_to_search, fit, error)
         if (allocated(error)) return
         if (only_to_search) then
             wave = search_wave(fit%problem, fit%batch)
             if (wave%found) then
+                allocate (wider)
                 call widen(knowledge, options, fit, wave, wider)
                 call settle_wider(wave%found)
                 call report_wave(wave, fit%problem, solution%warnings)
@@ -150,7 +152,9 @@ contains
         if (options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once) &
             jump = search_jump(fit%problem, fit%batch)
         if (jump%found) then
-            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
+            allocate (wider)
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem, &
+                                 fit%batch%gain)
             wider%problem%model%jump = jump%epoch
             call settle_wider(jump%found)
             if (jump%found) call report_jump(fit%problem, solution%warnings)
@@ -167,7 +171,8 @@ contains
 
             call settle_counted(.false., wider, not_determined)
             there_is = .not. allocated(not_determined) .and. wider%converged
-            if (there_is) fit = wider
+            if (there_is) call move_alloc(wider, fit)
+            if (allocated(wider)) deallocate (wider)
         end subroutine settle_wider
 
         !> Settles one of the fits, and adds its steps to those of the others.
@@ -272,7 +277,7 @@ contains
         wanted = [fit%problem%model%estimated, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY]
         if (.not. any(wanted == DRAG_CURVATURE)) wanted = [wanted, DRAG_CURVATURE]
         if (any(wanted == FORCE_BENDS(1))) wanted = [wanted, AIRFLOW_TURN]
-        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem)
+        call with_parameters(knowledge, options, fit%problem, wanted, wider%problem, fit%batch%gain)
         wider%problem%model%wave_frequency = wave%frequency
         wider%problem%state%value([WAVE_SINE, WAVE_COSINE]) = wave%amplitude
     end subroutine widen

@@ -8,7 +8,7 @@ module gracecg_estimation_batch_processor
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t, fail, number_text, add_context
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
+    use gracecg_base_lapack, only: normal_equations, grouped_normal_equations, solve_normal_equations
     use gracecg_estimation_iteration, only: iteration_t, append_iteration
     implicit none
     private
@@ -19,11 +19,14 @@ module gracecg_estimation_batch_processor
         character(12), allocatable :: names(:)  !! Of the parameters, for messages
         real(dp), allocatable :: scales(:)      !! A typical size of each parameter, for convergence
         integer :: observations = 0             !! Number of scalar observations
+        integer, allocatable :: groups(:, :)
+        !! Observations that depend on the same parameters: first, last, step; see `grouped_normal_equations`. Not allocated: all
         logical :: linear = .false.             !! The observations are linear in the parameters
     contains
         procedure(linearise_interface), deferred :: linearise
         !! Partials, residuals and weights at the nominal state
         procedure :: compare => cannot_compare      !! Residuals alone, which cost less
+        procedure :: inherit => inherits_nothing    !! Partials of another state, to begin with
         procedure(correct_interface), deferred :: correct   !! Puts a correction on the nominal state
         procedure :: describe_residuals => nothing_of_residuals !! For the history: RMS of the residuals
         procedure :: describe_state => nothing_of_state         !! For the history: the nominal state
@@ -106,6 +109,7 @@ contains
         real(dp) :: effect                      ! of new partials, by the way since the old ones; 1: not known
         type(iteration_t) :: note
         logical :: fresh, settled               ! the state was the solution with the partials before
+        logical :: inherited                    ! the partials are those of another problem's last state
         integer :: n, m, iteration, i
 
         n = size(problem%scales)
@@ -122,18 +126,22 @@ contains
         step_before = huge(step_before)
         moved = 0
         do iteration = 1, settings%most_iterations
-            if (.not. fresh) then
+            inherited = .false.
+            if (iteration == 1 .and. settings%keep_partials) call problem%inherit(partials, residuals, weights, inherited)
+            if (inherited) then
+                call solve()
+                inherited = .not. allocated(error)
+                if (allocated(error)) deallocate (error)    ! those of this state may do
+            else if (.not. fresh) then
                 call problem%compare(residuals)
                 correction = matmul(solution%inverse, matmul(partials, weights*residuals))
                 if (.not. all(abs(correction) <= huge(1.0_dp))) call fail(error, 'a correction is not a finite number')
                 fresh = step_before > FAR .and. .not. in_sigmas(correction) < GOOD*step_before
             end if
-            if (fresh .and. .not. allocated(error)) then
+            if (fresh .and. .not. inherited .and. .not. allocated(error)) then
                 call problem%linearise(partials, residuals, weights, error)
                 if (allocated(error)) return
-                call normal_equations(partials, residuals, normal, rhs, weights)
-                call solve_normal_equations(normal, rhs, correction, solution%inverse, &
-                                            solution%condition, error, problem%names)
+                call solve()
             end if
             if (allocated(error)) then
                 call add_context(error, 'iteration '//number_text(real(iteration, dp)))
@@ -155,9 +163,10 @@ contains
                 effect = 1
                 if (fresh .and. settled) effect = step/moved
                 moved = step + merge(0.0_dp, moved, fresh)
-                solution%converged = effect*step <= settings%tolerance .and. (settings%rough .or. moved <= SAME .or. effect < 1)
+                solution%converged = effect*step <= settings%tolerance .and. .not. inherited .and. &
+                    (settings%rough .or. moved <= SAME .or. effect < 1)
                 settled = effect < 1 .or. (step <= NEAR .and. moved > SAME)
-                fresh = settled .or. step > POOR*step_before .or. (step > FAR .and. .not. settings%rough)
+                fresh = inherited .or. settled .or. step > POOR*step_before .or. (step > FAR .and. .not. settings%rough)
                 step_before = step
             else
                 solution%converged = problem%linear .or. all(abs(correction) <= settings%tolerance*problem%scales)
@@ -172,6 +181,15 @@ contains
         call move_alloc(correction, solution%correction)
 
     contains
+
+        subroutine solve()
+            if (allocated(problem%groups)) then
+                call grouped_normal_equations(problem%groups, partials, residuals, normal, rhs, weights)
+            else
+                call normal_equations(partials, residuals, normal, rhs, weights)
+            end if
+            call solve_normal_equations(normal, rhs, correction, solution%inverse, solution%condition, error, problem%names)
+        end subroutine solve
 
         !> The largest change, in its parameter's standard deviation.
         pure real(dp) function in_sigmas(change)
@@ -192,6 +210,24 @@ contains
         associate (not_used => self)
         end associate
     end subroutine cannot_compare
+
+    !> A problem that has no partials before it is linearised.
+    subroutine inherits_nothing(self, partials, residuals, weights, inherited)
+        class(batch_problem_t), intent(inout) :: self
+        real(dp), contiguous, intent(inout) :: partials(:, :)   !! Parameters x observations, of a state that is near
+        real(dp), intent(inout) :: residuals(:), weights(:)     !! At the nominal state
+        logical, intent(out) :: inherited           !! False: they are not touched
+
+        inherited = .false.
+        associate (not_used => self)
+        end associate
+        associate (not_used => partials)
+        end associate
+        associate (not_used => residuals)
+        end associate
+        associate (not_used => weights)
+        end associate
+    end subroutine inherits_nothing
 
     !> A problem that says nothing of its residuals: their RMS.
     subroutine nothing_of_residuals(self, residuals, note)
